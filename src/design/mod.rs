@@ -1,0 +1,1 @@
+//! The freeform prism, designed from a camera and a virtual camera.

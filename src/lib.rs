@@ -1,0 +1,28 @@
+//! biprism: a virtual stereo camera, one camera that looks through a prism and so takes a stereo pair in one exposure.
+//!
+//! A pixel's life; each arrow is one public function, each box one immutable type:
+//!
+//! ```text
+//! scene.toml --scene::parse--> SceneFile --scene::check--> Scene --system::build--> System --render::plan--> Plan
+//!   Plan --camera--> Ray --trace--> Result<Hit, Fate> --coverage--> radiance --> Raster --raster::write--> .png .exr
+//!   Raster --vision::half--> two halves --response, refine, grid--> Corners --metrics--> Residuals --report--> .json .csv .png
+//! board point --system::aim--> true pixel --------------------------^   (separates detector error from optical error)
+//! camera + virtual camera --design--> a prism, as scene text --> in by the front door
+//! ```
+//!
+//! Conventions, kept everywhere: lengths in mm, angles in rad, positions in the image in px; degrees and um only in
+//! scene files and reports. Right-handed frame, +z from the camera to the scene, +x right, +y down. The image is
+//! un-inverted: +u, +v on the sensor see +x, +y. Pixel (i, j) covers `[i, i+1) x [j, j+1)`; its centre is at
+//! (i + 0.5, j + 0.5).
+
+pub mod accuracy;
+pub mod cli;
+pub mod design;
+pub mod geom;
+pub mod metrics;
+pub mod num;
+pub mod problem;
+pub mod raster;
+pub mod report;
+pub mod scene;
+pub mod vision;

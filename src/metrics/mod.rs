@@ -1,0 +1,1 @@
+//! Points to numbers: how far a stereo pair is from ideal. Knows nothing of the simulator.

@@ -1,0 +1,4 @@
+//! Numbers without physics.
+
+pub mod poly2;
+pub mod stats;

@@ -1,0 +1,163 @@
+//! Polynomials of two variables with value, gradient and Hessian.
+
+/// Highest total degree that a [`Poly2`] accepts.
+pub const MAX_DEGREE: usize = 20;
+
+/// p(x, y) = sum over m + n <= degree of c_mn X^m Y^n, with X = (x - x0)/sx and Y = (y - y0)/sy.
+///
+/// Centre and scale keep |X|, |Y| near 1 over the domain, where powers of raw mm would be ill-conditioned.
+/// Coefficients are in the unit of p.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Poly2 {
+    degree: usize,
+    centre: [f64; 2],
+    /// 1 / scale, so that an evaluation has no division.
+    inverse_scale: [f64; 2],
+    scale: [f64; 2],
+    /// Row n (power of Y) after row, each row by rising power of X: row n holds `degree - n + 1` values.
+    coefficients: Vec<f64>,
+}
+
+/// Value, gradient and Hessian of a function of (x, y).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Jet {
+    /// p
+    pub value: f64,
+    /// dp/dx
+    pub dx: f64,
+    /// dp/dy
+    pub dy: f64,
+    /// d2p/dx2
+    pub dxx: f64,
+    /// d2p/dxdy
+    pub dxy: f64,
+    /// d2p/dy2
+    pub dyy: f64,
+}
+
+impl Poly2 {
+    /// A polynomial of total degree `degree` from `c(m, n)`, the coefficient of X^m Y^n.
+    ///
+    /// # Panics
+    /// When `degree` is above [`MAX_DEGREE`], or a scale is not a positive finite number.
+    pub fn new(degree: usize, centre: [f64; 2], scale: [f64; 2], c: impl Fn(usize, usize) -> f64) -> Self {
+        assert!(degree <= MAX_DEGREE, "degree {degree} is above {MAX_DEGREE}");
+        assert!(scale.iter().all(|s| s.is_finite() && *s > 0.0), "the scale of a polynomial must be positive");
+        let coefficients =
+            (0..=degree).flat_map(|n| (0..=degree - n).map(move |m| (m, n))).map(|(m, n)| c(m, n)).collect();
+        Self { degree, centre, inverse_scale: [1.0 / scale[0], 1.0 / scale[1]], scale, coefficients }
+    }
+
+    /// Total degree.
+    pub fn degree(&self) -> usize {
+        self.degree
+    }
+
+    /// (x0, y0).
+    pub fn centre(&self) -> [f64; 2] {
+        self.centre
+    }
+
+    /// (sx, sy).
+    pub fn scale(&self) -> [f64; 2] {
+        self.scale
+    }
+
+    /// Every coefficient with the powers (m, n) of X and Y.
+    pub fn terms(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
+        let powers = (0..=self.degree).flat_map(|n| (0..=self.degree - n).map(move |m| (m, n)));
+        powers.zip(&self.coefficients).map(|((m, n), &c)| (m, n, c))
+    }
+
+    /// p(x, y).
+    #[inline]
+    pub fn value(&self, x: f64, y: f64) -> f64 {
+        self.gradient(x, y).0
+    }
+
+    /// p, dp/dx and dp/dy by nested Horner schemes.
+    #[inline]
+    pub fn gradient(&self, x: f64, y: f64) -> (f64, f64, f64) {
+        let u = (x - self.centre[0]) * self.inverse_scale[0];
+        let v = (y - self.centre[1]) * self.inverse_scale[1];
+        let (mut p, mut pu, mut pv) = (0.0, 0.0, 0.0);
+        let mut end = self.coefficients.len();
+        for n in (0..=self.degree).rev() {
+            let start = end - (self.degree - n + 1);
+            let (mut r, mut ru) = (0.0, 0.0);
+            for &c in self.coefficients[start..end].iter().rev() {
+                ru = ru * u + r;
+                r = r * u + c;
+            }
+            pv = pv * v + p;
+            p = p * v + r;
+            pu = pu * v + ru;
+            end = start;
+        }
+        (p, pu * self.inverse_scale[0], pv * self.inverse_scale[1])
+    }
+
+    /// p with all first and second derivatives.
+    #[inline]
+    pub fn jet(&self, x: f64, y: f64) -> Jet {
+        let u = (x - self.centre[0]) * self.inverse_scale[0];
+        let v = (y - self.centre[1]) * self.inverse_scale[1];
+        let mut j = Jet::default();
+        let mut end = self.coefficients.len();
+        for n in (0..=self.degree).rev() {
+            let start = end - (self.degree - n + 1);
+            // The row's value, first derivative and half its second derivative.
+            let (mut r, mut r1, mut r2) = (0.0, 0.0, 0.0);
+            for &c in self.coefficients[start..end].iter().rev() {
+                r2 = r2 * u + r1;
+                r1 = r1 * u + r;
+                r = r * u + c;
+            }
+            j.dyy = j.dyy * v + 2.0 * j.dy;
+            j.dxy = j.dxy * v + j.dx;
+            j.dy = j.dy * v + j.value;
+            j.value = j.value * v + r;
+            j.dx = j.dx * v + r1;
+            j.dxx = j.dxx * v + 2.0 * r2;
+            end = start;
+        }
+        let [a, b] = self.inverse_scale;
+        Jet { value: j.value, dx: j.dx * a, dy: j.dy * b, dxx: j.dxx * a * a, dxy: j.dxy * a * b, dyy: j.dyy * b * b }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> Poly2 {
+        Poly2::new(5, [1.0, -2.0], [3.0, 0.5], |m, n| 0.1 * (m as f64 + 1.0) - 0.3 * n as f64 + 0.01 * (m * n) as f64)
+    }
+
+    #[test]
+    fn value_is_the_sum_of_its_terms() {
+        let p = sample();
+        let (x, y) = (1.7, -1.8);
+        let (u, v) = ((x - 1.0) / 3.0, (y + 2.0) / 0.5);
+        let direct: f64 = p
+            .terms()
+            .map(|(m, n, c)| c * (0..m).map(|_| u).product::<f64>() * (0..n).map(|_| v).product::<f64>())
+            .sum();
+        assert!((p.value(x, y) - direct).abs() < 1e-14);
+    }
+
+    #[test]
+    fn derivatives_agree_with_central_differences() {
+        let p = sample();
+        let (x, y, h) = (1.7, -1.8, 1e-4);
+        let j = p.jet(x, y);
+        assert_eq!((j.value, j.dx, j.dy), p.gradient(x, y));
+        let slope = |f: &dyn Fn(f64) -> f64| (f(h) - f(-h)) / (2.0 * h);
+        // A central difference errs by h^2/6 times the third derivative, here below 3e-6.
+        assert!((slope(&|t| p.value(x + t, y)) - j.dx).abs() < 3e-6);
+        assert!((slope(&|t| p.value(x, y + t)) - j.dy).abs() < 3e-6);
+        assert!((slope(&|t| p.gradient(x + t, y).1) - j.dxx).abs() < 3e-6);
+        assert!((slope(&|t| p.gradient(x, y + t).1) - j.dxy).abs() < 3e-6);
+        assert!((slope(&|t| p.gradient(x, y + t).2) - j.dyy).abs() < 3e-5);
+    }
+}

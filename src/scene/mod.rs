@@ -1,0 +1,185 @@
+//! Words to values: a scene file in, a [`Scene`] out, with every default filled and every unit converted.
+
+use crate::accuracy::Accuracy;
+use crate::geom::{Pose, Rect};
+use crate::num::poly2::Poly2;
+
+/// A whole checked scene: every value is within its stated range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Short name, used in titles and file names.
+    pub name: String,
+    /// The one camera.
+    pub camera: Camera,
+    /// The glass in front of it.
+    pub prism: Prism,
+    /// What it looks at.
+    pub board: Board,
+    /// What is asked of the simulation.
+    pub accuracy: Accuracy,
+    /// How a PNG of the picture is encoded.
+    pub encoding: Encoding,
+    /// How the studies sample the scene.
+    pub analysis: Analysis,
+    /// What the scene claims about its own result.
+    pub expect: Vec<Expect>,
+}
+
+/// A pinhole camera that looks along +z.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// World position of the pinhole, in mm.
+    pub position_mm: glam::DVec3,
+    /// Distance from the pinhole to the sensor, in mm.
+    pub focal_length_mm: f64,
+    /// Columns of the sensor.
+    pub width_px: usize,
+    /// Rows of the sensor.
+    pub height_px: usize,
+    /// Side of a square pixel, in mm.
+    pub pitch_mm: f64,
+}
+
+/// The glass between camera and board.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Prism {
+    /// No glass at all.
+    None,
+    /// Two plane facets and a plane base.
+    Flat(Biprism),
+    /// Facets and base designed by marching Eqs. 1-4 of the design paper from the flat prism.
+    Freeform(Biprism, DesignSettings),
+    /// Front and back of the right half (x > 0 in the prism's frame) as polynomials; the left half is its mirror image.
+    Polynomial(PolynomialPrism),
+}
+
+/// The biprism of the paper: a ridge along y at x = 0, nearest to the camera; facets z = D + |x| tan(alpha);
+/// a base plane at z = D + T.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Biprism {
+    /// Glass and place.
+    pub body: Body,
+    /// D, the z of the ridge in the prism's frame, in mm.
+    pub ridge_distance_mm: f64,
+    /// T, ridge to base, in mm.
+    pub thickness_mm: f64,
+    /// alpha in rad; `None` asks for the angle of Eq. 5, which leaves the two virtual cameras parallel.
+    pub facet_angle_rad: Option<f64>,
+}
+
+/// What every prism has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Body {
+    /// Refractive index of the glass.
+    pub index: f64,
+    /// Refractive index of what surrounds the glass.
+    pub outer_index: f64,
+    /// The prism's frame in the world.
+    pub world_from_prism: Pose,
+}
+
+/// A prism given by its surfaces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PolynomialPrism {
+    /// Glass and place.
+    pub body: Body,
+    /// The facet that faces the camera: z(x, y) in mm in the prism's frame.
+    pub front: Patch,
+    /// The surface that faces the board.
+    pub back: Patch,
+}
+
+/// A polynomial z(x, y) and the region in which it was given.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Patch {
+    /// z(x, y), in mm.
+    pub sag: Poly2,
+    /// Where it may be used, in mm; a ray that meets it elsewhere has missed.
+    pub domain: Rect,
+}
+
+/// How a freeform prism is designed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DesignSettings {
+    /// Which way the grid is marched.
+    pub order: MarchOrder,
+    /// Total degree p of the fitted polynomial (Eq. 6), with even powers of y only.
+    pub degree: usize,
+    /// The integrator.
+    pub method: Method,
+    /// Step, in px of the sensor.
+    pub step_px: f64,
+}
+
+/// The order of the two marches of the design.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MarchOrder {
+    /// The centre row along x, then every column along y.
+    XThenY,
+    /// The centre column along y, then every row along x.
+    YThenX,
+}
+
+/// An integrator of ordinary differential equations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// First order.
+    Euler,
+    /// Second order.
+    Midpoint,
+    /// The classical Runge-Kutta method of fourth order.
+    Rk4,
+}
+
+/// A checkerboard on a plate: squares, a white margin around them, and a background around the plate.
+///
+/// In the board's frame the squares' centre is the origin, +x runs along the columns, +y down the rows, and the
+/// board is the plane z = 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Board {
+    /// Squares in x.
+    pub columns: usize,
+    /// Squares in y.
+    pub rows: usize,
+    /// Side of a square, in mm.
+    pub square_mm: f64,
+    /// Width of the white margin, in mm.
+    pub margin_mm: f64,
+    /// The board's frame in the world.
+    pub world_from_board: Pose,
+    /// Radiance of a black square (the top left one is black), of full scale 1.
+    pub black: f64,
+    /// Radiance of a white square and of the margin.
+    pub white: f64,
+    /// Radiance around the plate.
+    pub background: f64,
+}
+
+/// How linear radiance is coded in a PNG.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Encoding {
+    /// Value = radiance, gAMA 1.0.
+    Linear,
+    /// The sRGB curve of IEC 61966-2-1.
+    Srgb,
+}
+
+/// How the studies sample a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Analysis {
+    /// Board distances along z, from the camera, at which the pinhole deviation is judged, in mm.
+    pub depths_mm: Vec<f64>,
+    /// Points along each side of the uniform grid over a half image.
+    pub grid: usize,
+}
+
+/// One claim of a scene about its own result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expect {
+    /// Path of a number in `report.json` under the design's name: `freeform/pinhole/designed/mean_abs_v_mm`.
+    pub value: String,
+    /// Smallest allowed value.
+    pub min: Option<f64>,
+    /// Largest allowed value.
+    pub max: Option<f64>,
+}
