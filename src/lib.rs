@@ -15,14 +15,14 @@
 //! un-inverted: +u, +v on the sensor see +x, +y. Pixel (i, j) covers `[i, i+1) x [j, j+1)`; its centre is at
 //! (i + 0.5, j + 0.5).
 
-pub mod accuracy;
-pub mod cli;
-pub mod design;
-pub mod geom;
-pub mod metrics;
-pub mod num;
 pub mod problem;
-pub mod raster;
-pub mod report;
+pub mod accuracy;
+pub mod num;
+pub mod geom;
 pub mod scene;
+pub mod design;
+pub mod raster;
 pub mod vision;
+pub mod metrics;
+pub mod report;
+pub mod cli;
