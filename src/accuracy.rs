@@ -1,27 +1,128 @@
 //! What accuracy is asked of a computation. A leaf: plain numbers, each with what it buys.
 
-/// The knobs of the simulator. The three presets are promises about positions in px; any field may be changed.
+/// A promise about positions in a picture, by name. Each level is cheaper than the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    /// A map in f32, edges by an approximation.
+    Draft,
+    /// A certified map, edges in closed form.
+    Standard,
+    /// Every pixel traced, edges in closed form.
+    Exact,
+    /// Slow and simple; judges the others.
+    Reference,
+}
+
+impl Level {
+    /// All levels, cheapest first.
+    pub const ALL: [Self; 4] = [Self::Draft, Self::Standard, Self::Exact, Self::Reference];
+
+    /// The name used in scenes and reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Draft => "draft",
+            Self::Standard => "standard",
+            Self::Exact => "exact",
+            Self::Reference => "reference",
+        }
+    }
+
+    /// The preset of this level.
+    pub const fn accuracy(self) -> Accuracy {
+        match self {
+            Self::Draft => Accuracy::draft(),
+            Self::Standard => Accuracy::standard(),
+            Self::Exact => Accuracy::exact(),
+            Self::Reference => Accuracy::reference(),
+        }
+    }
+}
+
+/// How a picture learns what its pixels see.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Sampling {
+    /// A polynomial map in f32 arithmetic, certified in f64.
+    CoarseMap,
+    /// A polynomial map that traced rays have certified, traced pixels wherever it is not.
+    Map,
+    /// Every pixel's centre traced, by packets of rays.
+    Packets,
+    /// Every pixel's centre traced, ray by ray, and each edge divided until its value settles.
+    SingleRays,
+}
+
+/// The knobs of the simulator. The presets are promises about positions in px; any field may be changed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Accuracy {
+    /// The level that these knobs come from.
+    pub level: Level,
+    /// No edge or corner of the board lies farther than this from where [`Accuracy::reference`] has it, in px.
+    pub promise_px: f64,
+    /// What was asked for, where the level was chosen by that, in px.
+    pub target_px: Option<f64>,
+    /// How pixels learn what they see.
+    pub sampling: Sampling,
+    /// A map is used where it differs from traced rays by less than this, in px.
+    pub map_px: f64,
     /// A freeform surface's intersection is accepted when the ray's distance to it along z is below this, in mm.
     /// 1e-12 mm moves a board point by less than 1e-10 px in the paper's scene.
     pub surface_residual_mm: f64,
-    /// A pixel is divided until the bend of the map pixel -> board inside each part is below this, in px.
+    /// A pixel is divided until the map pixel -> board strays from its tangent by less than this inside each part, in px.
     pub bend_px: f64,
-    /// Side of the largest division of one pixel, so at most `max_division`^2 parts.
+    /// Largest number of parts along each side of a pixel.
     pub max_division: u32,
     /// `system::aim` stops when a Newton step is below this, in px.
     pub aim_px: f64,
 }
 
 impl Accuracy {
-    /// Every pixel traced and covered exactly. Edge positions keep to 1e-5 px of [`Accuracy::reference`].
-    pub const fn standard() -> Self {
-        Self { surface_residual_mm: 1e-12, bend_px: 2e-5, max_division: 8, aim_px: 1e-11 }
+    /// A quick look: f32 arithmetic, and edges by an approximation.
+    pub const fn draft() -> Self {
+        Self { level: Level::Draft, promise_px: 1e-2, sampling: Sampling::CoarseMap, ..Self::standard() }
     }
 
-    /// Slow and simple: every pixel that holds an edge is divided finely. Judges the other levels.
+    /// A certified map. It adds less than 1e-8 px to the errors of [`Accuracy::exact`].
+    pub const fn standard() -> Self {
+        Self { level: Level::Standard, sampling: Sampling::Map, ..Self::exact() }
+    }
+
+    /// Every pixel traced and covered in closed form. What remains is the bend of the map inside a pixel.
+    pub const fn exact() -> Self {
+        Self {
+            level: Level::Exact,
+            promise_px: 1e-5,
+            target_px: None,
+            sampling: Sampling::Packets,
+            map_px: 1e-8,
+            surface_residual_mm: 1e-12,
+            bend_px: 5e-6,
+            max_division: 8,
+            aim_px: 1e-11,
+        }
+    }
+
+    /// Slow and simple: ray by ray, and every pixel that holds an edge divided until its value settles. Judges the other
+    /// levels.
     pub const fn reference() -> Self {
-        Self { surface_residual_mm: 1e-13, bend_px: 1e-7, max_division: 64, aim_px: 1e-12 }
+        Self {
+            level: Level::Reference,
+            promise_px: 0.0,
+            target_px: None,
+            sampling: Sampling::SingleRays,
+            map_px: 0.0,
+            surface_residual_mm: 1e-13,
+            bend_px: 1e-7,
+            max_division: 64,
+            aim_px: 1e-12,
+        }
+    }
+
+    /// The cheapest preset that promises `target_px`; the reference when none does.
+    pub fn for_target(target_px: f64) -> Self {
+        let levels = Level::ALL.map(Level::accuracy);
+        let cheapest = levels.into_iter().find(|a| a.promise_px <= target_px).unwrap_or(Self::reference());
+        Self { target_px: Some(target_px), ..cheapest }
     }
 }

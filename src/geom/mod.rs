@@ -68,6 +68,12 @@ impl Pose {
         Self { rotation, translation_mm: -(rotation * self.translation_mm) }
     }
 
+    /// Whether this maps the plane x = 0 onto itself and mirror images in it onto mirror images, bit for bit.
+    pub fn keeps_mirror_images(&self) -> bool {
+        let r = &self.rotation;
+        self.translation_mm.x == 0.0 && r.x_axis == DVec3::X && r.y_axis.x == 0.0 && r.z_axis.x == 0.0
+    }
+
     /// Whether this is exactly [`Pose::IDENTITY`], so that it need not be applied.
     pub fn is_identity(&self) -> bool {
         *self == Self::IDENTITY

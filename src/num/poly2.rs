@@ -1,5 +1,7 @@
 //! Polynomials of two variables with value, gradient and Hessian.
 
+use super::bernstein::Bernstein;
+
 /// Highest total degree that a [`Poly2`] accepts.
 pub const MAX_DEGREE: usize = 20;
 
@@ -63,6 +65,19 @@ impl Poly2 {
         self.scale
     }
 
+    /// (1/sx, 1/sy)
+    pub fn inverse_scale(&self) -> [f64; 2] {
+        self.inverse_scale
+    }
+
+    /// The coefficients by falling power of Y; those of one power of Y by rising power of X.
+    pub fn rows(&self) -> impl Iterator<Item = &[f64]> {
+        (0..=self.degree).rev().scan(self.coefficients.len(), |end, n| {
+            let start = *end - (self.degree - n + 1);
+            Some(&self.coefficients[start..std::mem::replace(end, start)])
+        })
+    }
+
     /// Every coefficient with the powers (m, n) of X and Y.
     pub fn terms(&self) -> impl Iterator<Item = (usize, usize, f64)> + '_ {
         let powers = (0..=self.degree).flat_map(|n| (0..=self.degree - n).map(move |m| (m, n)));
@@ -95,6 +110,25 @@ impl Poly2 {
             end = start;
         }
         (p, pu * self.inverse_scale[0], pv * self.inverse_scale[1])
+    }
+
+    /// p along the straight way between two points, as a polynomial of the share s of the way in 0..=1.
+    pub fn along(&self, from: [f64; 2], to: [f64; 2]) -> Bernstein {
+        let scaled = |k: usize| [from[k], to[k]].map(|c| (c - self.centre[k]) * self.inverse_scale[k]);
+        let (u, v) = (scaled(0), scaled(1));
+        let mut p = Bernstein::ZERO;
+        let mut end = self.coefficients.len();
+        for n in (0..=self.degree).rev() {
+            let start = end - (self.degree - n + 1);
+            let row = self.coefficients[start..end].iter().rev();
+            let row = row.enumerate().fold(Bernstein::ZERO, |r, (k, &c)| {
+                // The first product would be that of nothing and only raise the degree.
+                if k == 0 { Bernstein::constant(c) } else { r.times_line(u).plus_constant(c) }
+            });
+            p = if n == self.degree { row } else { p.times_line(v).plus(&row) };
+            end = start;
+        }
+        p
     }
 
     /// p with all first and second derivatives.
@@ -144,6 +178,18 @@ mod tests {
             .map(|(m, n, c)| c * (0..m).map(|_| u).product::<f64>() * (0..n).map(|_| v).product::<f64>())
             .sum();
         assert!((p.value(x, y) - direct).abs() < 1e-14);
+    }
+
+    #[test]
+    fn along_a_way_it_is_itself() {
+        let p = sample();
+        let (from, to) = ([-1.9, -2.4], [3.8, -1.6]);
+        let along = p.along(from, to);
+        for k in 0..=16 {
+            let s = k as f64 / 16.0;
+            let at = |k: usize| from[k] + (to[k] - from[k]) * s;
+            assert!((along.value(s) - p.value(at(0), at(1))).abs() < 1e-13, "{s}");
+        }
     }
 
     #[test]

@@ -1,0 +1,283 @@
+//! Several numbers that go through the same operations at once.
+//!
+//! Plain arrays whose operations are loops over the lanes: the compiler turns them into vector instructions of the
+//! width that [`widest`] found on this machine. Each lane does the very operations of scalar code in the same order,
+//! and no multiplication is fused with an addition, so the bits are those of scalar code, on every machine.
+
+use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+/// Lanes of a packet: two AVX registers of f64, so that one computes while the other waits for its result.
+pub const LANES: usize = 8;
+
+/// [`LANES`] numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(align(32))]
+pub struct Lanes(pub [f64; LANES]);
+
+/// [`LANES`] answers, each all ones or all zeros.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(align(32))]
+pub struct Mask(pub [u64; LANES]);
+
+/// A computation to be compiled once for each width of vectors: everything that `run` calls must be inlined into it.
+pub trait Kernel {
+    /// What it computes.
+    type Out;
+    /// The computation. Mark it `#[inline(always)]`.
+    fn run(self) -> Self::Out;
+}
+
+/// Runs `kernel` with the widest vectors of this machine.
+#[allow(unsafe_code, reason = "a function for AVX2 may be called only where AVX2 was found, one line above")]
+pub fn widest<K: Kernel>(kernel: K) -> K::Out {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx2") {
+        #[target_feature(enable = "avx2")]
+        fn with_avx2<K: Kernel>(kernel: K) -> K::Out {
+            kernel.run()
+        }
+        // SAFETY: AVX2 is there.
+        return unsafe { with_avx2(kernel) };
+    }
+    kernel.run()
+}
+
+macro_rules! lanewise {
+    ($trait:ident, $method:ident, $op:tt) => {
+        impl $trait for Lanes {
+            type Output = Self;
+            #[inline(always)]
+            #[allow(clippy::assign_op_pattern, reason = "the macro is given the operator alone")]
+            fn $method(mut self, other: Self) -> Self {
+                for (a, b) in self.0.iter_mut().zip(other.0) {
+                    *a = *a $op b;
+                }
+                self
+            }
+        }
+    };
+}
+lanewise!(Add, add, +);
+lanewise!(Sub, sub, -);
+lanewise!(Mul, mul, *);
+lanewise!(Div, div, /);
+
+impl AddAssign for Lanes {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl Neg for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(mut self) -> Self {
+        for v in &mut self.0 {
+            *v = -*v;
+        }
+        self
+    }
+}
+
+impl Lanes {
+    /// The same number in every lane.
+    #[inline(always)]
+    pub fn splat(v: f64) -> Self {
+        Self([v; LANES])
+    }
+
+    /// `f(i)` in lane i.
+    #[inline(always)]
+    pub fn of(f: impl Fn(usize) -> f64) -> Self {
+        let mut lanes = Self::splat(0.0);
+        for i in 0..LANES {
+            lanes.0[i] = f(i);
+        }
+        lanes
+    }
+
+    /// The first [`LANES`] of `v`.
+    #[inline(always)]
+    pub fn load(v: &[f64]) -> Self {
+        let v = &v[..LANES];
+        Self::of(|i| v[i])
+    }
+
+    /// Writes them as f32; `out` may hold fewer.
+    #[inline(always)]
+    pub fn store(self, out: &mut [f32]) {
+        if out.len() >= LANES {
+            let out = &mut out[..LANES];
+            for (o, v) in out.iter_mut().zip(self.0) {
+                *o = v as f32;
+            }
+        } else {
+            for (o, v) in out.iter_mut().zip(self.0) {
+                *o = v as f32;
+            }
+        }
+    }
+
+    /// The square roots.
+    #[inline(always)]
+    pub fn sqrt(mut self) -> Self {
+        for v in &mut self.0 {
+            *v = v.sqrt();
+        }
+        self
+    }
+
+    /// The magnitudes.
+    #[inline(always)]
+    pub fn abs(mut self) -> Self {
+        for v in &mut self.0 {
+            *v = v.abs();
+        }
+        self
+    }
+
+    /// The smaller of each two; `other` where self is NaN.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        self.lt(other).select(self, other)
+    }
+
+    /// The larger of each two; `other` where self is NaN.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        other.lt(self).select(self, other)
+    }
+
+    /// The numbers with their signs turned where `mask`.
+    #[inline(always)]
+    pub fn negated_where(mut self, mask: Mask) -> Self {
+        for i in 0..LANES {
+            self.0[i] = f64::from_bits(self.0[i].to_bits() ^ (mask.0[i] & (1 << 63)));
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn compare(self, other: Self, holds: impl Fn(f64, f64) -> bool) -> Mask {
+        let mut mask = Mask([0; LANES]);
+        for i in 0..LANES {
+            mask.0[i] = if holds(self.0[i], other.0[i]) { !0 } else { 0 };
+        }
+        mask
+    }
+
+    /// Where self <= other; false for NaN.
+    #[inline(always)]
+    pub fn le(self, other: Self) -> Mask {
+        self.compare(other, |a, b| a <= b)
+    }
+
+    /// Where self < other; false for NaN.
+    #[inline(always)]
+    pub fn lt(self, other: Self) -> Mask {
+        self.compare(other, |a, b| a < b)
+    }
+}
+
+impl Mask {
+    /// True in every lane, or in none.
+    #[inline(always)]
+    pub fn splat(v: bool) -> Self {
+        Self([if v { !0 } else { 0 }; LANES])
+    }
+
+    /// Whether no lane is true.
+    #[inline(always)]
+    pub fn none(self) -> bool {
+        self.0.iter().fold(0, |any, m| any | m) == 0
+    }
+
+    /// Whether every lane is true.
+    #[inline(always)]
+    pub fn all(self) -> bool {
+        self.0.iter().fold(!0, |all, m| all & m) == !0
+    }
+
+    /// `yes` where true, else `no`.
+    #[inline(always)]
+    pub fn select(self, yes: Lanes, no: Lanes) -> Lanes {
+        let mut out = no;
+        for i in 0..LANES {
+            out.0[i] = f64::from_bits((yes.0[i].to_bits() & self.0[i]) | (no.0[i].to_bits() & !self.0[i]));
+        }
+        out
+    }
+}
+
+impl BitAnd for Mask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(mut self, other: Self) -> Self {
+        for i in 0..LANES {
+            self.0[i] &= other.0[i];
+        }
+        self
+    }
+}
+
+impl BitOr for Mask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(mut self, other: Self) -> Self {
+        for i in 0..LANES {
+            self.0[i] |= other.0[i];
+        }
+        self
+    }
+}
+
+impl Not for Mask {
+    type Output = Self;
+    #[inline(always)]
+    fn not(mut self) -> Self {
+        for v in &mut self.0 {
+            *v = !*v;
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn masks_choose_lane_by_lane() {
+        let of = |v: [f64; 4]| Lanes::of(|i| v[i % 4]);
+        let (a, b) = (of([1.0, 2.0, f64::NAN, -0.0]), of([2.0, 1.0, 1.0, 0.0]));
+        assert_eq!(a.lt(b).select(a, b).0[..2], [1.0, 1.0]);
+        assert_eq!(a.lt(b).0[..4], [!0, 0, 0, 0]);
+        assert_eq!(a.le(b).0[..4], [!0, 0, 0, !0]);
+        assert_eq!(b.negated_where(a.lt(b)).0[..4], [-2.0, 1.0, 1.0, 0.0]);
+        assert_eq!((a.min(b).0[2], a.max(b).0[1]), (1.0, 2.0));
+        assert!(Mask::splat(true).all() && Mask::splat(false).none() && !a.lt(b).all() && !a.lt(b).none());
+    }
+
+    #[test]
+    fn wide_vectors_round_as_scalars_do() {
+        struct Mixed([Lanes; 3]);
+        impl Kernel for Mixed {
+            type Out = Lanes;
+            #[inline(always)]
+            fn run(self) -> Lanes {
+                let [a, b, c] = self.0;
+                ((a * b + c) / (a - b)).sqrt()
+            }
+        }
+        let lanes = |k: usize| Lanes::of(|i| 1.0 + libm::sin((7 * i + k) as f64).abs());
+        for k in 0..1000 {
+            let [a, b, c] = [lanes(k), lanes(k + 1), lanes(3 * k)];
+            let wide = widest(Mixed([a, b, c]));
+            for i in 0..LANES {
+                let scalar = ((a.0[i] * b.0[i] + c.0[i]) / (a.0[i] - b.0[i])).sqrt();
+                assert_eq!(wide.0[i].to_bits(), scalar.to_bits());
+            }
+        }
+    }
+}

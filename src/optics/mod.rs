@@ -1,0 +1,5 @@
+//! One ray at one place: surfaces, refraction, and how a ray can end.
+
+pub mod fate;
+pub mod snell;
+pub mod surface;

@@ -1,0 +1,89 @@
+//! What a ray carries besides its geometry; `()` carries nothing and costs nothing.
+
+use crate::geom::{Pose, Ray};
+use crate::optics::snell::Refracted;
+use crate::optics::surface::{Meeting, Surface};
+use glam::DVec3;
+
+/// Something that follows a ray from surface to surface.
+pub trait Carry {
+    /// The ray, as it came in, met `surface` and was refracted with `eta` = n_in / n_out.
+    fn refracted(&mut self, ray: &Ray, surface: &Surface, meeting: &Meeting, eta: f64, out: &Refracted);
+    /// The frame changes.
+    fn moved(&mut self, a_from_b: &Pose);
+}
+
+impl Carry for () {
+    #[inline(always)]
+    fn refracted(&mut self, _: &Ray, _: &Surface, _: &Meeting, _: f64, _: &Refracted) {}
+    #[inline(always)]
+    fn moved(&mut self, _: &Pose) {}
+}
+
+/// The derivatives of a ray's origin and direction by the two image coordinates, in mm/px and 1/px.
+///
+/// Ray differentials (Igehy, "Tracing Ray Differentials", 1999), here with the exact turn of the normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Differentials {
+    /// d origin / d(u, v)
+    pub origin: [DVec3; 2],
+    /// d direction / d(u, v)
+    pub direction: [DVec3; 2],
+}
+
+impl Differentials {
+    /// Moves the origin along the ray to where it meets a plane of normal `normal` at distance `t_mm`: the differential
+    /// of the meeting point itself.
+    #[inline(always)]
+    pub fn transferred(&self, ray: &Ray, t_mm: f64, normal: DVec3) -> [DVec3; 2] {
+        let approach = normal.dot(ray.direction);
+        [0, 1].map(|k| {
+            let step = self.origin[k] + self.direction[k] * t_mm;
+            step - ray.direction * (normal.dot(step) / approach)
+        })
+    }
+}
+
+impl Carry for Differentials {
+    #[inline(always)]
+    fn refracted(&mut self, ray: &Ray, surface: &Surface, meeting: &Meeting, eta: f64, out: &Refracted) {
+        let point = ray.at(meeting.t_mm);
+        self.origin = self.transferred(ray, meeting.t_mm, meeting.normal);
+        for k in 0..2 {
+            let turn = surface.normal_change(point, out.normal, self.origin[k]);
+            let cos_in = -(turn.dot(ray.direction) + out.normal.dot(self.direction[k]));
+            // From cos_out^2 = eta^2 cos_in^2 + 1 - eta^2.
+            let cos_out = if eta == 1.0 { cos_in } else { eta * eta * out.cos_in * cos_in / out.cos_out };
+            let gamma = eta * cos_in - cos_out;
+            self.direction[k] = self.direction[k] * eta + out.normal * gamma + turn * out.gamma;
+        }
+    }
+
+    #[inline(always)]
+    fn moved(&mut self, a_from_b: &Pose) {
+        self.origin = self.origin.map(|v| a_from_b.vector(v));
+        self.direction = self.direction.map(|v| a_from_b.vector(v));
+    }
+}
+
+/// Every point at which the ray was refracted and the direction in which it went on; in the prism's frame on the way,
+/// in the world once the ray has left or ended.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Path {
+    /// Meeting points, in mm, from the camera on.
+    pub points: Vec<DVec3>,
+    /// Unit directions behind each.
+    pub directions: Vec<DVec3>,
+}
+
+impl Carry for Path {
+    fn refracted(&mut self, ray: &Ray, _: &Surface, meeting: &Meeting, _: f64, out: &Refracted) {
+        self.points.push(ray.at(meeting.t_mm));
+        self.directions.push(out.direction);
+    }
+
+    fn moved(&mut self, a_from_b: &Pose) {
+        self.points.iter_mut().for_each(|p| *p = a_from_b.point(*p));
+        self.directions.iter_mut().for_each(|d| *d = a_from_b.vector(*d));
+    }
+}

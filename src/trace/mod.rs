@@ -1,0 +1,5 @@
+//! A ray's trip through interfaces.
+
+pub mod carry;
+pub mod packet;
+pub mod sequential;
