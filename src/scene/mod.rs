@@ -1,8 +1,55 @@
 //! Words to values: a scene file in, a [`Scene`] out, with every default filled and every unit converted.
+//!
+//! ```text
+//! file --document::read--> text --document--> keys and values with their places --structure (by the schema)-->
+//!   SceneFile, as written --check (units, defaults, pairs of values)--> Scene --physics (can it be?)--> Scene
+//! ```
+//!
+//! Each arrow stops at the first fault, with a [`Problem`] that points at the line.
+
+pub mod cloud;
+mod ply;
+mod document;
+mod limits;
+mod schema;
+mod structure;
+mod suggest;
+mod check;
+mod physics;
+
+pub use crate::optics::surface::Patch;
+pub use schema::schema_json;
 
 use crate::accuracy::Accuracy;
 use crate::geom::{Pose, Rect};
 use crate::num::poly2::Poly2;
+use crate::problem::Problem;
+use glam::DVec3;
+use std::path::Path;
+
+/// Read and check the scene file at `path`.
+///
+/// # Errors
+/// The first fault as a [`Problem`]: the file cannot be read, is above 4 MiB or not UTF-8, or [`parse`] refuses it.
+pub fn load(path: &Path) -> Result<Scene, Problem> {
+    let text = document::read(path)?;
+    parse(&text, &path.display().to_string(), path.parent())
+}
+
+/// Check the scene `text`. `place` names it in messages; `folder` is where the files that it names are looked for
+/// (`None`: it may name none).
+///
+/// # Errors
+/// The first fault as a [`Problem`] that points at its line: not TOML, an unknown or missing key, a wrong type, a value
+/// out of range, or an instrument that cannot be.
+pub fn parse(text: &str, place: &str, folder: Option<&Path>) -> Result<Scene, Problem> {
+    let document = document::Document::parse(text, place)?;
+    structure::check(&document, &schema::SCHEMA)?;
+    let file = document.values()?;
+    let scene = check::scene(&document, file, folder)?;
+    physics::check(&document, &scene)?;
+    Ok(scene)
+}
 
 /// A whole checked scene: every value is within its stated range.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +76,7 @@ pub struct Scene {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
     /// World position of the pinhole, in mm.
-    pub position_mm: glam::DVec3,
+    pub position_mm: DVec3,
     /// Distance from the pinhole to the sensor, in mm.
     pub focal_length_mm: f64,
     /// Columns of the sensor.
@@ -51,6 +98,8 @@ pub enum Prism {
     Freeform(Biprism, DesignSettings),
     /// Front and back of the right half (x > 0 in the prism's frame) as polynomials; the left half is its mirror image.
     Polynomial(PolynomialPrism),
+    /// Front and back of the right half as points, to be fitted.
+    PointCloud(PointCloudPrism),
 }
 
 /// The biprism of the paper: a ridge along y at x = 0, nearest to the camera; facets z = D + |x| tan(alpha);
@@ -89,13 +138,24 @@ pub struct PolynomialPrism {
     pub back: Patch,
 }
 
-/// A polynomial z(x, y) and the region in which it was given.
+/// A prism given by points on its surfaces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Patch {
-    /// z(x, y), in mm.
-    pub sag: Poly2,
-    /// Where it may be used, in mm; a ray that meets it elsewhere has missed.
-    pub domain: Rect,
+pub struct PointCloudPrism {
+    /// Glass and place.
+    pub body: Body,
+    /// The facet that faces the camera.
+    pub front: Cloud,
+    /// The surface that faces the board.
+    pub back: Cloud,
+}
+
+/// Points of a surface, and how a polynomial is fitted to them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cloud {
+    /// The points, in mm, in the prism's frame.
+    pub points_mm: Vec<DVec3>,
+    /// Total degree of the fitted polynomial.
+    pub degree: usize,
 }
 
 /// How a freeform prism is designed.
@@ -109,6 +169,13 @@ pub struct DesignSettings {
     pub method: Method,
     /// Step, in px of the sensor.
     pub step_px: f64,
+}
+
+impl Default for DesignSettings {
+    /// The design paper's: x then y, p = 5, RK4 at the pixel pitch.
+    fn default() -> Self {
+        Self { order: MarchOrder::XThenY, degree: 5, method: Method::Rk4, step_px: 1.0 }
+    }
 }
 
 /// The order of the two marches of the design.

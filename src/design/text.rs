@@ -1,0 +1,82 @@
+//! A designed prism as the text of a scene: it enters a simulation by the front door.
+
+use crate::scene::{Body, Patch};
+use std::fmt::Write;
+
+/// The tables `[prism]`, `[prism.front]` and `[prism.back]` of a scene file for a prism of two polynomials, for the glass of
+/// `body` (its pose is left to the scene's author). Every number reads back as the same f64; terms that are exactly
+/// 0 are left out.
+pub fn scene_prism(front: &Patch, back: &Patch, body: &Body) -> String {
+    let mut text =
+        format!("[prism]\nkind = \"polynomial\"\nindex = {:?}\nouter_index = {:?}\n", body.index, body.outer_index);
+    text.push_str(&patch("prism.front", front));
+    text.push_str(&patch("prism.back", back));
+    text
+}
+
+fn patch(name: &str, patch: &Patch) -> String {
+    let ([x, y], [sx, sy]) = (patch.sag.centre(), patch.sag.scale());
+    let (min, max) = (patch.domain.min, patch.domain.max);
+    let mut text = format!(
+        "\n[{name}]\n# z in mm = sum of c ((x - centre x)/scale x)^m ((y - centre y)/scale y)^n over the terms [m, n, c].\n\
+         centre_mm = [{x:?}, {y:?}]\nscale_mm = [{sx:?}, {sy:?}]\ndomain_mm = [[{:?}, {:?}], [{:?}, {:?}]]\nterms = [\n",
+        min.x, max.x, min.y, max.y
+    );
+    for (m, n, c) in patch.sag.terms().filter(|term| term.2 != 0.0) {
+        writeln!(text, "  [{m}, {n}, {c:?}],").expect("writing to a string cannot fail");
+    }
+    text.push_str("]\n");
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::{Pose, Rect};
+    use crate::num::poly2::Poly2;
+    use glam::DVec2;
+
+    /// A patch whose numbers are awkward to print: thirds, tiny, huge, negative zero and whole ones.
+    fn awkward(sign: f64) -> Patch {
+        let c = |m: usize, n: usize| match (m, n) {
+            (0, 0) => sign / 3.0,
+            (1, 0) => 1e-300,
+            (2, 0) => -1.2345678901234567e17,
+            (0, 2) => 2.0,
+            _ => 0.0,
+        };
+        let domain = Rect { min: DVec2::new(-0.1, -7.0), max: DVec2::new(std::f64::consts::PI, 7.0) };
+        Patch { sag: Poly2::new(3, [6.0 + f64::EPSILON * 4.0, -0.0], [1.0 / 7.0, 5e-5], c), domain }
+    }
+
+    fn body() -> Body {
+        Body { index: 1.48, outer_index: 1.0, world_from_prism: Pose::IDENTITY }
+    }
+
+    #[test]
+    fn every_number_reads_back_as_it_was() {
+        let (front, back) = (awkward(1.0), awkward(-1.0));
+        let text = scene_prism(&front, &back, &body());
+        let table: toml::Table = text.parse().unwrap();
+        let prism = &table["prism"];
+        assert_eq!(prism["kind"].as_str(), Some("polynomial"));
+        assert_eq!((prism["index"].as_float(), prism["outer_index"].as_float()), (Some(1.48), Some(1.0)));
+        for (name, patch) in [("front", front), ("back", back)] {
+            let part = &prism[name];
+            let pair = |v: &toml::Value| [0, 1].map(|i| v[i].as_float().unwrap().to_bits());
+            assert_eq!(pair(&part["centre_mm"]), patch.sag.centre().map(f64::to_bits));
+            assert_eq!(pair(&part["scale_mm"]), patch.sag.scale().map(f64::to_bits));
+            assert_eq!(pair(&part["domain_mm"][0]), [patch.domain.min.x, patch.domain.max.x].map(f64::to_bits));
+            assert_eq!(pair(&part["domain_mm"][1]), [patch.domain.min.y, patch.domain.max.y].map(f64::to_bits));
+            let read: Vec<_> = part["terms"]
+                .as_array()
+                .unwrap()
+                .iter()
+                .map(|t| {
+                    (t[0].as_integer().unwrap() as usize, t[1].as_integer().unwrap() as usize, t[2].as_float().unwrap())
+                })
+                .collect();
+            assert_eq!(read, patch.sag.terms().filter(|t| t.2 != 0.0).collect::<Vec<_>>());
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! A point cloud from a file: CSV with named columns, PLY, or XYZ.
+
+use super::ply;
+use crate::problem::Problem;
+use glam::DVec3;
+use std::fmt::Display;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+/// Most points of a file: 240 MB in memory.
+pub const MAX_POINTS: u64 = 10_000_000;
+
+/// Longest line of a text, and of a header, in bytes.
+const MAX_LINE: u64 = 4096;
+
+/// One of the two surfaces of a prism.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Surface {
+    /// The surface that faces the camera.
+    Front,
+    /// The surface that faces the scene.
+    Back,
+}
+
+/// How the points are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Comma-separated values below a line of column names: `x_mm`, `y_mm`, `z_mm` or `x`, `y`, `z`, or those of
+    /// [`crate::report::cloud::CSV_HEADER`]. Other columns are ignored.
+    Csv,
+    /// PLY 1.0, ascii or binary. The first element is `vertex`, with x, y and z among its scalar properties.
+    Ply,
+    /// x y z in the first three columns of every line, between blanks, tabs or commas.
+    Xyz,
+}
+
+/// The points of the file at `path`, in mm, in its order; the format follows from the extension (.csv, .ply, .xyz, .txt). A
+/// CSV that holds both surfaces of a design gives those of `surface`.
+///
+/// # Errors
+/// A [`Problem`] with file, line, value and rule when the file cannot be read, breaks its format, holds a number that is not
+/// finite, or has more than [`MAX_POINTS`].
+pub fn read_points(path: &Path, surface: Surface) -> Result<Vec<DVec3>, Problem> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let format = match extension.as_str() {
+        "csv" => Format::Csv,
+        "ply" => Format::Ply,
+        "xyz" | "txt" => Format::Xyz,
+        _ => {
+            return Err(Problem::new(
+                path.display(),
+                format!("the extension is {extension:?}, and must be csv, ply, xyz or txt"),
+                "rename the file after its format, or convert it",
+            ));
+        }
+    };
+    let unreadable =
+        |e| Problem::new(path.display(), format!("cannot be read: {e}"), "check the path and its permissions");
+    let file = File::open(path).map_err(unreadable)?;
+    let bytes = file.metadata().map_err(unreadable)?.len();
+    parse_points(&path.display().to_string(), format, BufReader::new(file), bytes, surface)
+}
+
+/// [`read_points`] from any `input` of `bytes` bytes, called `name` in messages.
+///
+/// # Errors
+/// As [`read_points`].
+pub fn parse_points(
+    name: &str,
+    format: Format,
+    input: impl BufRead,
+    bytes: u64,
+    surface: Surface,
+) -> Result<Vec<DVec3>, Problem> {
+    parse_at_most(MAX_POINTS, name, format, input, bytes, surface)
+}
+
+/// [`parse_points`] with a limit other than [`MAX_POINTS`].
+fn parse_at_most(
+    limit: u64,
+    name: &str,
+    format: Format,
+    input: impl BufRead,
+    bytes: u64,
+    surface: Surface,
+) -> Result<Vec<DVec3>, Problem> {
+    let mut lines = Lines { name, input, line: 0, taken: 0, limit };
+    match format {
+        Format::Csv => csv(&mut lines, surface),
+        Format::Xyz => xyz(&mut lines),
+        Format::Ply => ply::read(&mut lines, bytes),
+    }
+}
+
+/// A text read line by line, which knows where it is.
+pub(super) struct Lines<'a, R> {
+    /// The file, in messages.
+    pub(super) name: &'a str,
+    /// What has not been read yet.
+    pub(super) input: R,
+    /// The line read last, from 1.
+    pub(super) line: usize,
+    /// Bytes of the lines read.
+    pub(super) taken: u64,
+    /// Most points.
+    pub(super) limit: u64,
+}
+
+impl<R: BufRead> Lines<'_, R> {
+    /// The next line without its end, in `buffer`; `None` at the end of the input.
+    pub(super) fn next<'b>(&mut self, buffer: &'b mut Vec<u8>) -> Result<Option<&'b str>, Problem> {
+        buffer.clear();
+        self.line += 1;
+        let read = (&mut self.input).take(MAX_LINE).read_until(b'\n', buffer);
+        let read =
+            read.map_err(|e| self.problem(format!("cannot be read: {e}"), "check the file and its disk"))? as u64;
+        self.taken += read;
+        if read == 0 {
+            return Ok(None);
+        }
+        if read == MAX_LINE && buffer.last() != Some(&b'\n') {
+            return Err(self.problem(
+                format!("the line has {MAX_LINE} bytes or more, and must have fewer"),
+                "check that the file is a text of one point a line",
+            ));
+        }
+        let text = std::str::from_utf8(buffer)
+            .map_err(|_| self.problem("the line is not UTF-8 text", "check the file's format and extension"))?;
+        Ok(Some(text.trim_end().trim_start_matches('\u{feff}')))
+    }
+
+    /// A problem at the line read last.
+    pub(super) fn problem(&self, rule: impl Into<String>, help: impl Into<String>) -> Problem {
+        Problem::new(format_args!("{}:{}", self.name, self.line), rule, help)
+    }
+
+    /// `value` as a finite number; `what` names it.
+    pub(super) fn number(&self, what: impl Display, value: &str) -> Result<f64, Problem> {
+        value.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
+            self.problem(format!("{what} is {value:?}, and must be a finite number"), "correct or remove the line")
+        })
+    }
+
+    fn push(&self, points: &mut Vec<DVec3>, point: DVec3) -> Result<(), Problem> {
+        if points.len() as u64 == self.limit {
+            return Err(self.problem(
+                format!("the file has more than {} points, which is the limit", self.limit),
+                "thin the cloud out: a surface of some dozen coefficients needs far fewer",
+            ));
+        }
+        points.push(point);
+        Ok(())
+    }
+}
+
+fn csv<R: BufRead>(lines: &mut Lines<R>, surface: Surface) -> Result<Vec<DVec3>, Problem> {
+    let mut buffer = Vec::new();
+    let header = lines.next(&mut buffer)?.unwrap_or_default();
+    let names: Vec<String> = header.split(',').map(|n| n.trim().trim_matches('"').to_lowercase()).collect();
+    let side = match surface {
+        Surface::Front => "front",
+        Surface::Back => "back",
+    };
+    let column = |axis: &str| {
+        let spelled = [format!("{axis}_mm"), axis.to_owned(), format!("{side}_{axis}_mm")];
+        names.iter().position(|n| spelled.contains(n))
+    };
+    let (Some(x), Some(y), Some(z)) = (column("x"), column("y"), column("z")) else {
+        return Err(lines.problem(
+            format!("the columns are {names:?}, and must include x_mm, y_mm and z_mm"),
+            "name the columns in the first line; a file of bare numbers has the extension .xyz",
+        ));
+    };
+    let mut points = Vec::new();
+    while let Some(line) = lines.next(&mut buffer)? {
+        if line.is_empty() {
+            continue;
+        }
+        let values: Vec<&str> = line.split(',').map(str::trim).collect();
+        if values.len() != names.len() {
+            return Err(lines.problem(
+                format!("the line has {} values, and must have {}, one a column", values.len(), names.len()),
+                "correct or remove the line",
+            ));
+        }
+        let value = |i: usize| lines.number(&names[i], values[i]);
+        let point = DVec3::new(value(x)?, value(y)?, value(z)?);
+        lines.push(&mut points, point)?;
+    }
+    Ok(points)
+}
+
+fn xyz<R: BufRead>(lines: &mut Lines<R>) -> Result<Vec<DVec3>, Problem> {
+    let (mut points, mut buffer) = (Vec::new(), Vec::new());
+    while let Some(line) = lines.next(&mut buffer)? {
+        if line.trim_start().starts_with('#') || line.trim().is_empty() {
+            continue;
+        }
+        let separator = |c: char| c == ',' || c.is_whitespace();
+        let mut values = line.split(separator).filter(|v| !v.is_empty());
+        let (Some(x), Some(y), Some(z)) = (values.next(), values.next(), values.next()) else {
+            return Err(lines.problem(
+                format!("the line is {line:?}, and must have at least 3 values: x y z"),
+                "correct or remove the line; comments begin with #",
+            ));
+        };
+        let point = DVec3::new(lines.number("x", x)?, lines.number("y", y)?, lines.number("z", z)?);
+        lines.push(&mut points, point)?;
+    }
+    Ok(points)
+}
+
+#[cfg(test)]
+#[path = "cloud_tests.rs"]
+mod tests;

@@ -1,0 +1,165 @@
+//! The text of a scene file with its parse tree, so that every message can point at the bytes it speaks of.
+
+use super::limits::FILE_BYTES;
+use super::schema::SceneFile;
+use crate::problem::Problem;
+use serde::Deserialize;
+use std::fs::File;
+use std::io::Read;
+use std::ops::Range;
+use std::path::Path;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// A TOML text that parsed.
+pub(super) struct Document<'t> {
+    /// The whole text, without a byte order mark.
+    pub(super) text: &'t str,
+    /// The root table; every key and value with its span.
+    pub(super) root: Spanned<DeTable<'t>>,
+    place: &'t str,
+}
+
+impl<'t> Document<'t> {
+    /// Parse `text`, which `place` names in messages.
+    pub(super) fn parse(text: &'t str, place: &'t str) -> Result<Self, Problem> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        if text.trim().is_empty() {
+            let help = "start from scenes/paper.toml, or give another file";
+            return Err(Problem::new(place, "the scene is empty", help));
+        }
+        match DeTable::parse(text) {
+            Ok(root) => Ok(Self { text, root, place }),
+            Err(error) => Err(not_toml(text, place, &error)),
+        }
+    }
+
+    /// The values as typed by the schema, once [`super::structure`] has found them right.
+    pub(super) fn values(&self) -> Result<SceneFile, Problem> {
+        SceneFile::deserialize(toml::Deserializer::from(self.root.clone())).map_err(|error| {
+            let rule = format!("the scene cannot be read: {}", error.message());
+            self.problem(error.span().unwrap_or(0..0), rule, "mend the marked place")
+        })
+    }
+
+    /// A problem with the bytes `span`.
+    pub(super) fn problem(&self, span: Range<usize>, rule: String, help: impl Into<String>) -> Problem {
+        Problem::new(self.place, rule, help).at(self.text, span)
+    }
+
+    /// Where the value at `path` stands (`prism.front.terms[3]`), or the nearest table around it when it was left out.
+    pub(super) fn span(&self, path: &str) -> Range<usize> {
+        let mut span = 0..0;
+        let mut table = self.root.get_ref();
+        for step in path.split('.') {
+            let (key, indices) = step.split_once('[').unwrap_or((step, ""));
+            let Some(mut value) = table.get(key) else { break };
+            for index in indices.split(['[', ']']).filter_map(|digits| digits.parse::<usize>().ok()) {
+                let Some(item) = value.get_ref().get(index) else { break };
+                value = item;
+            }
+            span = value.span();
+            match value.get_ref() {
+                DeValue::Table(inner) => table = inner,
+                _ => break,
+            }
+        }
+        span
+    }
+
+    /// What the file says at `span`, short enough for a sentence.
+    pub(super) fn shown(&self, span: Range<usize>) -> String {
+        const LONGEST: usize = 40;
+        let words = self.text.get(span).unwrap_or_default();
+        let first = words.lines().next().unwrap_or_default();
+        if first.chars().count() > LONGEST || first.len() < words.len() {
+            first.chars().take(LONGEST).chain("...".chars()).collect()
+        } else {
+            first.to_owned()
+        }
+    }
+}
+
+/// The text of the file at `path`, of at most [`FILE_BYTES`].
+pub(super) fn read(path: &Path) -> Result<String, Problem> {
+    let place = path.display().to_string();
+    let refused = |error: std::io::Error| {
+        Problem::new(&place, format!("`{place}` cannot be read: {error}"), "give the path of a scene file")
+    };
+    if path.is_dir() {
+        let help = "give the path of a scene file in it";
+        return Err(Problem::new(&place, format!("`{place}` is a directory, and a scene is a file"), help));
+    }
+    let file = File::open(path).map_err(refused)?;
+    let told = file.metadata().map_err(refused)?.len();
+    // A pipe tells no length, so the reading is bounded as well.
+    let mut bytes = Vec::new();
+    if told <= FILE_BYTES {
+        file.take(FILE_BYTES + 1).read_to_end(&mut bytes).map_err(refused)?;
+    }
+    let length = told.max(bytes.len() as u64);
+    if length > FILE_BYTES {
+        let rule = format!("`{place}` has {length} bytes or more, and a scene has at most {FILE_BYTES}");
+        return Err(Problem::new(&place, rule, "give a scene file; points of a surface go into a file of their own"));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let byte = error.as_bytes()[at];
+        let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+        let rule = format!("`{place}` is not UTF-8 text: byte {at} is 0x{byte:02x}");
+        Problem::new(&place, rule, "save the file as UTF-8").at(&text, at..at + char::REPLACEMENT_CHARACTER.len_utf8())
+    })
+}
+
+fn not_toml(text: &str, place: &str, error: &toml::de::Error) -> Problem {
+    let span = error.span().unwrap_or(0..0);
+    let word = text.get(span.clone()).unwrap_or_default().trim();
+    let (rule, help) = if error.message() == "duplicate key" {
+        (format!("`{word}` is given twice in one table"), "keep one of the two")
+    } else if span.start >= text.trim_end().len() {
+        (format!("the scene ends too early: {}", error.message()), "complete its last line: the file may be cut short")
+    } else {
+        (
+            format!("the scene is not TOML: {}", error.message()),
+            "mend the marked place; scenes/paper.toml shows the form",
+        )
+    };
+    Problem::new(place, rule, help).at(text, span)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "a = 1\n[t]\nb = [[1, 2], [3, 44]]\nc.d = \"x\"\n[[list]]\n[[list]]\ne = 5\n";
+
+    #[test]
+    fn span_of_a_path_is_its_value_or_the_nearest_table() {
+        let document = Document::parse(TEXT, "test").unwrap();
+        let words = [
+            ("a", "1"),
+            ("t", "[t]"),
+            ("t.b", "[[1, 2], [3, 44]]"),
+            ("t.b[1][1]", "44"),
+            ("t.b[7]", "[[1, 2], [3, 44]]"),
+            ("t.c.d", "\"x\""),
+            ("t.missing.too", "[t]"),
+            ("list[1].e", "5"),
+            ("list[0].e", "[[list]]"),
+            ("missing", ""),
+        ];
+        for (path, wanted) in words {
+            assert_eq!(&TEXT[document.span(path)], wanted, "{path}");
+        }
+    }
+
+    #[test]
+    fn long_or_many_lined_values_are_shown_short() {
+        let text = format!("a = \"{}\"\nb = [\n1]\nc = \"\u{e9}\"", "\u{e9}".repeat(100));
+        let document = Document::parse(&text, "test").unwrap();
+        let shown = |path| document.shown(document.span(path));
+        assert_eq!(shown("a"), format!("\"{}...", "\u{e9}".repeat(39)));
+        assert_eq!(shown("b"), "[...");
+        assert_eq!(shown("c"), "\"\u{e9}\"");
+    }
+}

@@ -1,0 +1,56 @@
+//! The limits of a scene file, in one table. Each is in the file's own unit; the schema states them to editors, and
+//! the reader to users.
+//!
+//! They keep every later number finite and every allocation bounded, no more: a scene may be as hard as it likes
+//! inside them (a plate, an index ratio of 1, squares far below a pixel, a board at 1e9 mm, one pixel).
+
+/// Bytes of a scene file.
+pub(super) const FILE_BYTES: u64 = 4 << 20;
+/// Pixels along one side of the sensor.
+pub(super) const SIDE_PX: usize = 16384;
+/// Squares along one side of the board.
+pub(super) const SIDE_SQUARES: usize = 100_000;
+/// The shortest focal length, distance, square or scale, in mm: a picometre.
+pub(super) const SHORTEST_MM: f64 = 1e-9;
+/// The longest length, the largest coordinate and the largest coefficient, in mm: a million kilometres.
+pub(super) const LONGEST_MM: f64 = 1e12;
+/// The smallest pixel pitch, in um.
+pub(super) const SMALLEST_PITCH_UM: f64 = 1e-6;
+/// The largest pixel pitch, in um.
+pub(super) const LARGEST_PITCH_UM: f64 = 1e6;
+/// The smallest refractive index, of the glass and of what surrounds it.
+pub(super) const SMALLEST_INDEX: f64 = 0.1;
+/// The largest refractive index.
+pub(super) const LARGEST_INDEX: f64 = 10.0;
+/// The largest tilt about an axis, either way, in deg.
+pub(super) const TILT_DEG: f64 = 360.0;
+/// The steepest facet, either way, in deg.
+pub(super) const FACET_DEG: f64 = 89.0;
+/// The largest radiance, of full scale 1.
+pub(super) const RADIANCE: f64 = 1e6;
+/// The highest degree of a designed surface.
+pub(super) const DESIGN_DEGREE: usize = 15;
+/// The shortest step of the design, in px.
+pub(super) const SHORTEST_STEP_PX: f64 = 1e-3;
+/// The longest step of the design, in px.
+pub(super) const LONGEST_STEP_PX: f64 = 1e3;
+/// Points of the grid that the design marches over one half image.
+pub(super) const MARCHED_POINTS: f64 = 1e8;
+/// Terms of a polynomial surface: all those of total degree 20.
+pub(super) const TERMS: usize = 231;
+/// Depths of the analysis.
+pub(super) const DEPTHS: usize = 16;
+/// The fewest points along a side of the analysis grid.
+pub(super) const SMALLEST_GRID: usize = 2;
+/// The most points along a side of the analysis grid.
+pub(super) const LARGEST_GRID: usize = 1025;
+/// The coarsest accuracy that may be asked for.
+pub(super) const COARSEST_TARGET_PX: f64 = 1.0;
+/// Claims of one scene.
+pub(super) const CLAIMS: usize = 1000;
+/// The largest number that a claim may name, either way.
+pub(super) const CLAIM: f64 = 1e12;
+/// Characters of the name.
+pub(super) const NAME_CHARS: usize = 64;
+/// Characters of a path, to a file or to a value of the report.
+pub(super) const PATH_CHARS: usize = 1024;

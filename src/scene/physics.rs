@@ -1,0 +1,284 @@
+//! Can the instrument be? A few rays of the field, traced through plane faces, tell the shapes that cannot take a
+//! picture from those that merely take a hard one.
+
+use super::document::Document;
+use super::limits::FACET_DEG;
+use super::{Biprism, Camera, PolynomialPrism, Prism, Scene};
+use crate::geom::{Pose, Ray};
+use crate::problem::Problem;
+use glam::{DVec2, DVec3};
+
+/// Judge how camera, prism and board stand to each other.
+pub(super) fn check(document: &Document, scene: &Scene) -> Result<(), Problem> {
+    let camera = &scene.camera;
+    let back = match &scene.prism {
+        Prism::Flat(prism) => Some(biprism(document, camera, prism, false)?),
+        Prism::Freeform(prism, _) => Some(biprism(document, camera, prism, true)?),
+        Prism::Polynomial(prism) => Some(polynomial(document, camera, prism)?),
+        // The surfaces of a point cloud are known once its files are read.
+        Prism::None | Prism::PointCloud(_) => None,
+    };
+    board(document, scene, back.as_ref())
+}
+
+/// Where the glass ends: the plane z = `z_mm` of the prism's frame.
+struct Back {
+    prism_from_world: Pose,
+    z_mm: f64,
+}
+
+/// The plane faces of a biprism, and the frame in which they stand.
+struct Faces<'a> {
+    prism: &'a Biprism,
+    prism_from_world: Pose,
+    angle_rad: f64,
+    slope: f64,
+}
+
+fn biprism(document: &Document, camera: &Camera, prism: &Biprism, designed: bool) -> Result<Back, Problem> {
+    let prism_from_world = prism.body.world_from_prism.inverse();
+    let angle_rad = match prism.facet_angle_rad {
+        Some(angle) => angle,
+        None => parallel_angle(document, camera, prism)?,
+    };
+    let faces = Faces { prism, prism_from_world, angle_rad, slope: libm::tan(angle_rad) };
+    pinhole_is_in_front(document, camera, &faces)?;
+    facets_end_before_base(document, camera, &faces)?;
+    light_passes(document, camera, &faces, designed)?;
+    Ok(Back { prism_from_world, z_mm: prism.ridge_distance_mm + prism.thickness_mm })
+}
+
+fn pinhole_is_in_front(document: &Document, camera: &Camera, faces: &Faces) -> Result<(), Problem> {
+    let distance = faces.prism.ridge_distance_mm;
+    let pinhole = faces.prism_from_world.point(camera.position_mm);
+    if pinhole.z < distance + pinhole.x.abs() * faces.slope {
+        return Ok(());
+    }
+    let rule = format!(
+        "`prism.ridge_distance_mm` is {distance}, and the pinhole, at [{}, {}, {}] in the prism's frame, is not in \
+         front of the facets",
+        pinhole.x, pinhole.y, pinhole.z
+    );
+    let help = "move the prism away from the camera: `prism.position_mm`, `prism.tilt_deg`, `prism.ridge_distance_mm`";
+    Err(document.problem(document.span("prism.ridge_distance_mm"), rule, help))
+}
+
+/// The depth of a facet is a ratio of linear functions of the sensor's point, so it is greatest at a corner.
+fn facets_end_before_base(document: &Document, camera: &Camera, faces: &Faces) -> Result<(), Problem> {
+    let (distance, thickness) = (faces.prism.ridge_distance_mm, faces.prism.thickness_mm);
+    let (base_z, degrees) = (distance + thickness, faces.angle_rad.to_degrees());
+    for ray in field(camera, 1, 1) {
+        let Some((hit, _)) = meet(&ray.moved(&faces.prism_from_world), distance, faces.slope) else {
+            let rule = format!(
+                "`prism.facet_angle_deg` is {degrees:.4}, and the ray of a corner of the picture never meets the facet"
+            );
+            let help = "give a smaller facet angle or tilt, or a narrower field";
+            return Err(document.problem(document.span("prism.facet_angle_deg"), rule, help));
+        };
+        if hit.z > base_z {
+            let rule = format!(
+                "`prism.thickness_mm` is {thickness}, and the facet crosses the base inside the picture: at a corner \
+                 its z is {:.4} mm, and the base has {base_z:.4} mm",
+                hit.z
+            );
+            let least = hit.z - distance;
+            let help = format!("give a thickness above {least:.4}, or a facet angle smaller than {degrees:.4} deg");
+            return Err(document.problem(document.span("prism.thickness_mm"), rule, help));
+        }
+    }
+    Ok(())
+}
+
+/// A design starts from the middle ray of each half image; a flat prism is worth a picture if any ray passes.
+fn light_passes(document: &Document, camera: &Camera, faces: &Faces, designed: bool) -> Result<(), Problem> {
+    const CELLS: (usize, usize) = (16, 8);
+    let body = &faces.prism.body;
+    let passes = |ray: Ray| {
+        let ray = ray.moved(&faces.prism_from_world);
+        meet(&ray, faces.prism.ridge_distance_mm, faces.slope)
+            .and_then(|(_, normal)| refract(ray.direction, normal, body.outer_index / body.index))
+            .filter(|inside| inside.z > 0.0)
+            .is_some_and(|inside| refract(inside, DVec3::Z, body.index / body.outer_index).is_some())
+    };
+    let whose = match designed {
+        true if !half_centres(camera).all(passes) => "the middle ray of a half image is",
+        false if !field(camera, CELLS.0, CELLS.1).any(passes) => "every ray of the picture is",
+        _ => return Ok(()),
+    };
+    let rule = format!(
+        "`prism.facet_angle_deg` is {:.4}, and {whose} totally reflected in glass of index {} in {}",
+        faces.angle_rad.to_degrees(),
+        body.index,
+        body.outer_index
+    );
+    let help = "give a smaller facet angle or tilt, or a smaller index ratio";
+    Err(document.problem(document.span("prism.facet_angle_deg"), rule, help))
+}
+
+/// alpha of the design paper's Eq. 5, corrected: tan(alpha) = sin(delta) / (k - cos(delta)), with k the index ratio and
+/// delta the direction of the middle of a half image.
+fn parallel_angle(document: &Document, camera: &Camera, prism: &Biprism) -> Result<f64, Problem> {
+    let tan_delta = camera.width_px as f64 * camera.pitch_mm / (4.0 * camera.focal_length_mm);
+    let cos_delta = 1.0 / (1.0 + tan_delta * tan_delta).sqrt();
+    let ratio = prism.body.index / prism.body.outer_index;
+    let angle = libm::atan(tan_delta * cos_delta / (ratio - cos_delta));
+    let incidence = angle + libm::atan(tan_delta);
+    if angle.abs() < FACET_DEG.to_radians() && incidence.abs() < 90f64.to_radians() {
+        return Ok(angle);
+    }
+    let rule = format!(
+        "`prism.facet_angle_deg` is left out, and no facet of glass of index {} in {} leaves the two views parallel",
+        prism.body.index, prism.body.outer_index
+    );
+    Err(document.problem(document.span("prism.index"), rule, "give `facet_angle_deg`, or another `index`"))
+}
+
+fn polynomial(document: &Document, camera: &Camera, prism: &PolynomialPrism) -> Result<Back, Problem> {
+    let middle = |domain: crate::geom::Rect| -> DVec2 { (domain.min + domain.max) / 2.0 };
+    let prism_from_world = prism.body.world_from_prism.inverse();
+    let (f, b) = (middle(prism.front.domain), middle(prism.back.domain));
+    let (front_z, back_z) = (prism.front.sag.value(f.x, f.y), prism.back.sag.value(b.x, b.y));
+    let pinhole = prism_from_world.point(camera.position_mm);
+    for (key, z) in [("front", front_z), ("back", back_z)] {
+        if !z.is_finite() {
+            let at = format!("prism.{key}");
+            let rule = format!("`{at}.terms` give z = {z} in the middle of the domain, and a surface is finite");
+            return Err(document.problem(document.span(&format!("{at}.terms")), rule, "give smaller coefficients"));
+        }
+    }
+    let (rule, help) = if pinhole.z >= front_z {
+        (
+            format!(
+                "`prism.front` stands at z = {front_z} in the middle of its domain, not in front of the pinhole at \
+                 z = {}",
+                pinhole.z
+            ),
+            "raise its constant term [0, 0, c], or move the prism with `position_mm`",
+        )
+    } else if front_z >= back_z {
+        (
+            format!("`prism.front` stands at z = {front_z} and `prism.back` at {back_z}: no glass is between them"),
+            "give the back a larger constant term [0, 0, c] than the front",
+        )
+    } else {
+        return Ok(Back { prism_from_world, z_mm: back_z });
+    };
+    Err(document.problem(document.span("prism.front.terms"), rule, help))
+}
+
+/// Board and depths of the analysis lie in front of the camera and beyond the glass.
+fn board(document: &Document, scene: &Scene, back: Option<&Back>) -> Result<(), Problem> {
+    let pinhole = scene.camera.position_mm;
+    let judge = |key: &str, point: DVec3| {
+        let depth = point.z - pinhole.z;
+        let glass = back.map(|b| (b.prism_from_world.point(point).z, b.z_mm));
+        let fault = match glass {
+            _ if depth <= 0.0 => format!("at a depth of {depth} mm, and the camera sees only depths above 0"),
+            Some((z, end)) if z <= end => format!("at z = {z} mm of the prism's frame, and the glass ends at {end}"),
+            _ => return Ok(()),
+        };
+        let (span, left_out) = match document.span(key) {
+            span if span.is_empty() => (document.span("prism"), ", left out,"),
+            span => (span, ""),
+        };
+        let help = format!("move the board away from the camera, beyond the prism: `{key}`");
+        Err(document.problem(span, format!("`{key}`{left_out} puts the board {fault}"), help))
+    };
+    judge("board.position_mm", scene.board.world_from_board.translation_mm)?;
+    let mut depths = scene.analysis.depths_mm.iter().enumerate();
+    depths.try_for_each(|(i, depth)| judge(&format!("analysis.depths_mm[{i}]"), pinhole + DVec3::Z * *depth))
+}
+
+/// The rays of a grid of `columns` x `rows` cells over the whole sensor, borders included, in the world.
+fn field(camera: &Camera, columns: usize, rows: usize) -> impl Iterator<Item = Ray> {
+    let camera = *camera;
+    (0..=rows)
+        .flat_map(move |j| (0..=columns).map(move |i| ray(&camera, i as f64 / columns as f64, j as f64 / rows as f64)))
+}
+
+/// The rays of the middles of the two half images.
+fn half_centres(camera: &Camera) -> impl Iterator<Item = Ray> {
+    let camera = *camera;
+    [0.25, 0.75].into_iter().map(move |u| ray(&camera, u, 0.5))
+}
+
+/// The ray of the sensor's point (u, v), each from 0 to 1.
+fn ray(camera: &Camera, u: f64, v: f64) -> Ray {
+    let x = (u - 0.5) * camera.width_px as f64 * camera.pitch_mm / camera.focal_length_mm;
+    let y = (v - 0.5) * camera.height_px as f64 * camera.pitch_mm / camera.focal_length_mm;
+    Ray { origin: camera.position_mm, direction: DVec3::new(x, y, 1.0).normalize() }
+}
+
+/// Where a ray that starts in front of z = D + |x| slope first meets it, and the normal there (towards +z); `None`
+/// when it never does.
+fn meet(ray: &Ray, distance: f64, slope: f64) -> Option<(DVec3, DVec3)> {
+    let facet = |side: f64| {
+        let normal = DVec3::new(-side * slope, 0.0, 1.0);
+        let approach = normal.dot(ray.direction);
+        (approach > 0.0).then(|| ((distance - normal.dot(ray.origin)) / approach, normal.normalize()))
+    };
+    // The facets are the farther of their two planes where they rise from the ridge, and the nearer where they fall.
+    let (t, normal) = match (facet(1.0), facet(-1.0)) {
+        (Some(a), Some(b)) if (a.0 > b.0) == (slope >= 0.0) => a,
+        (Some(_), Some(b)) => b,
+        (a, b) if slope < 0.0 => a.or(b)?,
+        _ => return None,
+    };
+    let hit = ray.at(t);
+    hit.is_finite().then_some((hit, normal))
+}
+
+/// Snell's law for a unit direction, a unit normal on either side and eta = n_in / n_out; `None` for total reflection.
+fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Option<DVec3> {
+    let cos_in = direction.dot(normal);
+    let cos_out_2 = 1.0 - eta * eta * (1.0 - cos_in * cos_in);
+    (cos_out_2 > 0.0).then(|| direction * eta + normal * (cos_out_2.sqrt().copysign(cos_in) - eta * cos_in))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ray_meets_the_facet_of_its_side_at_the_closed_form() {
+        let distance = 78.0;
+        for (t, slope) in
+            [(-0.3, 0.15), (-1e-9, 0.15), (0.0, 0.15), (0.2, 0.15), (-0.3, -0.2), (1e-9, -0.2), (9.0, -3.0)]
+        {
+            let ray = Ray { origin: DVec3::ZERO, direction: DVec3::new(t, 0.1, 1.0).normalize() };
+            let (hit, normal) = meet(&ray, distance, slope).unwrap();
+            let z = distance / (1.0 - f64::abs(t) * slope);
+            // Two roundings of numbers near 80.
+            assert!((hit - DVec3::new(t * z, 0.1 * z, z)).length() < 1e-13, "{t}: {hit}");
+            assert!(normal.z > 0.0 && (normal.x * t * slope < 0.0 || t == 0.0));
+        }
+    }
+
+    #[test]
+    fn ray_that_flees_the_facet_never_meets_it() {
+        let direction = DVec3::new(0.5, 0.0, 1.0).normalize();
+        assert!(meet(&Ray { origin: DVec3::ZERO, direction }, 78.0, 2.0).is_none());
+        assert!(meet(&Ray { origin: DVec3::ZERO, direction: -DVec3::Z }, 78.0, 0.0).is_none());
+    }
+
+    #[test]
+    fn refraction_keeps_snell_and_the_plane_of_incidence() {
+        let (incoming, normal) = (DVec3::new(0.3, -0.2, 1.0).normalize(), DVec3::new(-0.1, 0.4, 1.0).normalize());
+        for normal in [normal, -normal] {
+            let out = refract(incoming, normal, 1.0 / 1.48).unwrap();
+            assert!((out.length() - 1.0).abs() < 1e-15);
+            assert!((incoming.cross(normal) - out.cross(normal) * 1.48).length() < 1e-15);
+            assert!(out.dot(normal) * incoming.dot(normal) > 0.0);
+        }
+    }
+
+    #[test]
+    fn angle_left_out_is_that_of_the_paper() {
+        let document = Document::parse(include_str!("../../scenes/paper.toml"), "paper").unwrap();
+        let scene = super::super::check::scene(&document, document.values().unwrap(), None).unwrap();
+        let Prism::Freeform(prism, _) = &scene.prism else { panic!("the paper has a freeform prism") };
+        let angle = parallel_angle(&document, &scene.camera, prism).unwrap();
+        // The paper's 8.85 deg, to the digits of the recomputation.
+        assert!((angle.to_degrees() - 8.85428).abs() < 5e-6);
+    }
+}

@@ -1,0 +1,279 @@
+//! Does the file have the shape that the schema states? Keys, types, ranges, choices and lengths of lists.
+//!
+//! The rules are read from the schema itself, so that the reader, the shipped `scene.schema.json` and the words of a
+//! message cannot part. What relates two values is judged by [`super::check`].
+
+use super::document::Document;
+use super::suggest;
+use crate::problem::Problem;
+use serde_json::Value;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Judge the whole document by `schema`; the first fault is told.
+pub(super) fn check(document: &Document, schema: &Value) -> Result<(), Problem> {
+    let walk = Walk { document, whole: schema };
+    walk.table(&At { path: "", span: 0..0 }, document.root.get_ref(), schema)
+}
+
+struct Walk<'a> {
+    document: &'a Document<'a>,
+    /// The schema of the whole file, in which misplaced keys are looked for.
+    whole: &'a Value,
+}
+
+/// A place in the file: its path of keys, and its bytes.
+struct At<'a> {
+    path: &'a str,
+    span: Range<usize>,
+}
+
+impl Walk<'_> {
+    fn value(&self, at: &At, value: &DeValue, schema: &Value) -> Result<(), Problem> {
+        if let Some(all) = schema["oneOf"].as_array() {
+            return match all.iter().all(|alternative| tag(alternative).is_none()) {
+                true => self.value(at, value, of_kind(value, all)),
+                false => self.alternatives(at, value, schema),
+            };
+        }
+        let wanted = schema["type"].as_str().unwrap_or_default();
+        match (wanted, value) {
+            ("object", DeValue::Table(table)) => self.table(at, table, schema),
+            ("array", DeValue::Array(items)) => self.list(at, items, schema),
+            ("string", DeValue::String(word)) => self.word(at, word, schema),
+            ("integer", DeValue::Integer(_)) | ("number", DeValue::Integer(_) | DeValue::Float(_)) => {
+                self.number(at, number(value), schema)
+            }
+            _ => Err(self.wrong_type(at, value, wanted, schema)),
+        }
+    }
+
+    /// Keys of a table: none unknown, none missing, each value right.
+    fn table(&self, at: &At, table: &DeTable, schema: &Value) -> Result<(), Problem> {
+        let known = schema["properties"].as_object().into_iter().flatten();
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        for (key, _) in &entries {
+            let name: &str = key.get_ref();
+            if !known.clone().any(|(k, _)| k == name) {
+                let rule = match tag(schema) {
+                    Some((tag, kind)) => {
+                        format!("`{}` is not a key where `{tag}` is \"{kind}\"", joined(at.path, name))
+                    }
+                    None => format!("`{}` is not a key of a scene", joined(at.path, name)),
+                };
+                let help = suggest::for_key(at.path, name, known.clone().map(|(k, _)| k.as_str()), self.whole);
+                return Err(self.document.problem(key.span(), rule, help));
+            }
+        }
+        for required in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
+            if table.get(required).is_none() {
+                let rule = format!("`{}` is missing", joined(at.path, required));
+                return Err(self.document.problem(at.span.clone(), rule, missing_help(at.path, required, schema)));
+            }
+        }
+        for (key, value) in entries {
+            let path = joined(at.path, key.get_ref());
+            // A table that dotted keys imply has no text of its own.
+            let span = Some(value.span()).filter(|s| !s.is_empty()).unwrap_or(key.span());
+            self.value(&At { path: &path, span }, value.get_ref(), &schema["properties"][&**key.get_ref()])?;
+        }
+        Ok(())
+    }
+
+    /// A table whose tag (`kind`) says which keys it has.
+    fn alternatives(&self, at: &At, value: &DeValue, schema: &Value) -> Result<(), Problem> {
+        let DeValue::Table(table) = value else { return Err(self.wrong_type(at, value, "object", schema)) };
+        let all = schema["oneOf"].as_array().into_iter().flatten();
+        let tags: Vec<_> = all.clone().filter_map(tag).collect();
+        let Some(&(key, _)) = tags.first() else { return Ok(()) };
+        let kinds = tags.iter().map(|(_, kind)| *kind);
+        let path = joined(at.path, key);
+        let Some(given) = table.get(key) else {
+            let help = format!("add `{key}` to `[{}]`: {}", at.path, one_of(kinds));
+            return Err(self.document.problem(at.span.clone(), format!("`{path}` is missing"), help));
+        };
+        let place = At { path: &path, span: given.span() };
+        let DeValue::String(word) = given.get_ref() else {
+            let problem = self.wrong_type(&place, given.get_ref(), "string", schema);
+            return Err(Problem { help: format!("write {}", one_of(kinds)), ..problem });
+        };
+        match all.zip(&tags).find(|(_, (_, kind))| kind == word) {
+            Some((alternative, _)) => self.table(at, table, alternative),
+            None => Err(self.no_choice(&place, word, kinds)),
+        }
+    }
+
+    fn list(&self, at: &At, items: &[Spanned<DeValue>], schema: &Value) -> Result<(), Problem> {
+        let bound = |key: &str| schema[key].as_u64().map(|n| n as usize);
+        let (least, most) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(usize::MAX));
+        if items.len() < least || items.len() > most {
+            let wanted = if least == most { least.to_string() } else { format!("{least} to {most}") };
+            let rule = format!("`{}` has {} values, and must have {wanted}", at.path, items.len());
+            return Err(self.document.problem(at.span.clone(), rule, change(at.path, schema)));
+        }
+        for (i, item) in items.iter().enumerate() {
+            let each = match &schema["items"] {
+                Value::Array(positions) => positions.get(i).unwrap_or(&Value::Null),
+                each => each,
+            };
+            self.value(&At { path: &format!("{}[{i}]", at.path), span: item.span() }, item.get_ref(), each)
+                .map_err(|problem| self.with_list_help(problem, each, at.path, schema))?;
+        }
+        Ok(())
+    }
+
+    fn word(&self, at: &At, word: &str, schema: &Value) -> Result<(), Problem> {
+        if let Some(choices) = schema["enum"].as_array() {
+            let words = choices.iter().filter_map(Value::as_str);
+            return if words.clone().any(|w| w == word) { Ok(()) } else { Err(self.no_choice(at, word, words)) };
+        }
+        let length = word.chars().count() as u64;
+        let (least, most) =
+            (schema["minLength"].as_u64().unwrap_or(0), schema["maxLength"].as_u64().unwrap_or(u64::MAX));
+        if (least..=most).contains(&length) {
+            return Ok(());
+        }
+        let rule = format!("`{}` has {length} characters, and must have {least} to {most}", at.path);
+        Err(self.document.problem(at.span.clone(), rule, change(at.path, schema)))
+    }
+
+    fn number(&self, at: &At, number: f64, schema: &Value) -> Result<(), Problem> {
+        let bound = |key: &str| schema[key].as_f64();
+        let (min, above) = (bound("minimum"), bound("exclusiveMinimum"));
+        let (max, below) = (bound("maximum"), bound("exclusiveMaximum"));
+        // NaN breaks each of them; and every number of the schema has bounds on both sides.
+        let holds = min.is_none_or(|m| number >= m)
+            && above.is_none_or(|m| number > m)
+            && max.is_none_or(|m| number <= m)
+            && below.is_none_or(|m| number < m);
+        if holds {
+            return Ok(());
+        }
+        let bounds = [("at least", min), ("above", above), ("at most", max), ("below", below)];
+        let words = bounds.into_iter().filter_map(|(word, m)| m.map(|m| format!("{word} {}", short(m))));
+        let bounds = words.collect::<Vec<_>>().join(" and ");
+        let finite = if number.is_finite() { "" } else { "a finite number, " };
+        let rule = format!("`{}` is {}, and must be {finite}{bounds}", at.path, self.document.shown(at.span.clone()));
+        Err(self.document.problem(at.span.clone(), rule, change(at.path, schema)))
+    }
+
+    fn no_choice<'k>(&self, at: &At, word: &str, choices: impl Iterator<Item = &'k str> + Clone) -> Problem {
+        let shown = self.document.shown(at.span.clone());
+        let rule = format!("`{}` is {shown}, and must be {}", at.path, one_of(choices.clone()));
+        let help = match suggest::nearest(&word.to_lowercase(), choices.clone()) {
+            Some(meant) => format!("did you mean \"{meant}\"?"),
+            None => format!("write {}", one_of(choices)),
+        };
+        self.document.problem(at.span.clone(), rule, help)
+    }
+
+    fn wrong_type(&self, at: &At, value: &DeValue, wanted: &str, schema: &Value) -> Problem {
+        let (given, shows_value) = match value {
+            DeValue::String(_) => ("a string", true),
+            DeValue::Integer(_) => ("a whole number", true),
+            DeValue::Float(_) => ("a number with a fraction", true),
+            DeValue::Boolean(_) => ("a truth value", true),
+            DeValue::Datetime(_) => ("a date or time", true),
+            DeValue::Array(_) => ("a list", false),
+            DeValue::Table(_) => ("a table", false),
+        };
+        let wanted_words = match wanted {
+            "object" => "a table",
+            "array" => "a list",
+            "string" => "a string",
+            "integer" => "a whole number",
+            _ => "a number",
+        };
+        let shown = if shows_value { format!(", {},", self.document.shown(at.span.clone())) } else { String::new() };
+        let rule = format!("`{}` is {given}{shown} and must be {wanted_words}", at.path);
+        let help = match (wanted, value) {
+            ("object", _) => format!("give its keys under `[{}]`", at.path),
+            ("array", _) => format!("give a list in brackets: {}", described(schema)),
+            ("string", _) => match schema["enum"].as_array() {
+                Some(choices) => format!("write {}", one_of(choices.iter().filter_map(Value::as_str))),
+                None => format!("give it in quotes: {}", described(schema)),
+            },
+            ("integer", DeValue::Float(_)) => "write it without a decimal point".to_owned(),
+            (_, DeValue::String(_)) => {
+                "write the number alone: no quotes, and no unit, which the key states".to_owned()
+            }
+            _ => change(at.path, schema),
+        };
+        self.document.problem(at.span.clone(), rule, help)
+    }
+
+    /// An item of a list has no words of its own: the list's help serves.
+    fn with_list_help(&self, problem: Problem, item: &Value, path: &str, list: &Value) -> Problem {
+        let own = item.get("description").is_some() || item.get("properties").is_some();
+        if own { problem } else { Problem { help: change(path, list), ..problem } }
+    }
+}
+
+/// The alternative for a value of this kind, a table or a word; the first for any other kind, which none allows.
+fn of_kind<'s>(value: &DeValue, alternatives: &'s [Value]) -> &'s Value {
+    let table = matches!(value, DeValue::Table(_));
+    let fits = |schema: &&Value| (schema["type"] == "object") == table;
+    alternatives.iter().find(fits).unwrap_or(&alternatives[0])
+}
+
+/// The tag of one alternative: its key and its word.
+fn tag(schema: &Value) -> Option<(&str, &str)> {
+    schema["properties"].as_object()?.iter().find_map(|(key, s)| Some((key.as_str(), s.get("const")?.as_str()?)))
+}
+
+fn number(value: &DeValue) -> f64 {
+    match value {
+        // An integer beyond i64 is beyond every limit too.
+        DeValue::Integer(i) => i64::from_str_radix(i.as_str(), i.radix()).map_or(f64::MAX, |i| i as f64),
+        DeValue::Float(f) => f.as_str().parse().unwrap_or(f64::NAN),
+        _ => f64::NAN,
+    }
+}
+
+fn missing_help(table: &str, key: &str, schema: &Value) -> String {
+    let inner = &schema["properties"][key];
+    let is_table = inner.get("oneOf").is_some() || inner["type"] == "object";
+    let description = described(inner);
+    match (is_table, table) {
+        (true, _) => format!("add a table `[{}]`: {description}", joined(table, key)),
+        (false, "") => format!("add `{key} = ...` above the first table: {description}"),
+        (false, _) => format!("add `{key} = ...` to `[{table}]`: {description}"),
+    }
+}
+
+fn change(path: &str, schema: &Value) -> String {
+    let key = path.rsplit('.').next().unwrap_or(path);
+    match described(schema) {
+        words if words.is_empty() => format!("change `{key}`"),
+        words => format!("change `{key}`: {words}"),
+    }
+}
+
+/// A key's description as the end of a sentence.
+fn described(schema: &Value) -> String {
+    let words = schema["description"].as_str().unwrap_or_default().trim_end_matches('.');
+    let mut letters = words.chars();
+    match (letters.next(), letters.clone().next()) {
+        (Some(first), Some(second)) if !second.is_uppercase() => first.to_lowercase().chain(letters).collect(),
+        _ => words.to_owned(),
+    }
+}
+
+fn one_of<'k>(words: impl Iterator<Item = &'k str>) -> String {
+    let quoted: Vec<String> = words.map(|w| format!("\"{w}\"")).collect();
+    match quoted.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        _ => quoted.concat(),
+    }
+}
+
+fn joined(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
+}
+
+/// A limit as one would write it.
+fn short(number: f64) -> String {
+    if number != 0.0 && !(1e-3..1e6).contains(&number.abs()) { format!("{number:e}") } else { format!("{number}") }
+}
