@@ -1,0 +1,313 @@
+//! The certified map: polynomials that take a pixel position to the board, and rays that vouch for them.
+//!
+//! Inside a half the map is analytic, so a polynomial through a few dozen rays reproduces it to rounding. Three things
+//! vouch for a patch of it: its coefficients fall below the error asked for; further rays, which the fit did not see,
+//! agree with it; and every ray along the patch's border, and all those inside, pass the same side and reach the board.
+//! What the border says holds inside: where rays meet the surfaces is an open map of the pixel, so that its extremes,
+//! and with them a missed surface or the ridge, show at the border first; and total reflection has a root in it that
+//! no polynomial follows, so that near it the coefficients do not fall.
+
+use super::Class;
+use super::looks::alone;
+use super::plan::Region;
+use crate::num::chebyshev::{Interpolation, MAX_DEGREE, Series, points};
+use crate::system::System;
+use glam::{DMat2, DVec2};
+
+/// A patch of the map.
+#[derive(Debug, Clone)]
+pub(super) struct Patch {
+    /// The pixels for which it stands.
+    pub(super) region: Region,
+    /// The side that they see through.
+    pub(super) class: Class,
+    /// Whether x is counted to the left, as on the left half of the picture: mirror images then have the same bits.
+    pub(super) flip: bool,
+    /// The picture's middle column.
+    axis: f64,
+    /// Centre (from the axis in x) and 1 / half the sides, in px.
+    centre: DVec2,
+    inverse_half: DVec2,
+    /// u (counted to the left where `flip`) and v in squares of the board, by powers of s, then of t.
+    pub(super) powers: [Vec<Vec<f64>>; 2],
+    /// Bounds of |du/dx|, |du/dy|, |d2u/dx2| and the same of v, in squares and px.
+    pub(super) bounds: [[f64; 3]; 2],
+    /// Largest difference from the rays that checked it, in px.
+    pub(super) error_px: f64,
+}
+
+/// The tries before the patch is divided: degrees of the polynomials.
+const DEGREES: [usize; 3] = [8, 12, MAX_DEGREE];
+/// Rays inside a patch that check it.
+const INSIDE: usize = 64;
+/// Px between the rays along the border of a patch.
+const BORDER_STEP: usize = 16;
+/// Positions that are sampled are multiples of this, in px: exact on either half, so that mirrored rays are mirrored.
+const GRAIN_PX: f64 = 1.0 / (1u64 << 20) as f64;
+/// How far inside the border of a patch its border is looked at, in px.
+const INSET_PX: f64 = 1.0 / (1u64 << 30) as f64;
+
+impl Patch {
+    /// s of the picture's column x, in -1 ..= 1 inside the patch.
+    #[inline(always)]
+    pub(super) fn s(&self, x: f64) -> f64 {
+        let d = if self.flip { self.axis - x } else { x - self.axis };
+        (d - self.centre.x) * self.inverse_half.x
+    }
+
+    /// t of the picture's row y.
+    #[inline(always)]
+    pub(super) fn t(&self, y: f64) -> f64 {
+        (y - self.centre.y) * self.inverse_half.y
+    }
+
+    /// ds/dpx and dt/dpx, without their signs.
+    pub(super) fn steps(&self) -> DVec2 {
+        self.inverse_half
+    }
+
+    /// The picture's position of (s, t), on the grain.
+    fn place(&self, s: f64, t: f64) -> DVec2 {
+        let on_grain = |v: f64| (v / GRAIN_PX).round() * GRAIN_PX;
+        let d = on_grain(self.centre.x + s / self.inverse_half.x);
+        let x = if self.flip { self.axis - d } else { self.axis + d };
+        DVec2::new(x, on_grain(self.centre.y + t / self.inverse_half.y))
+    }
+
+    /// What the patch says that `px` sees, in squares, with the derivatives by px.
+    fn look(&self, px: DVec2) -> (DVec2, DMat2) {
+        let (s, t) = (self.s(px.x), self.t(px.y));
+        let jet = |powers: &[Vec<f64>]| {
+            let (mut p, mut ps, mut pt) = (0.0, 0.0, 0.0);
+            for row in powers.iter().rev() {
+                let (r, rt) = row.iter().rev().fold((0.0, 0.0), |(r, rt), c| (r * t + c, rt * t + r));
+                (ps, p, pt) = (ps * s + p, p * s + r, pt * s + rt);
+            }
+            [p, ps * self.inverse_half.x, pt * self.inverse_half.y]
+        };
+        let ([u, us, ut], [v, vs, vt]) = (jet(&self.powers[0]), jet(&self.powers[1]));
+        let (sign, d) = if self.flip {
+            (-1.0, DMat2::from_cols_array(&[us, -vs, -ut, vt]))
+        } else {
+            (1.0, DMat2::from_cols_array(&[us, vs, ut, vt]))
+        };
+        (DVec2::new(sign * u, v), d)
+    }
+
+    /// Traces `region` and fits it; `None` where rays do not vouch for it. `rays` counts them.
+    fn fit(system: &System, region: &Region, map_px: f64, rays: &mut u64) -> Option<Self> {
+        let [width, _] = system.camera.size_px();
+        let scale = 1.0 / system.board.pattern.square_mm;
+        let axis = 0.5 * width as f64;
+        let low = DVec2::new(region.columns.start as f64, region.rows.start as f64);
+        let high = DVec2::new(region.columns.end as f64, region.rows.end as f64);
+        let flip = high.x <= axis + 0.5;
+        let middle = 0.5 * (low + high);
+        let mut patch = Self {
+            region: region.clone(),
+            class: Class::Missed,
+            flip,
+            axis,
+            centre: DVec2::new(if flip { axis - middle.x } else { middle.x - axis }, middle.y),
+            inverse_half: 2.0 / (high - low),
+            powers: [Vec::new(), Vec::new()],
+            bounds: [[0.0; 3]; 2],
+            error_px: 0.0,
+        };
+        let mut look = |px: DVec2| {
+            *rays += 1;
+            alone(system, px)
+        };
+        // The border and the corners: one side all along.
+        patch.class = look(middle).1;
+        if !matches!(patch.class, Class::Left | Class::Right) {
+            return None;
+        }
+        let mut border = Vec::new();
+        for x in region.columns.clone().step_by(BORDER_STEP).chain([region.columns.end]) {
+            border.extend([low.y, high.y].map(|y| DVec2::new(x as f64, y)));
+        }
+        for y in region.rows.clone().step_by(BORDER_STEP) {
+            border.extend([low.x, high.x].map(|x| DVec2::new(x, y as f64)));
+        }
+        let inset = |p: DVec2| p.clamp(low + INSET_PX, high - INSET_PX);
+        let mut checks = Vec::with_capacity(border.len() + INSIDE);
+        for px in border.into_iter().map(inset).chain((0..INSIDE).map(|k| patch.inside(k))) {
+            let (seen_mm, class) = look(px);
+            if class != patch.class {
+                return None;
+            }
+            checks.push((px, seen_mm * scale));
+        }
+        let px_per_square = patch.coarse_scale(&checks)?;
+        DEGREES.into_iter().find_map(|degree| {
+            patch.interpolate(degree, map_px / px_per_square, &mut look, scale)?;
+            patch.error_px = 0.0;
+            for &(px, seen) in &checks {
+                let (mapped, jacobian) = patch.look(px);
+                let error = (jacobian.inverse() * (mapped - seen)).length();
+                // NaN must not pass.
+                if error.is_nan() || error > map_px {
+                    return None;
+                }
+                patch.error_px = patch.error_px.max(error);
+            }
+            Some(patch.clone())
+        })
+    }
+
+    /// Place k of a sequence that fills the patch evenly and hits no node: multiples of the plastic number's inverse
+    /// powers (Roberts 2018, the R2 sequence).
+    fn inside(&self, k: usize) -> DVec2 {
+        let fill = |alpha: f64| 2.0 * (0.5 + alpha * (k + 1) as f64).fract() - 1.0;
+        self.place(fill(0.754_877_666_246_693), fill(0.569_840_290_998_053_3))
+    }
+
+    /// Squares per px, roughly, from the rays at opposite corners; `None` where they see the same.
+    fn coarse_scale(&self, checks: &[(DVec2, DVec2)]) -> Option<f64> {
+        let (a, b) = (checks.first()?, checks.get(1)?);
+        let scale = (a.1 - b.1).length() / (a.0 - b.0).length();
+        (scale > 0.0 && scale.is_finite()).then_some(1.0 / scale)
+    }
+
+    /// Fits polynomials of at most `degree`, whose coefficients beyond the degrees kept sum up to below a quarter of
+    /// `error`, in squares; `None` where they do not fall so far, or a ray strays.
+    fn interpolate(
+        &mut self,
+        degree: usize,
+        error: f64,
+        look: &mut impl FnMut(DVec2) -> (DVec2, Class),
+        scale: f64,
+    ) -> Option<()> {
+        let nodes = points(degree + 1);
+        let places: Vec<Vec<DVec2>> =
+            nodes.iter().map(|&s| nodes.iter().map(|&t| self.place(s, t)).collect()).collect();
+        // Where the nodes really are, on the grain.
+        let s: Vec<f64> = places.iter().map(|row| self.s(row[0].x)).collect();
+        let t: Vec<f64> = places[0].iter().map(|p| self.t(p.y)).collect();
+        let mut seen = Vec::with_capacity((degree + 1) * (degree + 1));
+        for px in places.iter().flatten() {
+            let (seen_mm, class) = look(*px);
+            if class != self.class {
+                return None;
+            }
+            seen.push(DVec2::new(if self.flip { -seen_mm.x } else { seen_mm.x }, seen_mm.y) * scale);
+        }
+        let interpolation = Interpolation::new(&s, &t)?;
+        for (axis, powers) in self.powers.iter_mut().enumerate() {
+            let series = interpolation.series(|i, j| seen[i * (degree + 1) + j][axis]);
+            let [m, n] = kept(&series, 0.25 * error)?;
+            *powers = series.powers(m, n);
+            let h = self.inverse_half;
+            self.bounds[axis] = [series.bound(1, 0) * h.x, series.bound(0, 1) * h.y, series.bound(2, 0) * (h.x * h.x)];
+        }
+        Some(())
+    }
+}
+
+/// The degrees in s and t beyond which the coefficients sum up to less than `error`: at least two below those of the
+/// series, whose last two orders so vouch for what the series itself leaves out.
+fn kept(series: &Series, error: f64) -> Option<[usize; 2]> {
+    let [m, n] = series.degrees();
+    let (mut s, mut t) = (m - 2, n - 2);
+    if series.beyond(s, t).is_nan() || series.beyond(s, t) > error {
+        return None;
+    }
+    while s > 1 && series.beyond(s - 1, t) <= error {
+        s -= 1;
+    }
+    while t > 1 && series.beyond(s, t - 1) <= error {
+        t -= 1;
+    }
+    Some([s, t])
+}
+
+/// The sensor, or its right half, as certified patches and regions to be traced.
+#[derive(Debug, Default)]
+pub(super) struct Cover {
+    pub(super) patches: Vec<Patch>,
+    pub(super) traced: Vec<Region>,
+    /// Rays that it took.
+    pub(super) rays: u64,
+}
+
+/// Patches have at least this many pixels along each side: smaller ones are traced for less than their fit costs.
+const SMALLEST_PX: usize = 64;
+/// A seam that slants over more columns than this share of the width is left to the division of patches.
+const MOST_SLANT: usize = 8;
+
+/// Divides the columns from `first` on into patches whose error is below `map_px`, and the rest.
+pub(super) fn certify(system: &System, first: usize, map_px: f64) -> Cover {
+    let [width, height] = system.camera.size_px();
+    let mut cover = Cover::default();
+    let rows = 0..height;
+    match seam(system, &mut cover.rays).filter(|seam| seam.len() <= width / MOST_SLANT) {
+        Some(seam) if seam.end > first => {
+            let regions = [first..seam.start.max(first), seam.start.max(first)..seam.end, seam.end..width];
+            for (k, columns) in regions.into_iter().enumerate() {
+                let region = Region { columns, rows: rows.clone() };
+                if k == 1 { cover.trace(region) } else { cover.divide(system, region, map_px) }
+            }
+        }
+        _ => cover.divide(system, Region { columns: first..width, rows }, map_px),
+    }
+    cover
+}
+
+impl Cover {
+    fn trace(&mut self, region: Region) {
+        if !region.columns.is_empty() && !region.rows.is_empty() {
+            self.traced.push(region);
+        }
+    }
+
+    /// Fits the region, or divides it along its longer side, counted from the picture's axis outward, until it can be.
+    fn divide(&mut self, system: &System, region: Region, map_px: f64) {
+        let (columns, rows) = (region.columns.len(), region.rows.len());
+        if columns < SMALLEST_PX || rows < SMALLEST_PX {
+            return self.trace(region);
+        }
+        if let Some(patch) = Patch::fit(system, &region, map_px, &mut self.rays) {
+            return self.patches.push(patch);
+        }
+        let Region { columns, rows } = region;
+        let halves = if columns.len() >= rows.len() {
+            let near = columns.len() / 2;
+            let left = 2 * columns.end <= system.camera.size_px()[0] + 1;
+            let middle = if left { columns.end - near } else { columns.start + near };
+            [(columns.start..middle, rows.clone()), (middle..columns.end, rows)]
+        } else {
+            let middle = rows.start + rows.len() / 2;
+            [(columns.clone(), rows.start..middle), (columns, middle..rows.end)]
+        };
+        for (columns, rows) in halves {
+            self.divide(system, Region { columns, rows }, map_px);
+        }
+    }
+}
+
+/// The columns that the seam between the sides passes through, in the picture's first, middle and last row: none where
+/// it runs between two columns. `None` where a row does not begin left and end right of it.
+fn seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>> {
+    let [width, height] = system.camera.size_px().map(|n| n as f64);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for y in [INSET_PX, 0.5 * height, height - INSET_PX] {
+        let (mut a, mut b) = (INSET_PX, width - INSET_PX);
+        let mut class = |x: f64| {
+            *rays += 1;
+            alone(system, DVec2::new(x, y)).1
+        };
+        if class(a) != Class::Left || class(b) != Class::Right {
+            return None;
+        }
+        while b - a > 0.5 * INSET_PX {
+            let middle = 0.5 * (a + b);
+            if class(middle) == Class::Left { a = middle } else { b = middle }
+        }
+        (low, high) = (low.min(a), high.max(b));
+    }
+    // A seam within the inset of a border between columns is on it.
+    let start = (low + 2.0 * INSET_PX).floor() as usize;
+    let end = (high - 2.0 * INSET_PX).ceil() as usize;
+    Some(start.min(end)..end)
+}

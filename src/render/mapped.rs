@@ -1,0 +1,234 @@
+//! The pixels of a patch of the certified map: whole blocks of one square filled, the rest looked at.
+
+use super::cover::{Jets, cover};
+use super::coverage::Pattern;
+use super::map::Patch;
+use super::plan::Plan;
+use super::tile::settle;
+use super::{Band, Work};
+use crate::num::chebyshev::MAX_DEGREE;
+use crate::num::simd::{Kernel, LANES, Lanes, widest};
+use glam::DVec2;
+
+/// Pixels of a row that are filled at once when no line of the pattern can touch them.
+const BLOCK: usize = 16;
+const HALF_BLOCK: f64 = 0.5 * BLOCK as f64;
+/// Rounding of positions, in squares.
+const ROUNDING: f64 = 1e-9;
+
+/// Renders the rows of `patch` that lie in `band`.
+pub(super) fn render(plan: &Plan, patch: &Patch, band: &mut Band) -> Work {
+    widest(Rows { plan, patch, band })
+}
+
+/// Coefficients of a polynomial in s, by rising power.
+type Line = [f64; MAX_DEGREE + 1];
+
+/// The map along one row: u and v as polynomials in s, with their first and second derivatives down the picture.
+struct RowMap {
+    degree: [usize; 2],
+    value: [Line; 2],
+    down: [Line; 2],
+    down2: [Line; 2],
+}
+
+impl RowMap {
+    #[inline(always)]
+    fn new(patch: &Patch, y: f64) -> Self {
+        let (t, step) = (patch.t(y), patch.steps().y);
+        let mut row = Self {
+            degree: [0, 1].map(|axis| patch.powers[axis].len() - 1),
+            value: [[0.0; MAX_DEGREE + 1]; 2],
+            down: [[0.0; MAX_DEGREE + 1]; 2],
+            down2: [[0.0; MAX_DEGREE + 1]; 2],
+        };
+        for axis in 0..2 {
+            for (k, powers) in patch.powers[axis].iter().enumerate() {
+                let (mut p, mut p1, mut p2) = (0.0, 0.0, 0.0);
+                for &c in powers.iter().rev() {
+                    p2 = p2 * t + p1;
+                    p1 = p1 * t + p;
+                    p = p * t + c;
+                }
+                row.value[axis][k] = p;
+                row.down[axis][k] = p1 * step;
+                row.down2[axis][k] = 2.0 * p2 * (step * step);
+            }
+        }
+        row
+    }
+
+    /// Value and derivative by s.
+    #[inline(always)]
+    fn slope(&self, axis: usize, s: Lanes) -> [Lanes; 2] {
+        let (mut p, mut p1) = (Lanes::splat(0.0), Lanes::splat(0.0));
+        for &c in self.value[axis][..=self.degree[axis]].iter().rev() {
+            p1 = p1 * s + p;
+            p = p * s + Lanes::splat(c);
+        }
+        [p, p1]
+    }
+
+    /// Value and the derivatives ss, t, st and tt after s.
+    #[inline(always)]
+    fn jet(&self, axis: usize, s: Lanes) -> [Lanes; 6] {
+        let zero = Lanes::splat(0.0);
+        let (mut p, mut p1, mut p2, mut q, mut q1, mut r) = (zero, zero, zero, zero, zero, zero);
+        for k in (0..=self.degree[axis]).rev() {
+            p2 = p2 * s + p1;
+            p1 = p1 * s + p;
+            p = p * s + Lanes::splat(self.value[axis][k]);
+            q1 = q1 * s + q;
+            q = q * s + Lanes::splat(self.down[axis][k]);
+            r = r * s + Lanes::splat(self.down2[axis][k]);
+        }
+        [p, p1, p2 + p2, q, q1, r]
+    }
+}
+
+struct Rows<'a, 'b, 'c> {
+    plan: &'a Plan<'a>,
+    patch: &'a Patch,
+    band: &'b mut Band<'c>,
+}
+
+impl Kernel for Rows<'_, '_, '_> {
+    type Out = Work;
+
+    #[inline(always)]
+    fn run(self) -> Work {
+        let Self { plan, patch, band } = self;
+        let mut work = Work::default();
+        let (columns, rows) = (patch.region.columns.clone(), patch.region.rows.clone());
+        let rows = rows.start.max(band.first_row)..rows.end.min(band.first_row + band.rows());
+        let mut special = Vec::new();
+        for j in rows {
+            let y = j as f64 + 0.5;
+            let row = RowMap::new(patch, y);
+            let start = (j - band.first_row) * band.width;
+            let out = &mut band.radiance[start + columns.start..start + columns.end];
+            special.clear();
+            plain(&plan.pattern, patch, &row, out, &mut special);
+            edges(plan, patch, &row, y, out, &special, &mut work);
+            if let Some(truth) = &mut band.truth {
+                let span = start + columns.start..start + columns.end;
+                truth.class[span.clone()].fill(patch.class);
+                board(plan, patch, &row, &mut truth.board_mm[span]);
+            }
+        }
+        work
+    }
+}
+
+/// How far what a pixel sees may be along one axis from where its centre is told to see, given the bounds of the map: half
+/// its footprint, and the bend of the map, which is taken as straight from the middle of a block to its ends.
+#[inline(always)]
+fn reach_of_pixel([x, y, xx]: &[f64; 3]) -> Lanes {
+    Lanes::splat(0.5 * (x + y) + 0.5 * xx * HALF_BLOCK * HALF_BLOCK + ROUNDING)
+}
+
+/// How far what a block sees may be from what its middle sees.
+#[inline(always)]
+fn reach_of_block([x, y, _]: &[f64; 3]) -> Lanes {
+    Lanes::splat(HALF_BLOCK * x + 0.5 * y + ROUNDING)
+}
+
+/// Fills the pixels that no line of the pattern can touch, and lists the others.
+#[inline(always)]
+fn plain(pattern: &Pattern, patch: &Patch, row: &RowMap, out: &mut [f32], special: &mut Vec<u32>) {
+    let n = out.len();
+    let first_x = patch.region.columns.start as f64;
+    let step = patch.steps().x;
+    let [u, v] = &patch.bounds;
+    let pixel = [reach_of_pixel(u), reach_of_pixel(v)];
+    let block = [reach_of_block(u), reach_of_block(v)];
+    let sign = Lanes::splat(if patch.flip { -1.0 } else { 1.0 });
+    // The last block ends with the row and may overlap the one before.
+    let blocks = n.div_ceil(BLOCK);
+    let begin = |b: usize| (b * BLOCK).min(n - BLOCK);
+    for first in (0..blocks).step_by(LANES) {
+        let middle = |k: usize| first_x + begin((first + k).min(blocks - 1)) as f64 + HALF_BLOCK;
+        let s = Lanes::of(|k| patch.s(middle(k)));
+        let ([u, us], [v, vs]) = (row.slope(0, s), row.slope(1, s));
+        // u and its slope in the picture's frame.
+        let (u, ux, vx) = (u * sign, us * Lanes::splat(step), vs * sign * Lanes::splat(step));
+        let (value, whole) = pattern.squares([u, v], block).plain(block);
+        for k in 0..LANES.min(blocks - first) {
+            let at = begin(first + k);
+            let span = &mut out[at..at + BLOCK];
+            if whole.0[k] != 0 {
+                span.fill(value.0[k] as f32);
+                continue;
+            }
+            let centre = DVec2::new(u.0[k], v.0[k]);
+            let reach = DVec2::new(block[0].0[0], block[1].0[0]);
+            if let Some(value) = pattern.constant(centre, reach) {
+                span.fill(value as f32);
+                continue;
+            }
+            let from = special.last().map_or(0, |last| *last as usize + 1);
+            for i in (0..BLOCK).step_by(LANES) {
+                let d = Lanes::of(|l| (i + l) as f64 + 0.5 - HALF_BLOCK);
+                let c = [
+                    Lanes::splat(u.0[k]) + Lanes::splat(ux.0[k]) * d,
+                    Lanes::splat(v.0[k]) + Lanes::splat(vx.0[k]) * d,
+                ];
+                let (value, plain) = pattern.squares(c, pixel).plain(pixel);
+                value.store(&mut span[i..i + LANES]);
+                if !plain.all() {
+                    for l in (0..LANES).filter(|&l| plain.0[l] == 0 && at + i + l >= from) {
+                        special.push((at + i + l) as u32);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The pixels of `special`, each from the jet of the map at its centre.
+#[inline(always)]
+fn edges(plan: &Plan, patch: &Patch, row: &RowMap, y: f64, out: &mut [f32], special: &[u32], work: &mut Work) {
+    let accuracy = &plan.system.accuracy;
+    let step = patch.steps().x;
+    let first_x = patch.region.columns.start as f64 + 0.5;
+    for few in special.chunks(LANES) {
+        let at = |k: usize| first_x + f64::from(few[k.min(few.len() - 1)]);
+        let s = Lanes::of(|k| patch.s(at(k)));
+        let jets = jets(patch.flip, step, row.jet(0, s), row.jet(1, s));
+        let covers = cover(&plan.pattern, &jets, accuracy);
+        for (k, &i) in few.iter().enumerate() {
+            out[i as usize] = settle(plan, DVec2::new(at(k), y), covers[k], work) as f32;
+        }
+    }
+}
+
+/// The jets in the picture's frame, from u and v with their derivatives s, ss, t, st, tt (s by s, t by px).
+#[inline(always)]
+fn jets(flip: bool, step: f64, u: [Lanes; 6], v: [Lanes; 6]) -> Jets {
+    // Where x is counted to the left, u and every derivative by x change their signs.
+    let f = Lanes::splat(if flip { -1.0 } else { 1.0 });
+    let (step, step2) = (Lanes::splat(step), Lanes::splat(step * step));
+    Jets {
+        seen: [f * u[0], v[0]],
+        dx: [step * u[1], f * step * v[1]],
+        dy: [f * u[3], v[3]],
+        dxx: [f * step2 * u[2], step2 * v[2]],
+        dxy: [step * u[4], f * step * v[4]],
+        dyy: [f * u[5], v[5]],
+    }
+}
+
+/// What the centres of a row see, in mm.
+#[inline(always)]
+fn board(plan: &Plan, patch: &Patch, row: &RowMap, out: &mut [[f32; 2]]) {
+    let first_x = patch.region.columns.start as f64 + 0.5;
+    let mm = 1.0 / plan.pattern.squares_per_mm();
+    let sign = if patch.flip { -mm } else { mm };
+    for (block, few) in out.chunks_mut(LANES).enumerate() {
+        let s = Lanes::of(|k| patch.s(first_x + (block * LANES + k) as f64));
+        let ([u, _], [v, _]) = (row.slope(0, s), row.slope(1, s));
+        for (k, place) in few.iter_mut().enumerate() {
+            *place = [(u.0[k] * sign) as f32, (v.0[k] * mm) as f32];
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! Everything that is fixed for a picture, decided before its first pixel.
+
+use super::Account;
+use super::coverage::Pattern;
+use super::looks::Looker;
+use super::map::{Cover, Patch, certify};
+use crate::accuracy::Sampling;
+use crate::system::System;
+use std::ops::Range;
+
+/// Rows of a band, the part of a picture that one thread makes at a time: few enough to balance the load, many enough
+/// for the extra row above and below to be cheap.
+pub(super) const BAND_ROWS: usize = 48;
+
+/// A rectangle of pixels.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Region {
+    pub(super) columns: Range<usize>,
+    pub(super) rows: Range<usize>,
+}
+
+/// The plan of a picture.
+#[derive(Debug)]
+pub(super) struct Plan<'a> {
+    /// The instrument.
+    pub(super) system: &'a System,
+    /// The board's radiance.
+    pub(super) pattern: Pattern,
+    /// How centres are traced.
+    pub(super) looker: Looker<'a>,
+    /// Rectangles that a polynomial map stands for.
+    pub(super) patches: Vec<Patch>,
+    /// Rectangles whose every pixel is traced.
+    pub(super) traced: Vec<Region>,
+    /// Rays that planning took.
+    pub(super) rays: u64,
+    /// Whether the left half is copied from the right half, whose mirror image it is.
+    pub(super) mirrored: bool,
+}
+
+impl<'a> Plan<'a> {
+    /// Plans the picture of `system`.
+    pub(super) fn new(system: &'a System) -> Self {
+        let sampling = system.accuracy.sampling;
+        Self::by(system, sampling, sampling != Sampling::SingleRays && system.is_mirror_symmetric())
+    }
+
+    /// A plan by a given way of sampling, of both halves or of the right one, which is then copied: the picture is the
+    /// same.
+    pub(super) fn by(system: &'a System, sampling: Sampling, mirrored: bool) -> Self {
+        let [width, height] = system.camera.size_px();
+        let first = if mirrored { width / 2 } else { 0 };
+        let all = Region { columns: first..width, rows: 0..height };
+        let cover = match sampling {
+            Sampling::SingleRays | Sampling::Packets => Cover { traced: vec![all], ..Cover::default() },
+            Sampling::Map | Sampling::CoarseMap => certify(system, first, system.accuracy.map_px),
+        };
+        Self {
+            system,
+            pattern: Pattern::new(&system.board.pattern),
+            looker: Looker::new(system, sampling != Sampling::SingleRays),
+            patches: cover.patches,
+            traced: cover.traced,
+            rays: cover.rays,
+            mirrored,
+        }
+    }
+
+    /// What the picture promises and keeps, given the bend left inside its pixels.
+    pub(super) fn account(&self, bend_px: f64) -> Account {
+        let [width, height] = self.system.camera.size_px();
+        let sides = if self.mirrored { 2 } else { 1 };
+        let mapped: usize = self.patches.iter().map(|p| p.region.columns.len() * p.region.rows.len()).sum();
+        let accuracy = &self.system.accuracy;
+        Account {
+            level: accuracy.level,
+            target_px: accuracy.target_px,
+            promise_px: accuracy.promise_px,
+            map_px: self.patches.iter().fold(0.0, |worst, p| worst.max(p.error_px)),
+            bend_px,
+            patches: sides * self.patches.len(),
+            mapped: (sides * mapped) as f64 / (width * height) as f64,
+        }
+    }
+}

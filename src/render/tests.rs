@@ -1,0 +1,192 @@
+use super::plan::Plan;
+use super::{Class, Film, Wanted, picture, render};
+use crate::accuracy::{Accuracy, Sampling};
+use crate::geom::Pose;
+use crate::scene::{self, Prism, Scene};
+use crate::system::{self, System};
+use glam::DVec3;
+
+const BIPRISM: &str = "index = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545";
+const BOARD: &str = "columns = 41\nrows = 41\nsquare_mm = 10.0";
+
+fn scene(width: usize, height: usize, prism: &str, board: &str) -> Scene {
+    let pitch_um = 10560.0 / width as f64;
+    let text = format!(
+        "name = \"test\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = {width}\nheight_px = {height}\n\
+         pixel_pitch_um = {pitch_um}\n[prism]\n{prism}\n[board]\n{board}\n"
+    );
+    scene::parse(&text, "test", None).unwrap_or_else(|problem| panic!("{problem}\n{text}"))
+}
+
+fn built(scene: &Scene, accuracy: Accuracy) -> System {
+    System { accuracy, ..system::build(scene).unwrap_or_else(|problem| panic!("{problem}")) }
+}
+
+/// A wedge of air in glass, which reflects a part of the picture totally, and a board that a part of the rays never
+/// meets: a scene file may not hold these, so they are made from one that is right.
+fn dark_instrument(accuracy: Accuracy, scale: usize) -> System {
+    let board = format!("{BOARD}\nposition_mm = [0.0, 0.0, 1000.0]");
+    let mut scene = scene(90 * scale, 60 * scale, &format!("kind = \"flat\"\n{BIPRISM}"), &board);
+    if let Prism::Flat(flat) = &mut scene.prism {
+        flat.body.index = 1.0;
+        flat.body.outer_index = 1.48;
+        flat.facet_angle_rad = Some(0.66);
+        flat.thickness_mm = 40.0;
+    }
+    scene.board.world_from_board = Pose::new(DVec3::new(0.0, 0.0, 1000.0), DVec3::new(1.5, 0.0, 0.3));
+    built(&scene, accuracy)
+}
+
+/// Instruments whose pictures are `scale` times as large as the smallest that show everything: prisms and boards that
+/// take every way of the packets: planes, sheets of low, high and odd degree, poses, the ridge
+/// off the centre and aslant, rays that miss, total reflection.
+fn instruments(accuracy: Accuracy, scale: usize) -> Vec<(String, System)> {
+    let straight = format!("{BOARD}\nposition_mm = [0.0, 0.0, 1000.0]");
+    let posed = format!("{BOARD}\nposition_mm = [3.0, -7.0, 800.0]\ntilt_deg = [5.0, -12.0, 20.0]");
+    let flat = format!("kind = \"flat\"\n{BIPRISM}");
+    let freeform = format!("kind = \"freeform\"\n{BIPRISM}");
+    let prisms = [
+        "kind = \"none\"".to_owned(),
+        flat.clone(),
+        format!("{flat}\nposition_mm = [0.4, 0.2, 1.0]\ntilt_deg = [1.0, 2.0, 7.0]"),
+        freeform.clone(),
+        format!("{freeform}\ndesign = {{ degree = 8 }}"),
+        format!("{freeform}\ndesign = {{ degree = 10 }}"),
+        format!("{freeform}\nposition_mm = [0.2, 0.1, 0.0]\ntilt_deg = [0.5, 0.3, 1.0]"),
+        // Odd in y.
+        "kind = \"polynomial\"\nindex = 1.48\n\
+         front = { centre_mm = [6, 0.5], scale_mm = [6, 6], domain_mm = [[-1, 14], [-8, 8]],\
+         terms = [[0, 0, 79.5], [1, 0, 0.9], [0, 1, 0.05], [2, 1, 0.02], [0, 3, 0.01]] }\n\
+         back = { centre_mm = [6, 0], scale_mm = [6, 6], domain_mm = [[-1, 14], [-8, 8]],\
+         terms = [[0, 0, 87], [1, 1, 0.01]] }"
+            .to_owned(),
+    ];
+    let boards = [straight, posed];
+    let pairs = prisms.iter().flat_map(|prism| boards.iter().map(move |board| (prism, board)));
+    let built = |((prism, board), (width, height)): ((&String, &String), _)| {
+        let (width, height) = (scale * width, scale * height);
+        let system = built(&scene(width, height, prism, board), accuracy);
+        (format!("{prism}\n{board}\n{width} x {height}"), system)
+    };
+    let sizes = [(200, 112), (131, 75), (66, 37)].into_iter().cycle();
+    let mut all: Vec<_> = pairs.zip(sizes).map(built).collect();
+    all.push(("dark".to_owned(), dark_instrument(accuracy, scale)));
+    all
+}
+
+fn film(plan: &Plan) -> Film {
+    picture(plan, Wanted { truth: true }, &|_| ())
+}
+
+/// Every bit of a film.
+fn bits(film: &Film) -> (Vec<u32>, Vec<Class>, Vec<[u32; 2]>) {
+    let radiance = film.radiance.data().iter().map(|v| v.to_bits()).collect();
+    let board = film.board_mm.data().iter().map(|p| p.map(f32::to_bits)).collect();
+    (radiance, film.class.data().to_vec(), board)
+}
+
+#[test]
+fn packets_have_the_bits_of_single_rays() {
+    let mut classes = Vec::new();
+    for (name, system) in instruments(Accuracy::exact(), 1) {
+        let single = film(&Plan::by(&system, Sampling::SingleRays, false));
+        let packets = film(&Plan::by(&system, Sampling::Packets, false));
+        assert!(bits(&single) == bits(&packets), "{name}");
+        assert_eq!(single.counts, packets.counts, "{name}");
+        classes.extend(single.class.data().iter().map(|c| *c as u8));
+    }
+    classes.sort_unstable();
+    classes.dedup();
+    assert_eq!(classes, [0, 1, 2, 3, 5], "the scenes above no longer show every class");
+}
+
+/// f64 positions too, not only what f32 keeps of them.
+#[test]
+fn packets_see_the_very_positions_of_single_rays() {
+    use super::looks::{Looker, Run, alone};
+    use glam::DVec2;
+    for (name, system) in instruments(Accuracy::exact(), 1) {
+        let [width, height] = system.camera.size_px();
+        let looker = Looker::new(&system, true);
+        for j in (0..height).step_by(7) {
+            let start = DVec2::new(0.25, j as f64 + 0.375);
+            let (mut x, mut y, mut class) = (vec![0.0; width], vec![0.0; width], vec![Class::Left; width]);
+            looker.look(start, Run { x_mm: &mut x, y_mm: &mut y, class: &mut class });
+            for i in 0..width {
+                let (seen, own) = alone(&system, start + DVec2::new(i as f64, 0.0));
+                let equal = (x[i].to_bits(), y[i].to_bits(), class[i]) == (seen.x.to_bits(), seen.y.to_bits(), own);
+                assert!(equal, "({i}, {j}): {} {} {seen}\n{name}", x[i], y[i]);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_mirrored_half_has_the_bits_of_a_rendered_one() {
+    for (accuracy, scale) in [(Accuracy::exact(), 1), (Accuracy::standard(), 3), (Accuracy::draft(), 3)] {
+        let mut mirrored = 0;
+        for (name, system) in instruments(accuracy, scale) {
+            if system.is_mirror_symmetric() {
+                mirrored += 1;
+                let by = |mirrored| film(&Plan::by(&system, accuracy.sampling, mirrored));
+                assert!(bits(&by(false)) == bits(&by(true)), "{:?}\n{name}", accuracy.level);
+            }
+        }
+        assert!(mirrored >= 3, "the scenes above are no longer their own mirror images");
+    }
+}
+
+/// Patches, traced regions and the mirrored half cover every pixel once.
+#[test]
+fn the_map_covers_the_sensor_once() {
+    let mut mapped = 0;
+    for (name, system) in instruments(Accuracy::standard(), 3) {
+        let plan = Plan::new(&system);
+        let [width, height] = system.camera.size_px();
+        let mut times = vec![0; width * height];
+        for region in plan.patches.iter().map(|p| &p.region).chain(&plan.traced) {
+            for (i, j) in region.rows.clone().flat_map(|j| region.columns.clone().map(move |i| (i, j))) {
+                times[j * width + i] += 1;
+                if plan.mirrored {
+                    times[j * width + width - 1 - i] += 1;
+                }
+            }
+        }
+        assert!(times.iter().all(|n| *n == 1), "{name}");
+        mapped += usize::from(!plan.patches.is_empty());
+    }
+    assert!(mapped >= 12, "only {mapped} instruments have a patch of a map");
+}
+
+/// The map against every pixel traced: classes, positions and radiance, wherever it is used.
+#[test]
+fn the_certified_map_shows_what_is_traced() {
+    let exact = instruments(Accuracy::exact(), 3);
+    for ((name, exact), (_, mapped)) in exact.iter().zip(instruments(Accuracy::standard(), 3)) {
+        let plan = Plan::new(&mapped);
+        assert!(plan.patches.iter().all(|patch| patch.error_px <= 1e-8), "{name}");
+        let (traced, found) = (render(exact, &|_| ()), film(&plan));
+        assert!(traced.class == found.class, "{name}");
+        for (a, b) in traced.board_mm.data().iter().flatten().zip(found.board_mm.data().iter().flatten()) {
+            // f32 keeps 24 bits, and 1e-8 px are at most 2e-8 mm on these boards.
+            assert!((a - b).abs() <= 2.0 * f32::EPSILON * a.abs() + 2e-8, "{a} {b}\n{name}");
+        }
+        for (k, (a, b)) in traced.radiance.data().iter().zip(found.radiance.data()).enumerate() {
+            // 1e-8 px move a line by that and f32 rounds; but the derivatives come from differences of neighbours on the
+            // one hand, which third derivatives of up to 1e-5 px on these coarse sensors make wrong by a sixth of that.
+            assert!((a - b).abs() <= 2e-6, "{k}: {a} {b}\n{name}");
+        }
+    }
+}
+
+#[test]
+fn any_number_of_threads_makes_the_same_picture() {
+    for (name, system) in instruments(Accuracy::exact(), 1) {
+        let by = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
+            pool.install(|| render(&system, &|_| ()))
+        };
+        let (one, three) = (by(1), by(3));
+        assert!(bits(&one) == bits(&three) && one.counts == three.counts, "{name}");
+    }
+}

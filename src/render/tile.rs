@@ -1,0 +1,388 @@
+//! The pixels of a region, each centre traced.
+
+use super::cover::{Cover, Jet, Jets, cover, mean_of_points};
+use super::looks::{Run, alone};
+use super::plan::{Plan, Region};
+use super::{Band, Class, Work, settled};
+use crate::accuracy::Sampling;
+use crate::num::simd::{Kernel, LANES, Lanes, widest};
+use glam::DVec2;
+
+/// Halvings of a pixel's border when the place is sought where one class ends: 2^-40 px.
+const BORDER_HALVINGS: u32 = 40;
+/// Where a pixel's own corners are asked for their class: this far inside it, in px, so that a border that falls
+/// exactly between two pixels cuts neither.
+const INSET_PX: f64 = 1e-9;
+/// Columns traced at a time: as many as keep the centres of a band within a second-level cache.
+const TILE_COLUMNS: usize = 256;
+
+/// Centres of the pixels of a tile and of those around it, row by row.
+struct Centres {
+    stride: usize,
+    x_mm: Vec<f64>,
+    y_mm: Vec<f64>,
+    class: Vec<Class>,
+}
+
+/// Renders the part of `region` that lies in `band`, which holds all its rows.
+pub(super) fn render(plan: &Plan, region: &Region, band: &mut Band) -> Work {
+    let mut work = Work::default();
+    if region.rows.is_empty() {
+        return work;
+    }
+    for first in region.columns.clone().step_by(TILE_COLUMNS) {
+        let columns = first..region.columns.end.min(first + TILE_COLUMNS);
+        tile(plan, &Region { columns, rows: region.rows.clone() }, band, &mut work);
+    }
+    work
+}
+
+fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
+    let centres = trace(plan, rect);
+    work.counts.rays += centres.class.len() as u64;
+    let stride = centres.stride;
+    let first = centres.class[0];
+    let one_side = matches!(first, Class::Left | Class::Right) && centres.class.iter().all(|c| *c == first);
+    let (mut special, mut border) = (Vec::new(), Vec::new());
+    for (j, y) in rect.rows.clone().enumerate() {
+        let at = (j + 1) * stride + 1;
+        let start = (y - band.first_row) * band.width + rect.columns.start;
+        let row = &mut band.radiance[start..start + rect.columns.len()];
+        let start_px = DVec2::new(rect.columns.start as f64 + 0.5, y as f64 + 0.5);
+        special.clear();
+        border.clear();
+        if plan.system.accuracy.sampling == Sampling::SingleRays {
+            border.extend(0..row.len() as u32);
+        } else {
+            if !one_side {
+                border.extend((0..row.len() as u32).filter(|&i| !centres.is_amid_its_side(at + i as usize)));
+            }
+            widest(Plain { plan, centres: &centres, at, row, special: &mut special });
+            special.retain(|i| border.binary_search(i).is_err());
+            widest(Edges { plan, centres: &centres, at, start: start_px, row, special: &special, work });
+        }
+        for &i in &border {
+            let px = start_px + DVec2::new(f64::from(i), 0.0);
+            row[i as usize] = pixel(plan, px, &centres, at + i as usize, work) as f32;
+        }
+        if let Some(truth) = &mut band.truth {
+            for i in 0..rect.columns.len() {
+                truth.class[start + i] = centres.class[at + i];
+                truth.board_mm[start + i] = [centres.x_mm[at + i] as f32, centres.y_mm[at + i] as f32];
+            }
+        }
+    }
+}
+
+/// Traces the centres of `rect` and of one pixel around it.
+fn trace(plan: &Plan, rect: &Region) -> Centres {
+    let (stride, rows) = (rect.columns.len() + 2, rect.rows.len() + 2);
+    let size = stride * rows + LANES;
+    let mut centres =
+        Centres { stride, x_mm: vec![0.0; size], y_mm: vec![0.0; size], class: vec![Class::Missed; stride * rows] };
+    for j in 0..rows {
+        let start = DVec2::new(rect.columns.start as f64 - 0.5, (rect.rows.start + j) as f64 - 0.5);
+        let span = j * stride..(j + 1) * stride;
+        let (x_mm, y_mm) = (&mut centres.x_mm[span.clone()], &mut centres.y_mm[span.clone()]);
+        plan.looker.look(start, Run { x_mm, y_mm, class: &mut centres.class[span] });
+    }
+    centres
+}
+
+/// A kernel that fills the pixels of a row that no line of the pattern can touch, and lists the others;
+/// all see through one side.
+struct Plain<'a> {
+    plan: &'a Plan<'a>,
+    centres: &'a Centres,
+    at: usize,
+    row: &'a mut [f32],
+    special: &'a mut Vec<u32>,
+}
+
+impl Kernel for Plain<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { plan, centres, at, row, special } = self;
+        let scale = Lanes::splat(plan.pattern.squares_per_mm());
+        let n = row.len();
+        for first in (0..n).step_by(LANES) {
+            let (x_mm, reach_x) = around(&centres.x_mm, at + first, centres.stride);
+            let (y_mm, reach_y) = around(&centres.y_mm, at + first, centres.stride);
+            let reach = [reach_x * scale, reach_y * scale];
+            let (value, plain) = plan.pattern.squares([x_mm * scale, y_mm * scale], reach).plain(reach);
+            value.store(&mut row[first..]);
+            if !plain.all() {
+                for k in 0..LANES.min(n - first) {
+                    if plain.0[k] == 0 {
+                        special.push((first + k) as u32);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A packet of values from `at` on, and how far their pixels reach from them by differences of their neighbours. Reads may go up
+/// to a packet beyond the row: the buffers end with that many more.
+#[inline(always)]
+fn around(v: &[f64], at: usize, stride: usize) -> (Lanes, Lanes) {
+    let half = Lanes::splat(0.5);
+    let own = Lanes::load(&v[at..]);
+    let (left, right) = (Lanes::load(&v[at - 1..]), Lanes::load(&v[at + 1..]));
+    let (above, below) = (Lanes::load(&v[at - stride..]), Lanes::load(&v[at + stride..]));
+    let bend = (left + right - (own + own)).abs() + (above + below - (own + own)).abs();
+    (own, half * (half * ((right - left).abs() + (below - above).abs())) + bend)
+}
+
+/// A kernel that covers the listed pixels of a row, all of which see through one side.
+struct Edges<'a> {
+    plan: &'a Plan<'a>,
+    centres: &'a Centres,
+    at: usize,
+    /// The centre of the row's first pixel.
+    start: DVec2,
+    row: &'a mut [f32],
+    special: &'a [u32],
+    work: &'a mut Work,
+}
+
+impl Kernel for Edges<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { plan, centres, at, start, row, special, work } = self;
+        for few in special.chunks(LANES) {
+            let mut jets = Jets::splat(&centres.jet(at + few[0] as usize, plan.pattern.squares_per_mm()));
+            for (k, &i) in few.iter().enumerate().skip(1) {
+                jets.set_lane(k, &centres.jet(at + i as usize, plan.pattern.squares_per_mm()));
+            }
+            let covers = cover(&plan.pattern, &jets, &plan.system.accuracy);
+            for (k, &i) in few.iter().enumerate() {
+                row[i as usize] = settle(plan, start + DVec2::new(f64::from(i), 0.0), covers[k], work) as f32;
+            }
+        }
+    }
+}
+
+/// The mean radiance of the pixel at `px`, whose centre is that of index `at`.
+fn pixel(plan: &Plan, px: DVec2, centres: &Centres, at: usize, work: &mut Work) -> f64 {
+    let own = centres.class[at];
+    if !centres.is_amid_its_class(at) {
+        return border_pixel(plan, px, own, work);
+    }
+    if !matches!(own, Class::Left | Class::Right) {
+        return dark(plan, own);
+    }
+    whole_pixel(plan, px, &centres.jet(at, plan.pattern.squares_per_mm()), work)
+}
+
+impl Centres {
+    /// Whether the eight neighbours of the centre of index `at` are of its class.
+    fn is_amid_its_class(&self, at: usize) -> bool {
+        let rows = [at - self.stride, at, at + self.stride];
+        rows.iter().all(|&k| self.class[k - 1..=k + 1].iter().all(|c| *c == self.class[at]))
+    }
+
+    /// Whether it and its neighbours see through one side.
+    fn is_amid_its_side(&self, at: usize) -> bool {
+        matches!(self.class[at], Class::Left | Class::Right) && self.is_amid_its_class(at)
+    }
+
+    /// The map about the centre of index `at`, by differences of its neighbours; written so that mirror images have the
+    /// same bits.
+    #[inline(always)]
+    fn jet(&self, at: usize, squares_per_mm: f64) -> Jet {
+        let see = |k: usize| DVec2::new(self.x_mm[k], self.y_mm[k]) * squares_per_mm;
+        let [above, below] = [at - self.stride, at + self.stride];
+        let seen = see(at);
+        Jet {
+            seen,
+            dx: 0.5 * (see(at + 1) - see(at - 1)),
+            dy: 0.5 * (see(below) - see(above)),
+            dxx: (see(at + 1) + see(at - 1)) - 2.0 * seen,
+            dxy: 0.25 * ((see(below + 1) - see(below - 1)) - (see(above + 1) - see(above - 1))),
+            dyy: (see(below) + see(above)) - 2.0 * seen,
+        }
+    }
+}
+
+/// A pixel that sees the board through one side all over.
+fn whole_pixel(plan: &Plan, px: DVec2, jet: &Jet, work: &mut Work) -> f64 {
+    let accuracy = &plan.system.accuracy;
+    if accuracy.sampling == Sampling::SingleRays {
+        return settled::pixel(plan, px, jet, work);
+    }
+    settle(plan, px, cover(&plan.pattern, &Jets::splat(jet), accuracy)[0], work)
+}
+
+/// The radiance of the pixel at `px` that was covered so; traced in parts where its jet does not tell it.
+#[inline(always)]
+pub(super) fn settle(plan: &Plan, px: DVec2, covered: Cover, work: &mut Work) -> f64 {
+    match covered {
+        Cover::Plain(value) => value,
+        Cover::Edge { value, parts, off_px } => {
+            work.counts.edge_pixels += 1;
+            work.counts.divided_pixels += u64::from(parts > 1);
+            work.bend_px = work.bend_px.max(off_px);
+            value
+        }
+        Cover::TooBent => {
+            work.counts.edge_pixels += 1;
+            work.counts.divided_pixels += 1;
+            mean_of_parts(plan, px, plan.system.accuracy.max_division, work)
+        }
+    }
+}
+
+/// The mean over n x n parts of the pixel at `px`, each traced. Mirror images are summed in pairs.
+pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, work: &mut Work) -> f64 {
+    let side = 1.0 / f64::from(n);
+    let outline = square(0.5 * side);
+    let place = |k: u32| (f64::from(2 * k + 1) - f64::from(n)) * (0.5 * side);
+    let mut sum = 0.0;
+    for j in 0..n {
+        let mut part = |i: u32| part(plan, px + DVec2::new(place(i), place(j)), &outline, work);
+        for i in 0..n / 2 {
+            sum += part(i) + part(n - 1 - i);
+        }
+        if n % 2 == 1 {
+            sum += part(n / 2);
+        }
+    }
+    sum * (side * side)
+}
+
+/// A square about the origin, of side 2 `half`.
+fn square(half: f64) -> [DVec2; 4] {
+    [DVec2::new(-half, -half), DVec2::new(half, -half), DVec2::new(half, half), DVec2::new(-half, half)]
+}
+
+/// The mean radiance over `outline` (about `px`, in px), by the tangent of the map at `px`.
+fn part(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
+    work.counts.rays += 1;
+    let footprint = match plan.system.footprint(px) {
+        Ok(footprint) => footprint,
+        Err(fate) => return dark(plan, fate.into()),
+    };
+    let scale = plan.pattern.squares_per_mm();
+    // At the critical angle itself the map has no derivative.
+    if !footprint.jacobian.is_finite() {
+        return plan.pattern.at(footprint.sight.board_mm);
+    }
+    let mut polygon = [DVec2::ZERO; MAX_VERTICES];
+    for (corner, p) in polygon.iter_mut().zip(outline) {
+        *corner = (footprint.sight.board_mm + footprint.jacobian * *p) * scale;
+    }
+    let polygon = &polygon[..outline.len()];
+    plan.pattern.mean_over(polygon).unwrap_or_else(|| mean_of_points(&plan.pattern, polygon))
+}
+
+/// What a ray brings that never reaches the board: nothing from within the glass, the surroundings from past the board.
+fn dark(plan: &Plan, class: Class) -> f64 {
+    if class == Class::PastBoard { plan.pattern.background() } else { 0.0 }
+}
+
+/// Corners of a pixel, and at most two cuts.
+const MAX_VERTICES: usize = 8;
+
+/// A pixel beside or under the ridge or the border of a fate. Where that passes through it, it is cut along the straight
+/// line through the places where its outline changes class, and each piece is seen by itself.
+fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) -> f64 {
+    let corners = square(0.5);
+    let looks = corners.map(|c| alone(plan.system, px + c * (1.0 - 2.0 * INSET_PX)));
+    let classes = looks.map(|(_, class)| class);
+    work.counts.rays += 4;
+    let changes: Vec<usize> = (0..4).filter(|&k| classes[k] != classes[(k + 1) % 4]).collect();
+    match changes[..] {
+        [] if !matches!(own, Class::Left | Class::Right) || classes[0] != own => {
+            // A fate all over, or an island of one class within another: seen part by part.
+            if classes[0] == own { dark(plan, own) } else { mean_of_parts(plan, px, 16, work) }
+        }
+        [] => match plain_between(plan, px, looks.map(|(seen_mm, _)| seen_mm)) {
+            Some(value) => value,
+            None => match jet_within(plan, px, work) {
+                Some(jet) => whole_pixel(plan, px, &jet, work),
+                None => mean_of_parts(plan, px, 16, work),
+            },
+        },
+        [first, second] => {
+            work.counts.cut_pixels += 1;
+            let cut = |k: usize| border(plan, px, corners[k], corners[(k + 1) % 4], classes[k]);
+            let (a, b) = (cut(first), cut(second));
+            work.counts.rays += 2 * u64::from(BORDER_HALVINGS);
+            let piece = |from: usize, to: usize, start: DVec2, end: DVec2| {
+                let mut outline = vec![start];
+                outline.extend((from + 1..=to).map(|k| corners[k % 4]));
+                outline.push(end);
+                outline
+            };
+            [piece(first, second, a, b), piece(second, first + 4, b, a)]
+                .iter()
+                .map(|outline| weighted(plan, px, outline, work))
+                .sum()
+        }
+        // More than one border: sixteen parts a side, each taken whole.
+        _ => {
+            work.counts.cut_pixels += 1;
+            mean_of_parts(plan, px, 16, work)
+        }
+    }
+}
+
+/// The radiance of a pixel whose corners see `corners_mm`, if it is the same all over.
+fn plain_between(plan: &Plan, px: DVec2, corners_mm: [DVec2; 4]) -> Option<f64> {
+    let (centre_mm, _) = alone(plan.system, px);
+    let [a, b, c, d] = corners_mm;
+    let (low, high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
+    // Twice as far as the middle of the corners is from the centre: the map's bend carries no point farther out.
+    let bend = 2.0 * (0.25 * ((a + b) + (c + d)) - centre_mm).abs();
+    let scale = plan.pattern.squares_per_mm();
+    plan.pattern.constant(0.5 * (low + high) * scale, (0.5 * (high - low) + bend) * scale)
+}
+
+/// The jet of a pixel from inside it alone: its neighbours see through another side or nothing. `None` where it sees
+/// nothing itself.
+fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Jet> {
+    work.counts.rays += 5;
+    let reach = 0.5 - INSET_PX;
+    let scale = plan.pattern.squares_per_mm();
+    let jacobian = |step: DVec2| plan.system.footprint(px + step).map(|f| f.jacobian * scale).ok();
+    let here = plan.system.footprint(px).ok()?;
+    let (x, y) = (DVec2::new(reach, 0.0), DVec2::new(0.0, reach));
+    let along_x = (jacobian(x)? - jacobian(-x)?) * (0.5 / reach);
+    let along_y = (jacobian(y)? - jacobian(-y)?) * (0.5 / reach);
+    let tangent = here.jacobian * scale;
+    Some(Jet {
+        seen: here.sight.board_mm * scale,
+        dx: tangent.x_axis,
+        dy: tangent.y_axis,
+        dxx: along_x.x_axis,
+        dxy: along_y.x_axis,
+        dyy: along_y.y_axis,
+    })
+}
+
+/// The place between the corners `a` (of class `class`) and `b` (of another) where the class changes.
+fn border(plan: &Plan, px: DVec2, a: DVec2, b: DVec2, class: Class) -> DVec2 {
+    let (mut near, mut far) = (0.0, 1.0);
+    for _ in 0..BORDER_HALVINGS {
+        let middle = 0.5 * (near + far);
+        if alone(plan.system, px + a + (b - a) * middle).1 == class { near = middle } else { far = middle }
+    }
+    a + (b - a) * (0.5 * (near + far))
+}
+
+/// The radiance of a convex piece of a pixel times its share of the pixel.
+fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
+    let n = outline.len();
+    let twice_area: f64 = (0..n).map(|k| outline[k].perp_dot(outline[(k + 1) % n])).sum();
+    if twice_area <= 0.0 {
+        return 0.0;
+    }
+    let middle = outline.iter().copied().sum::<DVec2>() / n as f64;
+    let about_middle: Vec<DVec2> = outline.iter().map(|p| *p - middle).collect();
+    0.5 * twice_area * part(plan, px + middle, &about_middle, work)
+}

@@ -1,0 +1,87 @@
+//! The inverse of looking: the pixel position that sees a point of the board.
+
+use super::{Side, System};
+use crate::optics::fate::Fate;
+use glam::DVec2;
+
+/// Rays along each edge of the coarse grid from which a search starts.
+const STARTS: usize = 17;
+/// Newton's method gives up after this many steps.
+const MAX_STEPS: usize = 40;
+/// The largest Newton step that may be left when rounding ends the search, in px: the rounding of coordinates of a
+/// kilometre (1e-10 mm) over 0.1 mm on the board per pixel, a few hundred times over.
+const ROUNDING_PX: f64 = 1e-6;
+
+/// Finds pixel positions by board positions, starting from a coarse grid of looks traced once.
+#[derive(Debug, Clone)]
+pub struct Aimer<'a> {
+    system: &'a System,
+    /// For the left and the right side: image positions with what they see.
+    starts: [Vec<(DVec2, DVec2)>; 2],
+}
+
+impl<'a> Aimer<'a> {
+    /// Traces the grid of starts.
+    pub fn new(system: &'a System) -> Self {
+        let [width, height] = system.camera.size_px().map(|n| n as f64);
+        let starts = [Side::Left, Side::Right].map(|side| {
+            let first = if side == Side::Left { 0.0 } else { 0.5 * width };
+            let along = |k: usize| k as f64 / (STARTS - 1) as f64;
+            let places = (0..STARTS).flat_map(|j| (0..STARTS).map(move |i| (i, j)));
+            let places = places.map(|(i, j)| DVec2::new(first + 0.5 * width * along(i), height * along(j)));
+            let seen = |px| system.footprint_through(px, side).ok().map(|f| (px, f.sight.board_mm));
+            places.filter_map(seen).collect()
+        });
+        Self { system, starts }
+    }
+
+    /// Whether `px` lies on the sensor and really looks through `side`.
+    pub fn sees(&self, px: DVec2, side: Side) -> bool {
+        let [width, height] = self.system.camera.size_px().map(|n| n as f64);
+        let inside = px.cmpge(DVec2::ZERO).all() && px.cmple(DVec2::new(width, height)).all();
+        inside && self.system.look(px).is_ok_and(|sight| sight.side == side)
+    }
+
+    /// The image position that sees `board_mm` through `side`, inside the sensor or not, continuing the side beyond
+    /// the ridge where needed: check with [`System::look`] whether it is really seen.
+    ///
+    /// Newton's method on the traced map, each step halved until it improves.
+    ///
+    /// # Errors
+    /// [`Fate::NotConverged`] when no position is found; the fate of the starting rays when none reaches the board.
+    pub fn aim(&self, board_mm: DVec2, side: Side) -> Result<DVec2, Fate> {
+        let nearest = self.starts[side as usize]
+            .iter()
+            .min_by(|a, b| a.1.distance_squared(board_mm).total_cmp(&b.1.distance_squared(board_mm)));
+        let &(mut px, _) = nearest.ok_or(Fate::Missed)?;
+        let mut here = self.system.footprint_through(px, side)?;
+        for _ in 0..MAX_STEPS {
+            let gap = board_mm - here.sight.board_mm;
+            let wanted = here.jacobian.inverse() * gap;
+            if !wanted.is_finite() {
+                return Err(Fate::NotConverged);
+            }
+            let mut step = wanted;
+            let done = step.length() <= self.system.accuracy.aim_px;
+            loop {
+                match self.system.footprint_through(px + step, side) {
+                    // Below the step asked for, rounding decides which gap is smaller.
+                    Ok(next) if done || (board_mm - next.sight.board_mm).length() < gap.length() => {
+                        (px, here) = (px + step, next);
+                        break;
+                    }
+                    // No step improves. Close by, that is the floor of rounding; far off, it is no answer: a place
+                    // where the map folds over, or the rim of what the side lets through.
+                    _ if step.length() < 1e-3 * self.system.accuracy.aim_px => {
+                        return if wanted.length() <= ROUNDING_PX { Ok(px) } else { Err(Fate::NotConverged) };
+                    }
+                    _ => step *= 0.5,
+                }
+            }
+            if done {
+                return Ok(px);
+            }
+        }
+        Err(Fate::NotConverged)
+    }
+}

@@ -1,0 +1,139 @@
+//! Values to an instrument: camera, prism and board with every constant computed beforehand, immutable once built.
+
+pub mod aim;
+pub mod board;
+pub mod camera;
+pub mod prism;
+
+use crate::accuracy::Accuracy;
+use crate::geom::Ray;
+use crate::optics::fate::Fate;
+use crate::problem::Problem;
+use crate::scene::Scene;
+use crate::trace::carry::{Carry, Differentials, Path};
+use glam::{DMat2, DVec2};
+
+pub use board::Board;
+pub use camera::Camera;
+pub use prism::{Prism, Side};
+
+/// The instrument of one scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct System {
+    /// The camera.
+    pub camera: Camera,
+    /// The glass, if there is any.
+    pub prism: Option<Prism>,
+    /// The board.
+    pub board: Board,
+    /// What is asked of each ray.
+    pub accuracy: Accuracy,
+}
+
+/// What a pixel position sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sight {
+    /// Position on the board, in mm, in the board's frame.
+    pub board_mm: DVec2,
+    /// The side of the prism it was seen through.
+    pub side: Side,
+}
+
+/// A sight and how it moves with the pixel position.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Footprint {
+    /// What the position itself sees.
+    pub sight: Sight,
+    /// d board_mm / d px: the columns are the steps for one pixel to the right and one down, in mm/px.
+    pub jacobian: DMat2,
+}
+
+/// Builds the instrument, designing the prism first where the scene asks for that.
+///
+/// # Errors
+/// When the prism cannot be designed from the scene's values.
+pub fn build(scene: &Scene) -> Result<System, Problem> {
+    Ok(System {
+        camera: Camera::new(&scene.camera),
+        prism: Prism::build(&scene.prism, &scene.camera)?,
+        board: Board::new(&scene.board),
+        accuracy: scene.accuracy,
+    })
+}
+
+impl System {
+    /// Whether the picture is its own mirror image, bit for bit: camera, prism and board have the plane x = 0 as their
+    /// plane of symmetry, and no pixel lies across it.
+    pub fn is_mirror_symmetric(&self) -> bool {
+        let board = &self.board.pattern;
+        self.camera.size_px()[0].is_multiple_of(2)
+            && self.camera.position_mm().x == 0.0
+            && self.prism.as_ref().is_none_or(Prism::keeps_mirror_images)
+            && board.columns % 2 == 1
+            && board.world_from_board.keeps_mirror_images()
+    }
+
+    /// What the image position `px` sees.
+    #[inline]
+    pub fn look(&self, px: DVec2) -> Result<Sight, Fate> {
+        let (ray, side) = self.exit(self.camera.ray(px), &mut ())?;
+        self.board.meet(&ray).map(|(board_mm, _)| Sight { board_mm, side })
+    }
+
+    /// What the image position `px` sees, and how that moves with the position.
+    #[inline]
+    pub fn footprint(&self, px: DVec2) -> Result<Footprint, Fate> {
+        let mut differentials = self.camera.differentials(px);
+        let (ray, side) = self.exit(self.camera.ray(px), &mut differentials)?;
+        self.land(&ray, side, &differentials)
+    }
+
+    /// [`System::footprint`] through a given side, continued beyond the ridge as if that side went on.
+    pub fn footprint_through(&self, px: DVec2, side: Side) -> Result<Footprint, Fate> {
+        let mut differentials = self.camera.differentials(px);
+        let ray = self.exit_through(px, side, &mut differentials)?;
+        self.land(&ray, side, &differentials)
+    }
+
+    /// The ray of `px` behind the prism when it passes `side`, continued beyond the ridge as if that side went on.
+    pub fn exit_ray_through(&self, px: DVec2, side: Side) -> Result<Ray, Fate> {
+        self.exit_through(px, side, &mut ())
+    }
+
+    fn exit_through<C: Carry>(&self, px: DVec2, side: Side, carry: &mut C) -> Result<Ray, Fate> {
+        let ray = self.camera.ray(px);
+        match &self.prism {
+            None => Ok(ray),
+            Some(prism) => prism.pass_through(&ray, side, self.accuracy.surface_residual_mm, carry),
+        }
+    }
+
+    /// The ray of `px` behind the prism, in the world, with the side that it passed.
+    pub fn exit_ray(&self, px: DVec2) -> Result<(Ray, Side), Fate> {
+        self.exit(self.camera.ray(px), &mut ())
+    }
+
+    /// The refraction points on the way of `px`, in the world, and the ray behind the prism.
+    pub fn path(&self, px: DVec2) -> (Path, Result<(Ray, Side), Fate>) {
+        let mut path = Path::default();
+        let end = self.exit(self.camera.ray(px), &mut path);
+        (path, end)
+    }
+
+    #[inline(always)]
+    fn exit<C: Carry>(&self, ray: Ray, carry: &mut C) -> Result<(Ray, Side), Fate> {
+        match &self.prism {
+            // Without glass there are no sides; the image's own halves stand in for them.
+            None => Ok((ray, if ray.direction.x >= 0.0 { Side::Right } else { Side::Left })),
+            Some(prism) => prism.pass(&ray, self.accuracy.surface_residual_mm, carry),
+        }
+    }
+
+    #[inline(always)]
+    fn land(&self, ray: &Ray, side: Side, differentials: &Differentials) -> Result<Footprint, Fate> {
+        let (board_mm, t_mm) = self.board.meet(ray)?;
+        let steps = differentials.transferred(ray, t_mm, self.board.normal());
+        let jacobian = DMat2::from_cols(self.board.vector(steps[0]), self.board.vector(steps[1]));
+        Ok(Footprint { sight: Sight { board_mm, side }, jacobian })
+    }
+}

@@ -1,0 +1,193 @@
+//! The prism as two sides, each a front and a back surface between the same media.
+
+use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM};
+use crate::geom::{Pose, Ray};
+use crate::optics::fate::Fate;
+use crate::optics::surface::{Freeform, Meeting, Surface};
+use crate::problem::Problem;
+use crate::scene;
+use crate::trace::carry::Carry;
+use crate::trace::packet::Biprism;
+use crate::trace::sequential::pass;
+use glam::DVec3;
+
+/// Relative rounding of a point's x on its way along a ray: a few operations.
+const RIDGE_ROUNDINGS: f64 = 8.0 * f64::EPSILON;
+
+/// The facet angle that the scene states, or else the angle of Eq. 5.
+///
+/// # Errors
+/// When Eq. 5 has no solution for these media and this camera.
+pub fn facet_angle_rad(flat: &scene::Biprism, camera: &scene::Camera) -> Result<f64, Problem> {
+    let delta = libm::atan(camera.width_px as f64 * camera.pitch_mm / (4.0 * camera.focal_length_mm));
+    match flat.facet_angle_rad {
+        Some(angle) => Ok(angle),
+        None => design::angle::facet_angle_rad(flat.body.index / flat.body.outer_index, delta),
+    }
+}
+
+/// A side of the prism: x < 0 or x >= 0 in its own frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Side {
+    /// x < 0
+    Left,
+    /// x >= 0
+    Right,
+}
+
+/// A biprism: rays enter through the front of one side and leave through the back of the same side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prism {
+    /// Between the world and the prism's frame; `None` where the two are the same, so that no rounding enters.
+    poses: Option<[Pose; 2]>,
+    /// Front and back of the left, then of the right side.
+    sides: [[Surface; 2]; 2],
+    /// n_outer / n_glass
+    eta_in: f64,
+    /// n_glass / n_outer
+    eta_out: f64,
+}
+
+impl Prism {
+    /// The prism of a scene; `None` where the scene has none.
+    ///
+    /// # Errors
+    /// When a design is asked for that does not exist.
+    pub fn build(prism: &scene::Prism, camera: &scene::Camera) -> Result<Option<Self>, Problem> {
+        match prism {
+            scene::Prism::None => Ok(None),
+            scene::Prism::Flat(flat) => Self::flat(flat, camera).map(Some),
+            scene::Prism::Freeform(flat, settings) => {
+                let input = DesignInput {
+                    camera: *camera,
+                    prism: *flat,
+                    settings: *settings,
+                    virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
+                };
+                Ok(Some(Self::polynomial(&design::freeform(&input)?.prism(flat.body))))
+            }
+            scene::Prism::Polynomial(p) => Ok(Some(Self::polynomial(p))),
+            scene::Prism::PointCloud(clouds) => {
+                let patch = |cloud: &scene::Cloud| Ok(design::fit::fit(&cloud.points_mm, cloud.degree, None)?.patch);
+                let (front, back) = (patch(&clouds.front)?, patch(&clouds.back)?);
+                Ok(Some(Self::polynomial(&scene::PolynomialPrism { body: clouds.body, front, back })))
+            }
+        }
+    }
+
+    fn flat(flat: &scene::Biprism, camera: &scene::Camera) -> Result<Self, Problem> {
+        let (sin, cos) = libm::sincos(facet_angle_rad(flat, camera)?);
+        let ridge = DVec3::new(0.0, 0.0, flat.ridge_distance_mm);
+        let base = Surface::Plane {
+            point: DVec3::new(0.0, 0.0, flat.ridge_distance_mm + flat.thickness_mm),
+            normal: DVec3::Z,
+        };
+        // The facet z = D + |x| tan(alpha) has the gradient (-sign(x) sin(alpha), 0, cos(alpha)).
+        let facet = |sign: f64| Surface::Plane { point: ridge, normal: DVec3::new(-sign * sin, 0.0, cos) };
+        Ok(Self::new(&flat.body, [[facet(-1.0), base.clone()], [facet(1.0), base]]))
+    }
+
+    fn polynomial(p: &scene::PolynomialPrism) -> Self {
+        let side = |mirrored| [&p.front, &p.back].map(|patch| Surface::Freeform(Freeform::new(patch, mirrored)));
+        Self::new(&p.body, [side(true), side(false)])
+    }
+
+    fn new(body: &scene::Body, sides: [[Surface; 2]; 2]) -> Self {
+        let pose = body.world_from_prism;
+        let poses = (!pose.is_identity()).then(|| [pose, pose.inverse()]);
+        Self { poses, sides, eta_in: body.outer_index / body.index, eta_out: body.index / body.outer_index }
+    }
+
+    /// Whether the two sides are mirror images of each other in the world's plane x = 0, bit for bit. In the prism's own
+    /// frame they always are.
+    pub fn keeps_mirror_images(&self) -> bool {
+        self.poses.is_none_or(|poses| poses.iter().all(Pose::keeps_mirror_images))
+    }
+
+    /// The prism for packets of rays, each surface laid out by `shape`; `None` where `shape` is for some surface, or where
+    /// glass and surroundings have one index, which refraction treats apart.
+    pub fn for_packets<S>(&self, shape: impl Fn(&Surface) -> Option<S>) -> Option<Biprism<S>> {
+        let side = |[front, back]: &[Surface; 2]| Some([shape(front)?, shape(back)?]);
+        let sides = [side(&self.sides[0])?, side(&self.sides[1])?];
+        let eta = [self.eta_in, self.eta_out];
+        (eta != [1.0, 1.0]).then_some(Biprism { poses: self.poses, sides, eta })
+    }
+
+    /// The ray behind the prism and the side that it passed, both in the world.
+    #[inline(always)]
+    pub fn pass<C: Carry>(&self, ray: &Ray, residual_mm: f64, carry: &mut C) -> Result<(Ray, Side), Fate> {
+        let own = self.enter(ray, carry);
+        let (side, meeting) = self.first_facet(&own, residual_mm)?;
+        self.refract(&own, side, &meeting, residual_mm, carry).map(|out| (out, side))
+    }
+
+    /// The ray behind the prism when it passes `side`, whether or not it meets that side of the ridge.
+    pub fn pass_through<C: Carry>(&self, ray: &Ray, side: Side, residual_mm: f64, carry: &mut C) -> Result<Ray, Fate> {
+        let own = self.enter(ray, carry);
+        let meeting = self.sides[side as usize][0].meet(&own, residual_mm)?;
+        self.refract(&own, side, &meeting, residual_mm, carry)
+    }
+
+    #[inline(always)]
+    fn enter<C: Carry>(&self, ray: &Ray, carry: &mut C) -> Ray {
+        match &self.poses {
+            None => *ray,
+            Some([_, prism_from_world]) => {
+                carry.moved(prism_from_world);
+                ray.moved(prism_from_world)
+            }
+        }
+    }
+
+    /// The side whose facet the ray (in the prism's frame) meets first, on that side's own half.
+    #[inline(always)]
+    fn first_facet(&self, ray: &Ray, residual_mm: f64) -> Result<(Side, Meeting), Fate> {
+        let (x, dx) = (ray.origin.x, ray.direction.x);
+        // A ray that never changes the sign of x can meet one side only.
+        if x >= 0.0 && dx >= 0.0 {
+            return self.sides[1][0].meet(ray, residual_mm).map(|m| (Side::Right, m));
+        }
+        if x <= 0.0 && dx < 0.0 {
+            return self.sides[0][0].meet(ray, residual_mm).map(|m| (Side::Left, m));
+        }
+        let right = self.sides[1][0].meet(ray, residual_mm).map(|m| (Side::Right, m));
+        let left = self.sides[0][0].meet(ray, residual_mm).map(|m| (Side::Left, m));
+        let right_is_own = right.is_ok_and(|(_, m)| ray.at(m.t_mm).x >= 0.0);
+        let left_is_own = left.is_ok_and(|(_, m)| ray.at(m.t_mm).x < 0.0);
+        match (left_is_own, right_is_own) {
+            (true, true) => left.and_then(|l| right.map(|r| if l.1.t_mm < r.1.t_mm { l } else { r })),
+            (true, false) => left,
+            (false, true) => right,
+            (false, false) => match (right, left) {
+                // Both sides meet in the ridge: a ray that finds neither on its own half went through the ridge itself,
+                // to within the rounding of x.
+                (Ok((_, m)), Ok(_)) if ray.at(m.t_mm).x.abs() <= RIDGE_ROUNDINGS * (x.abs() + m.t_mm) => right,
+                _ => Err(right.err().or(left.err()).unwrap_or(Fate::Missed)),
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn refract<C: Carry>(
+        &self,
+        ray: &Ray,
+        side: Side,
+        front: &Meeting,
+        residual_mm: f64,
+        carry: &mut C,
+    ) -> Result<Ray, Fate> {
+        let [facet, base] = &self.sides[side as usize];
+        let out = pass(ray, facet, front, self.eta_in, carry).and_then(|inside| {
+            let meeting = base.meet(&inside, residual_mm)?;
+            pass(&inside, base, &meeting, self.eta_out, carry)
+        });
+        match &self.poses {
+            None => out,
+            Some([world_from_prism, _]) => {
+                // What was carried so far goes back to the world also when the ray ends inside.
+                carry.moved(world_from_prism);
+                out.map(|out| out.moved(world_from_prism))
+            }
+        }
+    }
+}
