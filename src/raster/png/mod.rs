@@ -1,0 +1,12 @@
+//! PNG files: 16-bit grey pictures of light and 8-bit figures out, any PNG in.
+
+mod read;
+mod write;
+
+pub use read::read;
+pub use write::{write_grey16, write_rgb, write_rgba};
+
+pub(super) use read::read_from;
+
+/// The first bytes of every PNG file.
+pub(super) const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";

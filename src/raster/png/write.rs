@@ -1,0 +1,166 @@
+//! Pictures to PNG files. The bytes depend on the arguments only (and on the compressor's version): no time, no path.
+
+use crate::problem::Problem;
+use crate::raster::safe::write_atomically;
+use crate::raster::transfer::Transfer;
+use crate::raster::{KEY, Notes, Raster, checked_size};
+use ::png::{BitDepth, ColorType, Compression, Encoder, PixelDimensions, ScaledFloat, SrgbRenderingIntent, Unit};
+use rayon::prelude::*;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Writes linear light in [0, 1] as 16-bit grey and returns how many pixels lay outside and were clamped.
+///
+/// The encoding is stated twice: by a chunk (gAMA 1.0, or sRGB) and in words under the key `Transfer`. A value that is
+/// not a number is written as 0 and counted too. Rounding is to the nearest of the 65536 levels.
+///
+/// # Errors
+/// A picture without pixels or too large, a pitch that PNG cannot state, and those of [`write_atomically`].
+pub fn write_grey16(
+    path: &Path,
+    picture: &Raster<f32>,
+    transfer: Transfer,
+    notes: &Notes<'_>,
+) -> Result<usize, Problem> {
+    let clamped = picture.data().iter().filter(|light| !(0.0..=1.0).contains(*light)).count();
+    let levels: Vec<[u8; 2]> = picture.data().par_iter().map(|&light| level16(light, transfer).to_be_bytes()).collect();
+    let size = (picture.width(), picture.height());
+    let form = Form { color: ColorType::Grayscale, depth: BitDepth::Sixteen, transfer };
+    write(path, size, form, levels.as_flattened(), notes)?;
+    Ok(clamped)
+}
+
+/// Writes a figure of 8-bit sRGB red, green and blue.
+///
+/// # Errors
+/// Those of [`write_grey16`].
+pub fn write_rgb(path: &Path, figure: &Raster<[u8; 3]>, notes: &Notes<'_>) -> Result<(), Problem> {
+    let form = Form { color: ColorType::Rgb, depth: BitDepth::Eight, transfer: Transfer::Srgb };
+    write(path, (figure.width(), figure.height()), form, figure.data().as_flattened(), notes)
+}
+
+/// Writes a figure of 8-bit sRGB red, green, blue and opacity; the colours are not multiplied by the opacity.
+///
+/// # Errors
+/// Those of [`write_grey16`].
+pub fn write_rgba(path: &Path, figure: &Raster<[u8; 4]>, notes: &Notes<'_>) -> Result<(), Problem> {
+    let form = Form { color: ColorType::Rgba, depth: BitDepth::Eight, transfer: Transfer::Srgb };
+    write(path, (figure.width(), figure.height()), form, figure.data().as_flattened(), notes)
+}
+
+/// The nearest 16-bit level of a linear light, clamped to [0, 1].
+fn level16(light: f32, transfer: Transfer) -> u16 {
+    // The cast turns a NaN into 0.
+    (transfer.encode(f64::from(light.clamp(0.0, 1.0))) * 65535.0).round() as u16
+}
+
+/// What the samples of a file mean.
+#[derive(Clone, Copy)]
+struct Form {
+    color: ColorType,
+    depth: BitDepth,
+    transfer: Transfer,
+}
+
+fn write(
+    path: &Path,
+    (width, height): (usize, usize),
+    form: Form,
+    samples: &[u8],
+    notes: &Notes<'_>,
+) -> Result<(), Problem> {
+    checked_size(path, width, height)?;
+    let density = notes.pitch_mm.map(|pitch| density(path, pitch)).transpose()?;
+    write_atomically(path, |out| encode(out, (width as u32, height as u32), form, density, notes.json, samples))
+}
+
+fn encode(
+    out: impl Write,
+    (width, height): (u32, u32),
+    form: Form,
+    density: Option<PixelDimensions>,
+    json: &str,
+    samples: &[u8],
+) -> io::Result<()> {
+    let mut encoder = Encoder::new(out, width, height);
+    encoder.set_color(form.color);
+    encoder.set_depth(form.depth);
+    encoder.set_compression(Compression::Balanced);
+    match form.transfer {
+        Transfer::Linear => encoder.set_source_gamma(ScaledFloat::from_scaled(100_000)),
+        Transfer::Srgb => encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric),
+    }
+    encoder.set_pixel_dims(density);
+    encoder.add_text_chunk("Software".to_owned(), KEY.to_owned())?;
+    let words = match form.transfer {
+        Transfer::Linear => "linear: level = light (gAMA 1.0)",
+        Transfer::Srgb => "sRGB: the piecewise curve of IEC 61966-2-1",
+    };
+    encoder.add_text_chunk("Transfer".to_owned(), words.to_owned())?;
+    if !json.is_empty() {
+        encoder.add_itxt_chunk(KEY.to_owned(), json.to_owned())?;
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(samples)?;
+    writer.finish()?;
+    Ok(())
+}
+
+/// The pHYs chunk of square pixels: whole pixels in a metre, so the pitch is kept to half a pixel a metre (3e-6 of a
+/// pitch of 5.5 um).
+fn density(path: &Path, pitch_mm: f64) -> Result<PixelDimensions, Problem> {
+    let per_metre = (1000.0 / pitch_mm).round();
+    // PNG's four-byte numbers end at 2^31 - 1.
+    if !(1.0..=f64::from(i32::MAX)).contains(&per_metre) {
+        let rule = format!("the pixel pitch is {pitch_mm} mm, and a PNG can state 1 to 2147483647 pixels in a metre");
+        return Err(Problem::new(path.display(), rule, "check the pixel pitch of the scene"));
+    }
+    Ok(PixelDimensions { xppu: per_metre as u32, yppu: per_metre as u32, unit: Unit::Meter })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_bytes_on_every_run() {
+        let directory = tempfile::tempdir().unwrap();
+        let picture = Raster::from_data(64, 64, (0..4096).map(|k| k as f32 / 4095.0).collect());
+        let notes = Notes { json: "{\"a\":\"µ\"}", pitch_mm: Some(0.0055) };
+        let bytes = |name: &str| {
+            let path = directory.path().join(name);
+            write_grey16(&path, &picture, Transfer::Srgb, &notes).unwrap();
+            std::fs::read(path).unwrap()
+        };
+        assert_eq!(bytes("1.png"), bytes("2.png"));
+    }
+
+    #[test]
+    fn values_outside_are_clamped_and_counted() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.png");
+        let values = vec![-0.0, 0.0, 1.0, 0.5, -1e-9, 1.000_001, f32::NAN, f32::INFINITY];
+        let picture = Raster::from_data(8, 1, values);
+        assert_eq!(write_grey16(&path, &picture, Transfer::Linear, &Notes::default()).unwrap(), 4);
+        let levels = [0, 0, 65535, 32768, 0, 65535, 0, 65535];
+        for (&light, level) in picture.data().iter().zip(levels) {
+            assert_eq!(level16(light, Transfer::Linear), level);
+        }
+    }
+
+    #[test]
+    fn a_size_or_pitch_that_png_cannot_hold_is_refused() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.png");
+        let write = |width, pitch_mm| {
+            let picture = Raster::filled(width, 1, 0.0f32);
+            write_grey16(&path, &picture, Transfer::Linear, &Notes { json: "", pitch_mm }).map_err(|p| p.rule)
+        };
+        assert!(write(0, None).unwrap_err().contains("0 x 1"));
+        assert!(write(crate::raster::MAX_SIDE_PX + 1, None).unwrap_err().contains("65536 x 1"));
+        for pitch in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-9, 1e6] {
+            assert!(write(1, Some(pitch)).unwrap_err().contains("pitch"), "{pitch}");
+        }
+        assert!(!path.exists());
+    }
+}
