@@ -1,0 +1,83 @@
+//! The two halves of a picture that a biprism makes: cut apart before anything is detected, so that no window and no
+//! grid reaches over the seam.
+
+use crate::raster::Raster;
+use glam::DVec2;
+
+/// A half of the *image* (not of the prism).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Half {
+    /// The columns left of the seam.
+    Left,
+    /// The columns right of the seam.
+    Right,
+}
+
+impl Half {
+    /// Both halves, left first.
+    pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
+
+    /// The name in files and reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+}
+
+/// One half of a picture, with its place in the whole.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HalfImage<T> {
+    /// Which half.
+    pub half: Half,
+    /// The full image's column that is column 0 of [`HalfImage::image`].
+    pub first_column: usize,
+    /// The half's own pixels.
+    pub image: Raster<T>,
+}
+
+impl<T> HalfImage<T> {
+    /// A position of this half's own picture, in px, as a position in the full image.
+    pub fn full_from_half(&self, position_px: DVec2) -> DVec2 {
+        position_px + DVec2::new(self.first_column as f64, 0.0)
+    }
+
+    /// A position of the full image, in px, as a position in this half's own picture.
+    pub fn half_from_full(&self, position_px: DVec2) -> DVec2 {
+        position_px - DVec2::new(self.first_column as f64, 0.0)
+    }
+}
+
+/// The left and the right half of a picture, cut at its middle. The middle column of an odd width sees both sides of
+/// the seam and belongs to neither half.
+pub fn split<T: Copy>(image: &Raster<T>) -> [HalfImage<T>; 2] {
+    let width = image.width();
+    let second = width.div_ceil(2);
+    [
+        HalfImage { half: Half::Left, first_column: 0, image: image.columns(0, width / 2) },
+        HalfImage { half: Half::Right, first_column: second, image: image.columns(second, width) },
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_odd_middle_column_belongs_to_neither_half() {
+        let image = Raster::from_data(5, 1, vec![0, 1, 2, 3, 4]);
+        let [left, right] = split(&image);
+        assert_eq!((left.image.data(), right.image.data()), (&[0, 1][..], &[3, 4][..]));
+        assert_eq!(right.full_from_half(DVec2::new(0.5, 0.5)), DVec2::new(3.5, 0.5));
+        assert_eq!(right.half_from_full(DVec2::new(3.5, 0.5)), DVec2::new(0.5, 0.5));
+    }
+
+    #[test]
+    fn an_even_width_is_shared_and_a_single_column_vanishes() {
+        let [left, right] = split(&Raster::filled(4, 2, 0.0));
+        assert_eq!((left.image.width(), right.image.width(), right.first_column), (2, 2, 2));
+        let [left, right] = split(&Raster::filled(1, 1, 0.0));
+        assert_eq!((left.image.width(), right.image.width()), (0, 0));
+    }
+}
