@@ -1,1 +1,9 @@
 //! Results to files and figures.
+
+pub mod cloud;
+pub mod corners;
+pub mod design;
+pub mod figure;
+pub mod golden;
+pub mod json;
+pub mod table;

@@ -1,0 +1,76 @@
+//! The halves of a picture and the pinhole that each is designed to be.
+
+use crate::metrics::pinhole::Pinhole;
+use crate::optics::fate::Fate;
+use crate::system::{Side, System};
+use crate::vision::half::Half;
+use glam::DVec2;
+
+/// The place of a half in the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Which half.
+    pub half: Half,
+    /// The picture's column that is the half's column 0.
+    pub first_column: usize,
+    /// Columns and rows of the half.
+    pub size_px: DVec2,
+}
+
+impl Frame {
+    /// The frame of `half` of `system`'s pictures; the middle column of an odd width belongs to neither.
+    pub fn new(system: &System, half: Half) -> Self {
+        let [width, height] = system.camera.size_px();
+        let first_column = if half == Half::Left { 0 } else { width.div_ceil(2) };
+        Self { half, first_column, size_px: DVec2::new((width / 2) as f64, height as f64) }
+    }
+
+    /// The side of the prism that this half looks through.
+    pub fn side(&self) -> Side {
+        if self.half == Half::Left { Side::Left } else { Side::Right }
+    }
+
+    /// A position in the whole picture from one in the half, in px.
+    pub fn full(&self, half_px: DVec2) -> DVec2 {
+        half_px + DVec2::new(self.first_column as f64, 0.0)
+    }
+
+    /// A position in the half from one in the whole picture, in px.
+    pub fn own(&self, full_px: DVec2) -> DVec2 {
+        full_px - DVec2::new(self.first_column as f64, 0.0)
+    }
+
+    /// The centre of the half image, B of the design paper: a quarter of the picture from its edge.
+    pub fn centre_px(&self, system: &System) -> DVec2 {
+        let [width, height] = system.camera.size_px().map(|n| n as f64);
+        let x = if self.half == Half::Left { 0.25 * width } else { 0.75 * width };
+        DVec2::new(x, 0.5 * height)
+    }
+
+    /// Whether a position (in the half's own px) lies in the half.
+    pub fn contains(&self, half_px: DVec2) -> bool {
+        half_px.cmpgt(DVec2::ZERO).all() && half_px.cmplt(self.size_px).all()
+    }
+}
+
+/// The virtual camera of a half, found from the half image's central ray alone: it lies on that ray's extension beside
+/// the real camera (in its plane of constant z), is parallel to it, has its focal length and pixels, and sees with the
+/// half image's centre where that ray goes.
+///
+/// For the design paper's prisms this is its O' with z = 0. For any other prism it is what the prism would be used as.
+///
+/// # Errors
+/// The fate of the central ray when it does not pass the prism.
+pub fn virtual_camera(system: &System, frame: &Frame) -> Result<Pinhole, Fate> {
+    let centre_px = frame.centre_px(system);
+    let (ray, _) = system.exit_ray(centre_px)?;
+    if ray.direction.z <= 0.0 {
+        return Err(Fate::PastBoard);
+    }
+    let tangent = ray.direction.truncate() / ray.direction.z;
+    let camera_z = system.camera.position_mm().z;
+    let centre_mm = ray.at((camera_z - ray.origin.z) / ray.direction.z);
+    let focal_px = 1.0 / system.camera.tangent_per_px();
+    let principal_px = frame.own(centre_px) - tangent * focal_px;
+    Ok(Pinhole { focal_px: DVec2::splat(focal_px), ..Pinhole::parallel(centre_mm, focal_px, 1.0, principal_px) })
+}

@@ -1,0 +1,183 @@
+//! What a picture of the board shows: corners found in each half, and beside them the exact ones.
+
+use super::anchor::{Found, anchor};
+use super::nominal::{Frame, virtual_camera};
+use super::truth::{self, TrueCorners};
+use crate::metrics::pinhole::Pinhole;
+use crate::metrics::straightness::IndexedCorner;
+use crate::metrics::{Deviation, Observation};
+use crate::raster::Raster;
+use crate::system::aim::Aimer;
+use crate::system::{Board, System};
+use crate::vision::half::{Half, split};
+use crate::vision::{self, Detection};
+use glam::DVec2;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// How far a detected corner may lie from the true corner of its index, as a share of a square.
+const SAME_CORNER: f64 = 0.25;
+
+/// How the detected corners compare with the exact ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Detected {
+    /// True corners whose four squares lie wholly in the half; `None` where the truth is unknown.
+    pub visible: Option<usize>,
+    /// How many of these were found; all that were found, where the truth is unknown.
+    pub found: usize,
+    /// Detected corners of which some square is cut by the border of the half.
+    pub partial: usize,
+    /// Detected corners with no true corner of their index within a quarter of a square.
+    pub wrong: Option<usize>,
+    /// Measured minus true position of all right ones, in px.
+    pub errors_px: Vec<DVec2>,
+    /// Candidates that were turned down, by reason.
+    pub rejected: BTreeMap<&'static str, usize>,
+    /// Estimated blur of the picture along the two families of lines, in px.
+    pub blur_px: Option<[f64; 2]>,
+}
+
+/// One half of a picture.
+#[derive(Debug, Clone)]
+pub struct HalfView {
+    /// Its place in the picture.
+    pub frame: Frame,
+    /// The camera that it is designed to be, in the half's own px.
+    pub camera: Option<Pinhole>,
+    /// Detected corners with their places on the board; none where the lattice could not be anchored.
+    pub found: Vec<Found>,
+    /// The exact corners, where they are known.
+    pub truth: Option<TrueCorners>,
+    /// How they compare.
+    pub detected: Detected,
+}
+
+/// A board seen in both halves.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// Distance of the board's centre from the camera along z, in mm.
+    pub depth_mm: f64,
+    /// The board.
+    pub board: Board,
+    /// Left and right.
+    pub halves: [HalfView; 2],
+}
+
+/// Detects the board of `system` in both halves of `picture` (linear radiance) and gives every corner its place on the
+/// board; with the exact corners beside them when the picture is one that `system` made.
+///
+/// `stage` hears what is done next.
+pub fn see(system: &System, picture: &Raster<f32>, own: bool, stage: &mut dyn FnMut(&'static str)) -> View {
+    stage("detect");
+    let [left, right] = split(picture).map(|h| {
+        let mask = own_side(system, &Frame::new(system, h.half));
+        vision::detect(&h.image, mask.as_ref(), &vision::Settings::default())
+    });
+    stage("truth");
+    let aimer = own.then(|| Aimer::new(system));
+    let halves = [(Half::Left, left), (Half::Right, right)].map(|(half, detection)| {
+        let frame = Frame::new(system, half);
+        let camera = virtual_camera(system, &frame).ok();
+        let anchored = camera.and_then(|camera| anchor(system, &frame, &camera, &detection.corners));
+        let truth = aimer.as_ref().and_then(|aimer| truth::corners(system, aimer, &frame));
+        let detected = compare(anchored.as_deref(), truth.as_ref(), &detection);
+        HalfView { frame, camera, found: anchored.unwrap_or_default(), truth, detected }
+    });
+    let depth_mm = system.board.pattern.world_from_board.translation_mm.z - system.camera.position_mm().z;
+    View { depth_mm, board: system.board, halves }
+}
+
+/// The pixels of a half whose rays go through its own side of the prism, where some do not: the ridge's image is not
+/// the middle of the picture when the prism is shifted or tilted, and no lattice may grow across it. Known from the
+/// instrument, not from the picture's board. `None` where all pixels do, as judged along the half's border.
+fn own_side(system: &System, frame: &Frame) -> Option<Raster<bool>> {
+    let (width, height) = (frame.size_px.x as usize, frame.size_px.y as usize);
+    let own = |i: usize, j: usize| {
+        let px = frame.full(DVec2::new(i as f64 + 0.5, j as f64 + 0.5));
+        system.look(px).is_ok_and(|sight| sight.side == frame.side())
+    };
+    let border =
+        (0..width).flat_map(|i| [(i, 0), (i, height - 1)]).chain((0..height).flat_map(|j| [(0, j), (width - 1, j)]));
+    if width == 0 || border.into_iter().all(|(i, j)| own(i, j)) {
+        return None;
+    }
+    let rows: Vec<Vec<bool>> = (0..height).into_par_iter().map(|j| (0..width).map(|i| own(i, j)).collect()).collect();
+    Some(Raster::from_data(width, height, rows.concat()))
+}
+
+fn compare(anchored: Option<&[Found]>, truth: Option<&TrueCorners>, detection: &Detection) -> Detected {
+    let mut detected = Detected {
+        visible: truth.map(|t| t.values().filter(|t| t.whole).count()),
+        found: 0,
+        partial: 0,
+        // A lattice without a place on the board is all wrong.
+        wrong: truth.map(|_| if anchored.is_none() { detection.corners.len() } else { 0 }),
+        errors_px: Vec::new(),
+        rejected: detection.counts().into_iter().map(|(reason, n)| (reason.name(), n)).collect(),
+        blur_px: detection.sigma_px,
+    };
+    let Some(truth) = truth else {
+        detected.found = detection.corners.len();
+        return detected;
+    };
+    for f in anchored.unwrap_or_default() {
+        let step = |d: [i32; 2]| {
+            let there = truth.get(&[f.index[0] + d[0], f.index[1] + d[1]])?;
+            Some(there.position_px.distance(truth.get(&f.index)?.position_px))
+        };
+        let square_px = [[1, 0], [-1, 0], [0, 1], [0, -1]].into_iter().filter_map(step).fold(f64::INFINITY, f64::min);
+        match truth.get(&f.index) {
+            // A corner without a neighbour has no square to measure by, and no detector finds it alone.
+            Some(t)
+                if square_px.is_finite() && f.corner.position_px.distance(t.position_px) < SAME_CORNER * square_px =>
+            {
+                if t.whole {
+                    detected.found += 1;
+                } else {
+                    detected.partial += 1;
+                }
+                detected.errors_px.push(f.corner.position_px - t.position_px);
+            }
+            _ => detected.wrong = detected.wrong.map(|n| n + 1),
+        }
+    }
+    detected
+}
+
+impl Detected {
+    /// Sizes of the detector's errors, where there are any.
+    pub fn deviation(&self) -> Option<Deviation> {
+        Deviation::of(&self.errors_px).ok()
+    }
+}
+
+impl HalfView {
+    /// Positions by board index: detected ones, and the exact positions of the same corners where they are known, so
+    /// that two figures differ by the detector's error alone.
+    pub fn positions(&self) -> [Option<BTreeMap<[i32; 2], DVec2>>; 2] {
+        let found = self.found.iter().map(|f| (f.index, f.corner.position_px)).collect();
+        let exact = self.truth.as_ref().map(|truth| {
+            let same = self.found.iter().filter_map(|f| Some((f.index, truth.get(&f.index)?.position_px)));
+            same.collect::<BTreeMap<_, _>>()
+        });
+        // Where nothing was found, the truth still says what could have been.
+        let all = |truth: &TrueCorners| truth.iter().map(|(&index, t)| (index, t.position_px)).collect();
+        let exact = if self.found.is_empty() { self.truth.as_ref().map(all) } else { exact };
+        [Some(found), exact]
+    }
+
+    /// [`HalfView::positions`] as observations of points of `board` in the world.
+    pub fn observations(&self, board: &Board) -> [Option<Vec<Observation>>; 2] {
+        let point = |[column, row]: [i32; 2]| board.world(board.corner_at(f64::from(column), f64::from(row)));
+        self.positions().map(|side| {
+            let of = |(&index, &image_px): (&[i32; 2], &DVec2)| Observation { point_mm: point(index), image_px };
+            side.map(|positions| positions.iter().map(of).collect())
+        })
+    }
+
+    /// [`HalfView::positions`] as corners of a grid.
+    pub fn indexed(&self) -> [Option<Vec<IndexedCorner>>; 2] {
+        let corner = |(index, image_px)| IndexedCorner { index, image_px };
+        self.positions().map(|side| side.map(|positions| positions.into_iter().map(corner).collect()))
+    }
+}

@@ -1,0 +1,82 @@
+//! A judgement as the report's entry for one prism.
+
+use super::json::judgement::{self as to, Depths};
+use super::json::{Corners, Definition, Depth, Design, Frame, Half, Halves, Normaliser, Pinhole};
+use crate::analysis::judge::{CENTRE_ONLY, CentreFigures, Judgement, PinholeFigures, free_at};
+use crate::analysis::view::Detected;
+use crate::metrics::Deviation;
+use crate::metrics::reprojection::{POSE_AND_ANAMORPHIC, POSE_AND_FOCAL};
+use glam::DVec2;
+use std::collections::BTreeMap;
+
+/// The entry of the prism `name`. `pitch_mm` is the side of a pixel.
+pub fn entry(
+    name: &str,
+    judgement: &Judgement,
+    fates: &BTreeMap<&'static str, usize>,
+    timing_s: BTreeMap<String, f64>,
+    pitch_mm: f64,
+) -> Design {
+    let board = Some([judgement.view.depth_mm; 2]);
+    let range = judgement.depths_mm;
+    let half = |k: usize| Half {
+        corners: corners(&[&judgement.detected[k]]),
+        pinhole: pinhole(&judgement.halves[k], judgement.centres[k].as_ref(), pitch_mm, range),
+    };
+    let stereo = &judgement.stereo;
+    Design {
+        name: name.to_owned(),
+        halves: Halves { left: half(0), right: half(1) },
+        stereo: to::stereo(&stereo.disparity, board, &stereo.epipolar, &stereo.depth_law, range),
+        pinhole: pinhole(&judgement.pooled, None, pitch_mm, range),
+        corners: corners(&judgement.detected.each_ref()),
+        fates: fates.iter().map(|(name, &n)| ((*name).to_owned(), n as u64)).collect(),
+        timing_s,
+        error_budget: None,
+    }
+}
+
+fn pinhole(figures: &PinholeFigures, centre: Option<&CentreFigures>, pitch_mm: f64, range: Depths) -> Pinhole {
+    let (straightness_rms_px, straightness_max_px) = to::straightness(&figures.straightness);
+    let depths = figures.depths.iter().map(|d| {
+        let here = Some([d.depth_mm; 2]);
+        Depth {
+            depth_mm: d.depth_mm,
+            designed: to::designed_by_corners(&d.designed, pitch_mm, here),
+            fitted: to::fitted(&CENTRE_ONLY, &d.fitted, here),
+            centre_drift_mm: Definition { depths_mm: here, ..Definition::mm(Normaliser::Fit, Frame::World) }
+                .figure(&d.drift_mm, |d| *d),
+            straightness_rms_px: to::straightness(&d.straightness).0,
+        }
+    });
+    Pinhole {
+        designed: to::designed_by_rays(&figures.designed),
+        fitted: to::fitted(free_at(&POSE_AND_FOCAL, figures.depths.len()), &figures.fitted, range),
+        anamorphic: Some(to::fitted(free_at(&POSE_AND_ANAMORPHIC, figures.depths.len()), &figures.anamorphic, range)),
+        straightness_rms_px,
+        straightness_max_px,
+        centre: centre.map(|c| to::centre(c.designed_mm, &c.common, &c.misses)),
+        depths: depths.collect(),
+    }
+}
+
+fn corners(halves: &[&Detected]) -> Corners {
+    let sum = |count: fn(&Detected) -> usize| halves.iter().map(|d| count(d) as u64).sum::<u64>();
+    let known =
+        |count: fn(&Detected) -> Option<usize>| halves.iter().map(|d| count(d).map(|n| n as u64)).sum::<Option<u64>>();
+    let errors: Vec<DVec2> = halves.iter().flat_map(|d| d.errors_px.iter().copied()).collect();
+    let errors = Deviation::of(&errors).ok();
+    let mut rejected = BTreeMap::new();
+    for (reason, n) in halves.iter().flat_map(|d| &d.rejected) {
+        *rejected.entry((*reason).to_owned()).or_insert(0) += *n as u64;
+    }
+    Corners {
+        visible: known(|d| d.visible),
+        found: sum(|d| d.found),
+        partial: sum(|d| d.partial),
+        spurious: known(|d| d.wrong),
+        rms_error_px: errors.map(|e| e.rms),
+        max_error_px: errors.map(|e| e.max),
+        rejected,
+    }
+}

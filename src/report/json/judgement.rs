@@ -1,0 +1,101 @@
+//! From results of `metrics` to the figures of a report: the one place that says which definition belongs to which key.
+
+use glam::DVec3;
+
+use super::figure::{Definition, Frame, Normaliser, Unit};
+use super::{Centre, Designed, Figure, Fitted, Stereo};
+use crate::metrics::epipolar::Summary;
+use crate::metrics::reprojection::{Fit, Parameter};
+use crate::metrics::stereo::{DepthLaw, Disparity};
+use crate::metrics::straightness::RowsAndColumns;
+use crate::metrics::virtual_camera::{CommonPoint, Misses, PlaneDeviation};
+use crate::metrics::{Both, Deviation};
+
+/// Nearest and farthest depth of what was looked at, in mm; `None` where it is unknown (a photograph).
+pub type Depths = Option<[f64; 2]>;
+
+/// Left against right: the disparities of corners at `board_mm`, the epipolar curves over `epipolar_mm`, and the law of
+/// disparities over the same range.
+pub fn stereo(
+    disparity: &Both<Disparity>,
+    board_mm: Depths,
+    epipolar: &Both<Summary>,
+    law: &Both<DepthLaw>,
+    epipolar_mm: Depths,
+) -> Stereo {
+    let at_board = |normaliser| Definition { depths_mm: board_mm, ..Definition::px(normaliser) };
+    let px = |normaliser| Definition { depths_mm: epipolar_mm, ..Definition::px(normaliser) };
+    let rad = |normaliser| Definition { unit: Unit::Rad, ..px(normaliser) };
+    Stereo {
+        vertical_disparity_rms_px: at_board(Normaliser::Rms).figure(disparity, |d| (d.vertical_rms_px, d.n)),
+        vertical_disparity_max_px: at_board(Normaliser::Max).figure(disparity, |d| (d.vertical_max_px, d.n)),
+        vertical_disparity_mean_px: at_board(Normaliser::Mean).figure(disparity, |d| (d.vertical_mean_px, d.n)),
+        opencv_average_epipolar_px: at_board(Normaliser::TwiceMeanAbs)
+            .figure(disparity, |d| (d.opencv_average_px, d.n)),
+        epipolar_slope_max_rad: rad(Normaliser::Max).figure(epipolar, |e| (e.slope_max_rad, e.curves)),
+        epipolar_slope_mean_rad: rad(Normaliser::MeanAbs).figure(epipolar, |e| (e.slope_mean_abs_rad, e.curves)),
+        epipolar_rise_max_px: px(Normaliser::Max).figure(epipolar, |e| (e.rise_max_px, e.curves)),
+        epipolar_departure_rms_px: px(Normaliser::Rms).figure(epipolar, |e| (e.departure_rms_px, e.samples)),
+        epipolar_departure_max_px: px(Normaliser::Max).figure(epipolar, |e| (e.departure_max_px, e.samples)),
+        depth_law_rms_px: px(Normaliser::Rms).figure(law, |l| (l.rms_px, l.n)),
+    }
+}
+
+/// Against the designed virtual camera on its virtual image plane, by rays beyond the glass: Table 1 of the design
+/// paper. Measured rays come from corners at several depths
+/// ([`rays_from_depths`](crate::metrics::virtual_camera::rays_from_depths)).
+pub fn designed_by_rays(found: &Both<PlaneDeviation>) -> Designed {
+    designed(Frame::VirtualImagePlane, None, &found.then(|d| Ok(d.mm)), &found.then(|d| Ok(d.px)))
+}
+
+/// Against the designed virtual camera at the depth of a board: corners minus projected corners, in px and, by the
+/// pixel pitch, in mm on the sensor. A ray that misses the centre but meets the board where it should is no error here.
+pub fn designed_by_corners(found_px: &Both<Deviation>, pitch_mm: f64, board_mm: Depths) -> Designed {
+    designed(Frame::RawHalf, board_mm, &found_px.then(|d| Ok(d.scaled(pitch_mm))), found_px)
+}
+
+fn designed(frame: Frame, depths_mm: Depths, mm: &Both<Deviation>, px: &Both<Deviation>) -> Designed {
+    let in_mm = Definition { depths_mm, ..Definition::mm(Normaliser::MeanAbs, frame) };
+    let in_px = |normaliser| Definition { frame, depths_mm, ..Definition::px(normaliser) };
+    Designed {
+        mean_abs_h_mm: in_mm.figure(mm, |d| (d.mean_abs.x, d.n)),
+        mean_abs_v_mm: in_mm.figure(mm, |d| (d.mean_abs.y, d.n)),
+        mean_abs_h_px: in_px(Normaliser::MeanAbs).figure(px, |d| (d.mean_abs.x, d.n)),
+        mean_abs_v_px: in_px(Normaliser::MeanAbs).figure(px, |d| (d.mean_abs.y, d.n)),
+        rms_px: in_px(Normaliser::Rms).figure(px, |d| (d.rms, d.n)),
+        max_px: in_px(Normaliser::Max).figure(px, |d| (d.max, d.n)),
+    }
+}
+
+/// Against a fitted pinhole, of which `free` was fitted. Both halves pooled: give the deviation of their joined
+/// residuals.
+pub fn fitted(free: &[Parameter], deviation: &Both<Deviation>, depths_mm: Depths) -> Fitted {
+    let px = |normaliser| Definition { depths_mm, ..Definition::px(normaliser) };
+    Fitted {
+        free: free.iter().map(|p| p.name().to_owned()).collect(),
+        rms_px: px(Normaliser::Rms).figure(deviation, |d| (d.rms, d.n)),
+        max_px: px(Normaliser::Max).figure(deviation, |d| (d.max, d.n)),
+    }
+}
+
+/// From the designed centre to the fitted one.
+pub fn centre_drift(designed_mm: DVec3, fit: &Both<Fit>) -> Figure {
+    let drift = |f: &Fit| ((f.pinhole.centre_mm() - designed_mm).length(), f.deviation.n);
+    Definition::mm(Normaliser::Fit, Frame::World).figure(fit, drift)
+}
+
+/// RMS and largest distance from straight, of rows and columns together.
+pub fn straightness(found: &Both<RowsAndColumns>) -> (Figure, Figure) {
+    let rms = Definition::px(Normaliser::Rms).figure(found, |s| (s.both.rms_px, s.both.n));
+    (rms, Definition::px(Normaliser::Max).figure(found, |s| (s.both.max_px, s.both.n)))
+}
+
+/// The rays against one centre: the best common point, and the designed one at `designed_mm`.
+pub fn centre(designed_mm: DVec3, common: &Both<CommonPoint>, designed: &Both<Misses>) -> Centre {
+    let mm = |normaliser| Definition::mm(normaliser, Frame::World);
+    Centre {
+        drift_mm: mm(Normaliser::Fit).figure(common, |c| ((c.point_mm - designed_mm).length(), c.misses.n)),
+        miss_rms_mm: mm(Normaliser::Rms).figure(common, |c| (c.misses.rms_mm, c.misses.n)),
+        designed_miss_rms_mm: mm(Normaliser::Rms).figure(designed, |m| (m.rms_mm, m.n)),
+    }
+}

@@ -1,0 +1,164 @@
+//! The short table of two prisms, and the sentence that judges them.
+
+use super::json::{Depth, Design, Figure};
+use std::fmt::Write;
+
+/// One row of the table: what, and its figure for a design.
+struct Row {
+    label: &'static str,
+    of: fn(&Design) -> Option<&Figure>,
+}
+
+/// A row as it is shown.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    /// What it is, with its unit.
+    pub label: String,
+    /// "measured | true" for each design, or one word.
+    pub values: Vec<String>,
+    /// The one number for each design where there is room for one: the measured one; for Table 1, whose grid reaches
+    /// beyond the corners, the exact one.
+    pub short: Vec<String>,
+}
+
+const ROWS: [Row; 13] = [
+    Row { label: "vertical disparity, RMS, px", of: |d| Some(&d.stereo.vertical_disparity_rms_px) },
+    Row { label: "vertical disparity, largest, px", of: |d| Some(&d.stereo.vertical_disparity_max_px) },
+    Row { label: "epipolar slope, mean, rad", of: |d| Some(&d.stereo.epipolar_slope_mean_rad) },
+    Row { label: "epipolar slope, largest, rad", of: |d| Some(&d.stereo.epipolar_slope_max_rad) },
+    Row { label: "  its rise over a half image, px", of: |d| Some(&d.stereo.epipolar_rise_max_px) },
+    Row { label: "epipolar curve from its line, RMS, px", of: |d| Some(&d.stereo.epipolar_departure_rms_px) },
+    Row { label: "Table 1 (virtual image plane), mean |H|, mm", of: |d| Some(&d.pinhole.designed.mean_abs_h_mm) },
+    Row { label: "Table 1 (virtual image plane), mean |V|, mm", of: |d| Some(&d.pinhole.designed.mean_abs_v_mm) },
+    Row { label: "corners from designed pinhole, RMS, px", of: of_corners },
+    Row { label: "corners from fitted pinhole, RMS, px", of: |d| Some(&d.pinhole.fitted.rms_px) },
+    Row { label: "  with f_x and f_y fitted apart, RMS, px", of: of_anamorphic },
+    Row { label: "rows and columns from straight, RMS, px", of: |d| Some(&d.pinhole.straightness_rms_px) },
+    Row { label: "best centre from designed one, left, mm", of: left_drift },
+];
+
+/// At the depth nearest to the scene's own board.
+fn of_corners(design: &Design) -> Option<&Figure> {
+    let own = design.stereo.vertical_disparity_rms_px.depths_mm?[0];
+    let from_own = |d: &&Depth| (d.depth_mm - own).abs();
+    let nearest = design.pinhole.depths.iter().min_by(|a, b| from_own(a).total_cmp(&from_own(b)));
+    nearest.map(|d| &d.designed.rms_px)
+}
+
+fn of_anamorphic(design: &Design) -> Option<&Figure> {
+    design.pinhole.anamorphic.as_ref().map(|a| &a.rms_px)
+}
+
+fn left_drift(design: &Design) -> Option<&Figure> {
+    design.halves.left.pinhole.centre.as_ref().map(|c| &c.drift_mm)
+}
+
+/// The rows of the table.
+pub fn rows(designs: &[Design]) -> Vec<Shown> {
+    let of_row = |row: &Row| {
+        let exact = row.label.starts_with("Table 1");
+        let measured = |d: &Design| number((row.of)(d).and_then(|f| f.measured));
+        let truth = |d: &Design| number((row.of)(d).and_then(|f| f.exact));
+        let both = |d: &Design| format!("{} | {}", measured(d), truth(d));
+        let one = |d: &Design| if exact { truth(d) } else { measured(d) };
+        Shown {
+            label: row.label.to_owned(),
+            values: designs.iter().map(both).collect(),
+            short: designs.iter().map(one).collect(),
+        }
+    };
+    let of_word = |label: &str, word: &dyn Fn(&Design) -> String| {
+        let values: Vec<String> = designs.iter().map(word).collect();
+        Shown { label: label.to_owned(), short: values.clone(), values }
+    };
+    let mut rows: Vec<Shown> = ROWS.iter().map(of_row).collect();
+    rows.push(of_word("corners found/fully visible + cut, false", &|d| match d.corners.visible {
+        Some(visible) => {
+            format!("{}/{visible} + {}, {}", d.corners.found, d.corners.partial, d.corners.spurious.unwrap_or(0))
+        }
+        None => d.corners.found.to_string(),
+    }));
+    rows.push(of_word("error of the detector, RMS, px", &|d| number(d.corners.rms_error_px)));
+    rows
+}
+
+/// A value as a person reads it: three or five decimals, or an exponent where these say little.
+pub fn number(value: Option<f64>) -> String {
+    match value {
+        None => "-".to_owned(),
+        Some(0.0) => "0".to_owned(),
+        Some(v) if v.abs() < 1e-4 || v.abs() >= 1e5 => format!("{v:.2e}"),
+        Some(v) if v.abs() < 1.0 => format!("{v:.5}"),
+        Some(v) => format!("{v:.3}"),
+    }
+}
+
+/// The table as text, with one line of heading.
+pub fn text(designs: &[Design]) -> String {
+    let rows = rows(designs);
+    let width = rows.iter().map(|row| row.label.chars().count()).max().unwrap_or(0);
+    let column = rows.iter().flat_map(|row| &row.values).map(String::len).max().unwrap_or(0).max(16);
+    let mut text = format!("{:width$}", "measured | true");
+    for design in designs {
+        let _ = write!(text, "  {:>column$}", design.name);
+    }
+    for row in rows {
+        let _ = write!(text, "\n{:width$}", row.label);
+        for value in row.values {
+            let _ = write!(text, "  {value:>column$}");
+        }
+    }
+    text
+}
+
+/// What a reader of the table must know besides: corners that are none, and rays that never saw the board.
+pub fn warnings(design: &Design) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if let Some(n) = design.corners.spurious.filter(|n| *n > 0) {
+        warnings.push(format!(
+            "{}: {n} detected corners are none of the board, and spoil the measured figures",
+            design.name
+        ));
+    }
+    for (fate, n) in design.fates.iter().filter(|(_, n)| **n > 0) {
+        warnings.push(format!("{}: {n} pixels never see the board: {fate}", design.name));
+    }
+    warnings
+}
+
+/// One sentence on the second design against the first, by the vertical disparity of raw halves. The bands are those
+/// of the ROS camera calibrator's tutorial: below 0.25 px acceptable, below 0.1 px excellent.
+pub fn verdict(designs: &[Design]) -> String {
+    let judged: Vec<(&str, f64)> =
+        designs.iter().filter_map(|d| Some((d.name.as_str(), d.stereo.vertical_disparity_rms_px.measured?))).collect();
+    let ready = |rms: f64| match rms {
+        r if r < 0.1 => "ready for a stereo matcher without rectification (below 0.1 px)",
+        r if r < 0.25 => "usable by a stereo matcher without rectification (below 0.25 px)",
+        _ => "too far apart for a stereo matcher without rectification (above 0.25 px)",
+    };
+    let px = |rms: f64| number(Some(rms));
+    let unseen: Vec<&str> =
+        designs.iter().map(|d| d.name.as_str()).filter(|name| judged.iter().all(|(n, _)| n != name)).collect();
+    let aside = match unseen[..] {
+        [] => String::new(),
+        _ => format!(" No corner was found in both halves through the {} prism.", unseen.join(" and the ")),
+    };
+    match judged[..] {
+        [(first, a), (second, b)] => format!(
+            "The {second} prism leaves {} px of vertical disparity (RMS) where the {first} prism leaves {} px: its raw \
+             halves are {}, those of the {first} prism {}.",
+            px(b),
+            px(a),
+            ready(b),
+            ready(a)
+        ),
+        [(name, rms)] => {
+            format!(
+                "The {name} prism leaves {} px of vertical disparity (RMS): its raw halves are {}.{aside}",
+                px(rms),
+                ready(rms)
+            )
+        }
+        _ => format!("There is no verdict.{aside}"),
+    }
+}
