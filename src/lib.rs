@@ -1,11 +1,11 @@
 //! biprism: a virtual stereo camera, one camera that looks through a prism and so takes a stereo pair in one exposure.
 //!
-//! A pixel's life; each arrow is one public function, each box one immutable type:
+//! A pixel's life; each box is one immutable type, each arrow a public function or room:
 //!
 //! ```text
-//! scene.toml --scene::parse--> SceneFile --scene::check--> Scene --system::build--> System --render::plan--> Plan
-//!   Plan --camera--> Ray --trace--> Result<Hit, Fate> --coverage--> radiance --> Raster --raster::write--> .png .exr
-//!   Raster --vision::half--> two halves --response, refine, grid--> Corners --metrics--> Residuals --report--> .json .csv .png
+//! scene.toml --scene::load--> Scene --system::build--> System --render::Plan--> tiles
+//!   pixel --System::look--> Result<Sight, Fate> --coverage--> radiance --> Film --raster::{png, exr}--> .png .exr
+//!   Raster --vision::half--> two halves --vision::detect--> Corners --metrics--> residuals --report--> .json .csv .png
 //! board point --system::aim--> true pixel --------------------------^   (separates detector error from optical error)
 //! camera + virtual camera --design--> a prism, as scene text --> in by the front door
 //! ```
@@ -19,10 +19,15 @@ pub mod problem;
 pub mod accuracy;
 pub mod num;
 pub mod geom;
+pub mod optics;
+pub mod trace;
 pub mod scene;
 pub mod design;
+pub mod system;
 pub mod raster;
+pub mod render;
 pub mod vision;
 pub mod metrics;
+pub mod analysis;
 pub mod report;
 pub mod cli;

@@ -1,3 +1,7 @@
 //! The command `biprism`.
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    biprism::cli::run()
+}

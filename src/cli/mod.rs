@@ -1,1 +1,62 @@
 //! The command: arguments, one file per verb.
+//!
+//! Exit codes: 0 done, 1 ran but a claim of the scene's `[[expect]]` or a golden was not met, 2 could not run.
+//! Data goes to stdout, words to stderr.
+
+mod analyse;
+pub mod args;
+mod check;
+mod compare;
+mod corners;
+mod design;
+mod expect;
+mod files;
+pub mod golden;
+mod measure;
+mod progress;
+mod render;
+mod say;
+mod trace;
+
+use crate::problem::Problem;
+use args::{Args, Verb};
+use clap::Parser;
+use std::io::IsTerminal;
+use std::process::ExitCode;
+
+/// How a verb that could run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    /// All is as it should be.
+    Done,
+    /// It ran, and something that was expected is not so.
+    Unmet,
+}
+
+/// Parses the arguments, runs the verb and says how it went.
+pub fn run() -> ExitCode {
+    let args = Args::parse();
+    let outcome = match args.verb.unwrap_or_else(Verb::main_job) {
+        Verb::Compare(args) => compare::run(&args),
+        Verb::Render(args) => render::run(&args),
+        Verb::Corners(args) => corners::run(&args),
+        Verb::Measure(args) => measure::run(&args),
+        Verb::Design(args) => design::run(&args),
+        Verb::Check(args) => check::run(&args),
+        Verb::Trace(args) => trace::run(&args),
+        Verb::Analyse(args) => analyse::run(&args),
+        Verb::Golden(args) => golden::run(&args),
+    };
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Unmet) => ExitCode::from(1),
+        Err(problem) => {
+            complain(&problem);
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn complain(problem: &Problem) {
+    say::words(&problem.render(std::io::stderr().is_terminal()));
+}

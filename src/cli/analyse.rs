@@ -1,0 +1,95 @@
+//! `biprism analyse`: studies that print what they find.
+
+use super::Outcome;
+use super::args::{AnalyseArgs, StabilityArgs, Study};
+use super::say::data;
+use crate::analysis::stability::{self, Case};
+use crate::problem::Problem;
+use serde_json::json;
+use std::fmt::Write;
+use std::time::Instant;
+
+pub(super) fn run(args: &AnalyseArgs) -> Result<Outcome, Problem> {
+    match &args.study {
+        Study::Stability(args) => stability(args),
+    }
+}
+
+/// A case that was run.
+struct Row {
+    case: &'static Case,
+    outcome: stability::Outcome,
+    seconds: f64,
+}
+
+/// Runs the catalogue of hard cases, one after the other so that each has its own time.
+fn stability(args: &StabilityArgs) -> Result<Outcome, Problem> {
+    let named =
+        |case: &&Case| args.only.as_ref().is_none_or(|word| case.name.contains(word) || case.group.contains(word));
+    let rows: Vec<Row> = stability::catalogue()
+        .filter(named)
+        .map(|case| {
+            let started = Instant::now();
+            let outcome = (case.run)();
+            Row { case, outcome, seconds: started.elapsed().as_secs_f64() }
+        })
+        .collect();
+    if rows.is_empty() {
+        let word = args.only.as_deref().unwrap_or_default();
+        let rule = format!("no case or chapter has {word:?} in its name");
+        return Err(Problem::new("--only", rule, "leave it out to see every name"));
+    }
+    if args.json {
+        let entries: Vec<_> = rows.iter().map(entry).collect();
+        data(&format!("{:#}\n", json!({ "cases": entries })))?;
+    } else {
+        data(&table(&rows))?;
+    }
+    let all = rows.iter().all(|row| row.case.holds(&row.outcome));
+    Ok(if all { Outcome::Done } else { Outcome::Unmet })
+}
+
+fn entry(row: &Row) -> serde_json::Value {
+    let Row { case, outcome, seconds } = row;
+    json!({
+        "group": case.group, "name": case.name, "hard": case.hard, "property": case.property,
+        "unit": case.unit, "bound": case.bound, "why": case.why, "holds": case.holds(outcome),
+        "checked": outcome.checked, "worst": outcome.worst, "worst_at": outcome.worst_at,
+        "residual_mm": outcome.residual_mm, "fates": outcome.fates, "broken": outcome.broken,
+        "seconds": seconds,
+    })
+}
+
+fn table(rows: &[Row]) -> String {
+    let width = |of: fn(&Row) -> usize| rows.iter().map(of).max().unwrap_or(0);
+    let (group, name) = (width(|r| r.case.group.len()).max(7), width(|r| r.case.name.len()).max(4));
+    let mut text = format!(
+        "{:group$}  {:name$}  {:>7}  {:>8}  {:>8}  {:9}  {:>8}  {:>6}  fates\n",
+        "chapter", "case", "checks", "worst", "bound", "unit", "residual", "s"
+    );
+    for row in rows {
+        let Row { case, outcome, seconds } = row;
+        let residual = outcome.residual_mm.map_or("-".to_owned(), |mm| format!("{mm:.1e}"));
+        let fates: Vec<String> = outcome.fates.iter().map(|(name, n)| format!("{n} {name}")).collect();
+        let _ = writeln!(
+            text,
+            "{:group$}  {:name$}  {:>7}  {:>8.1e}  {:>8.1e}  {:9}  {residual:>8}  {seconds:>6.2}  {}{}",
+            case.group,
+            case.name,
+            outcome.checked,
+            outcome.worst,
+            case.bound,
+            case.unit.name(),
+            if fates.is_empty() { "-".to_owned() } else { fates.join(", ") },
+            if case.holds(outcome) { "" } else { "  NOT KEPT" },
+        );
+        if !case.holds(outcome) {
+            let _ = writeln!(text, "    worst at {}", outcome.worst_at);
+        }
+        for broken in &outcome.broken {
+            let _ = writeln!(text, "    {broken}");
+        }
+    }
+    text.push_str("\nWhat is hard, what is held against what, and where each bound comes from: --json.\n");
+    text
+}

@@ -1,0 +1,214 @@
+//! The arguments, as clap reads them.
+
+use crate::raster::transfer::Transfer;
+use clap::{Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// A virtual stereo camera: one camera that looks through a prism and so takes a stereo pair in one exposure.
+///
+/// Without a verb it runs `compare` on the design paper's scene.
+#[derive(Debug, Parser)]
+#[command(name = "biprism", version)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub verb: Option<Verb>,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Verb {
+    /// Design, render, detect and measure: the flat prism of a scene against its freeform prism.
+    Compare(CompareArgs),
+    /// Render the picture of a scene, with ground truth through the prism in the EXR.
+    Render(RenderArgs),
+    /// Detect the corners of a checkerboard in both halves of any picture.
+    Corners(CornersArgs),
+    /// Measure the stereo pair in a picture: vertical disparity, epipolar lines, deviation from a pinhole.
+    Measure(MeasureArgs),
+    /// Design the freeform prism of a scene and write it as scene text and as point clouds.
+    Design(DesignArgs),
+    /// Check a scene without rendering it, and say what it holds.
+    Check(CheckArgs),
+    /// Trace given pixels to the board, or board points back to pixels, at full precision.
+    Trace(TraceArgs),
+    /// Study the program or an instrument.
+    Analyse(AnalyseArgs),
+    /// Compare scenes with their goldens: pictures, corners, residuals, fates and counts. UPDATE_GOLDEN=1 rewrites
+    /// those that fail.
+    Golden(GoldenArgs),
+}
+
+impl Verb {
+    /// What is done without a verb.
+    pub fn main_job() -> Self {
+        Self::Compare(CompareArgs { scene: None, out: PathBuf::from("out"), json: false })
+    }
+}
+
+/// Arguments of `compare`.
+#[derive(Debug, clap::Args)]
+pub struct CompareArgs {
+    /// Scene file; without it, the design paper's scene.
+    pub scene: Option<PathBuf>,
+    /// Folder for the pictures and the report.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// Print the report as JSON instead of the table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `render`.
+#[derive(Debug, clap::Args)]
+pub struct RenderArgs {
+    /// Scene file.
+    pub scene: PathBuf,
+    /// Picture to write, .png or .exr; may be given more than once.
+    #[arg(long, required = true)]
+    pub out: Vec<PathBuf>,
+    /// Print what was done as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The transfer curve of a PNG that does not state its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TransferArg {
+    /// Value = radiance.
+    Linear,
+    /// The sRGB curve.
+    Srgb,
+}
+
+impl From<TransferArg> for Transfer {
+    fn from(arg: TransferArg) -> Self {
+        match arg {
+            TransferArg::Linear => Self::Linear,
+            TransferArg::Srgb => Self::Srgb,
+        }
+    }
+}
+
+/// Arguments of `corners`.
+#[derive(Debug, clap::Args)]
+pub struct CornersArgs {
+    /// Picture, PNG or EXR.
+    pub picture: PathBuf,
+    /// Transfer curve of a PNG that does not state its own.
+    #[arg(long)]
+    pub transfer: Option<TransferArg>,
+    /// Take the whole picture as one view instead of two halves.
+    #[arg(long)]
+    pub whole: bool,
+    /// File to write instead of stdout: .csv, .json, or .yml for OpenCV (with its pixel centres at whole numbers).
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Print JSON instead of CSV on stdout.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `measure`.
+#[derive(Debug, clap::Args)]
+pub struct MeasureArgs {
+    /// Picture, PNG or EXR.
+    pub picture: PathBuf,
+    /// The scene that says camera, prism and board of the picture.
+    #[arg(long)]
+    pub scene: PathBuf,
+    /// Transfer curve of a PNG that does not state its own.
+    #[arg(long)]
+    pub transfer: Option<TransferArg>,
+    /// The picture was rendered from this very scene: compare with the exact corners too.
+    #[arg(long)]
+    pub own: bool,
+    /// Print the report as JSON instead of the table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `design`.
+#[derive(Debug, clap::Args)]
+pub struct DesignArgs {
+    /// Scene file with a flat or freeform prism.
+    pub scene: PathBuf,
+    /// Folder for prism.toml, cloud.csv, front.ply and back.ply.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// March the centre column first, then every row.
+    #[arg(long)]
+    pub y_then_x: bool,
+    /// Print the figures of the design as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `check`.
+#[derive(Debug, clap::Args)]
+pub struct CheckArgs {
+    /// Scene file.
+    pub scene: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `analyse`.
+#[derive(Debug, clap::Args)]
+pub struct AnalyseArgs {
+    /// What to study.
+    #[command(subcommand)]
+    pub study: Study,
+}
+
+/// A study.
+#[derive(Debug, Subcommand)]
+pub enum Study {
+    /// Run the catalogue of hard cases: error against an independent oracle, fates, residual and time of each.
+    Stability(StabilityArgs),
+}
+
+/// Arguments of `analyse stability`.
+#[derive(Debug, clap::Args)]
+pub struct StabilityArgs {
+    /// Only the cases whose name or chapter has this word in it.
+    #[arg(long)]
+    pub only: Option<String>,
+    /// Print JSON, with what is hard and where each bound comes from.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `trace`.
+#[derive(Debug, clap::Args)]
+pub struct TraceArgs {
+    /// Scene file.
+    pub scene: PathBuf,
+    /// CSV of pixel positions `x_px,y_px`, or with --back of `half,u_mm,v_mm`; `-` is stdin.
+    #[arg(long, default_value = "-")]
+    pub points: PathBuf,
+    /// From board points to the pixels that see them.
+    #[arg(long)]
+    pub back: bool,
+    /// Print JSON instead of CSV.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `golden`.
+#[derive(Debug, clap::Args)]
+pub struct GoldenArgs {
+    /// Folder of the cases, *.toml.
+    #[arg(default_value = "scenes/cases")]
+    pub cases: PathBuf,
+    /// Folder of their goldens.
+    #[arg(long, default_value = "golden")]
+    pub golden: PathBuf,
+    /// Folder for what failing cases leave: a strip expected | difference | actual and a text.
+    #[arg(long, default_value = "out/golden")]
+    pub failures: PathBuf,
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}

@@ -1,0 +1,61 @@
+//! `biprism check`: what a scene holds, without a picture of it.
+
+use super::args::CheckArgs;
+use super::{Outcome, files, say};
+use crate::analysis::nominal::{Frame, virtual_camera};
+use crate::problem::Problem;
+use crate::scene;
+use crate::vision::half::Half;
+use serde_json::json;
+
+pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
+    let scene = scene::load(&args.scene)?;
+    let system = files::build(&scene, &args.scene)?;
+    let half = |half: Half| {
+        let frame = Frame::new(&system, half);
+        match virtual_camera(&system, &frame) {
+            Ok(camera) => json!({ "virtual_camera_mm": camera.centre_mm().to_array() }),
+            Err(fate) => json!({ "central_ray": fate.name() }),
+        }
+    };
+    let found = json!({
+        "scene": scene.name,
+        "prism": files::prism_name(&scene.prism),
+        "size_px": [scene.camera.width_px, scene.camera.height_px],
+        "board": {
+            "squares": [scene.board.columns, scene.board.rows],
+            "centre_mm": scene.board.world_from_board.translation_mm.to_array(),
+        },
+        "halves": { "left": half(Half::Left), "right": half(Half::Right) },
+    });
+    if args.json {
+        say::data(&format!("{found:#}\n"))?;
+    } else {
+        let board = &scene.board;
+        let mut text = format!("{} can be rendered\n", args.scene.display());
+        text += &format!("prism   {}\n", files::prism_name(&scene.prism));
+        text += &format!("sensor  {} x {} px\n", scene.camera.width_px, scene.camera.height_px);
+        let centre = board.world_from_board.translation_mm;
+        text += &format!(
+            "board   {} x {} squares of {} mm, centre at {centre} mm\n",
+            board.columns, board.rows, board.square_mm
+        );
+        for half in Half::BOTH {
+            let camera = virtual_camera(&system, &Frame::new(&system, half));
+            let said = camera.map_or_else(
+                |fate| format!("none: the central ray ends ({})", fate.name()),
+                |c| {
+                    format!(
+                        "at ({:.4}, {:.4}, {:.4}) mm",
+                        c.centre_mm().x,
+                        c.centre_mm().y + 0.0,
+                        c.centre_mm().z + 0.0
+                    )
+                },
+            );
+            text += &format!("{:7} virtual camera {said}\n", half.name());
+        }
+        say::data(&text)?;
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,144 @@
+//! `biprism compare`: the main job, from a prism to a verdict.
+
+use super::args::CompareArgs;
+use super::expect::expectations;
+use super::progress::Progress;
+use super::{Outcome, files, say};
+use crate::analysis::judge::{Judgement, fates, judge, other_depth};
+use crate::problem::Problem;
+use crate::raster::{Notes, png};
+use crate::render::Film;
+use crate::report::figure::canvas;
+use crate::report::figure::comparison::{self, ComparisonInput, CornerMark, FigureRow, Panel};
+use crate::report::{design, json, table};
+use crate::scene::{DesignSettings, Prism, Scene};
+use std::path::Path;
+
+/// One prism, judged.
+struct Judged {
+    name: &'static str,
+    film: Film,
+    judgement: Judgement,
+}
+
+pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
+    let scene = files::scene(args.scene.as_deref())?;
+    let prisms = two_prisms(&scene)?;
+    files::folder(&args.out)?;
+    let pixels = (scene.camera.width_px * scene.camera.height_px) as u64;
+    let own_depth = scene.board.world_from_board.translation_mm.z - scene.camera.position_mm.z;
+    let boards = 1 + scene.analysis.depths_mm.iter().filter(|&&depth| other_depth(depth, own_depth)).count() as u64;
+    let mut progress = Progress::new(prisms.len() as u64 * boards * pixels);
+    let mut judged = Vec::new();
+    let mut designs = Vec::new();
+    let mut written = Vec::new();
+    for (name, scene) in &prisms {
+        progress.begin(name, "design");
+        let system = files::build(scene, args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")))?;
+        let rendered = progress.handle();
+        let (film, judgement) = judge(scene, &system, &mut |step| progress.begin(name, step), &rendered);
+        progress.begin(name, "write");
+        for ending in ["png", "exr"] {
+            let path = args.out.join(format!("{name}.{ending}"));
+            files::picture(&path, scene, &system, &film)?;
+            written.push(path);
+        }
+        let timing = progress.take_seconds();
+        designs.push(design::entry(name, &judgement, &fates(&film), timing, scene.camera.pitch_mm));
+        judged.push(Judged { name, film, judgement });
+    }
+    progress.begin("both", "figure");
+    let verdict = table::verdict(&designs);
+    if let [first, second] = &judged[..] {
+        let path = args.out.join("comparison.png");
+        figure(&path, &scene, [first, second], &designs, &verdict)?;
+        written.push(path);
+    }
+    drop(progress);
+    let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs };
+    let text = json::to_text(&report);
+    written.push(args.out.join("report.json"));
+    files::text(&args.out.join("report.json"), &text)?;
+    let outcome = expectations(&scene, &report)?;
+    say::data(&if args.json { text } else { format!("{}\n\n{verdict}\n", table::text(&report.designs)) })?;
+    report.designs.iter().flat_map(table::warnings).for_each(|warning| say::words(&warning));
+    for path in written {
+        say::words(&format!("wrote {}", path.display()));
+    }
+    Ok(outcome)
+}
+
+/// The scene with its flat prism and with its freeform prism. A prism given by its surfaces has no flat twin and is
+/// judged alone.
+fn two_prisms(scene: &Scene) -> Result<Vec<(&'static str, Scene)>, Problem> {
+    let with = |prism: Prism| Scene { prism, ..scene.clone() };
+    Ok(match &scene.prism {
+        Prism::Flat(flat) => {
+            vec![("flat", scene.clone()), ("freeform", with(Prism::Freeform(*flat, DesignSettings::default())))]
+        }
+        Prism::Freeform(flat, _) => vec![("flat", with(Prism::Flat(*flat))), ("freeform", scene.clone())],
+        Prism::Polynomial(_) | Prism::PointCloud(_) => vec![("freeform", scene.clone())],
+        Prism::None => {
+            return Err(Problem::new(
+                format!("scene {}", scene.name),
+                "`prism.kind` is \"none\", and there is no prism to judge",
+                "give the scene a prism, or use `biprism render`",
+            ));
+        }
+    })
+}
+
+/// `comparison.png`: two prisms side by side.
+fn figure(
+    path: &Path,
+    scene: &Scene,
+    judged: [&Judged; 2],
+    designs: &[json::Design],
+    verdict: &str,
+) -> Result<(), Problem> {
+    let marks = judged.map(|j| corner_marks(&j.judgement));
+    let panels = [0, 1].map(|k| Panel {
+        name: format!("{} prism", judged[k].name),
+        picture: &judged[k].film.radiance,
+        corners: &marks[k],
+    });
+    let seam_px = 0.5 * scene.camera.width_px as f64;
+    let rows = table::rows(designs).into_iter();
+    let rows = rows.map(|row| FigureRow { label: row.label, values: [row.short[0].clone(), row.short[1].clone()] });
+    let input = ComparisonInput {
+        title: format!(
+            "{}: {} mm squares at {} mm, seen through two prisms",
+            scene.name,
+            scene.board.square_mm,
+            scene.board.world_from_board.translation_mm.z - scene.camera.position_mm.z
+        ),
+        arrow_gain: comparison::suitable_gain(&panels, seam_px),
+        panels,
+        seam_px,
+        figures: rows.collect(),
+        verdict: verdict.to_owned(),
+        width_px: 2000,
+    };
+    let drawn = canvas::raster(&comparison::draw(&input));
+    png::write_rgb(path, &drawn, &Notes::default())
+}
+
+/// Detected corners of both halves with their deviation from the designed virtual camera.
+fn corner_marks(judgement: &Judgement) -> Vec<CornerMark> {
+    let board = &judgement.view.board;
+    let of_half = |half: &crate::analysis::view::HalfView| {
+        let Some(camera) = half.camera else { return Vec::new() };
+        let mark = |f: &crate::analysis::anchor::Found| {
+            let [column, row] = f.index.map(f64::from);
+            let ideal = camera.project(board.world(board.corner_at(column, row)))?;
+            let position_px = f.corner.position_px;
+            Some(CornerMark {
+                index: f.index,
+                position_px: half.frame.full(position_px),
+                error_px: position_px - ideal,
+            })
+        };
+        half.found.iter().filter_map(mark).collect()
+    };
+    judgement.view.halves.iter().flat_map(of_half).collect()
+}

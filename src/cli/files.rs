@@ -1,0 +1,121 @@
+//! What the verbs read and write alike.
+
+use super::say;
+use crate::problem::Problem;
+use crate::raster::exr::{self, Channel};
+use crate::raster::transfer::Transfer;
+use crate::raster::{Notes, Raster, png, safe};
+use crate::render::{Class, Film};
+use crate::scene::{self, Encoding, Prism, Scene};
+use crate::system::System;
+use glam::DVec2;
+use std::path::Path;
+
+/// The design paper's scene, which is also shipped as a file.
+const PAPER: &str = include_str!("../../scenes/paper.toml");
+
+/// The scene at `path`, or the paper's.
+pub(super) fn scene(path: Option<&Path>) -> Result<Scene, Problem> {
+    match path {
+        Some(path) => scene::load(path),
+        None => scene::parse(PAPER, "scenes/paper.toml (embedded)", None),
+    }
+}
+
+/// The instrument of the scene in `path`.
+pub(super) fn build(scene: &Scene, path: &Path) -> Result<System, Problem> {
+    crate::system::build(scene)
+        .map_err(|problem| Problem { place: format!("{}: {}", path.display(), problem.place), ..problem })
+}
+
+/// The folder, made if need be.
+pub(super) fn folder(path: &Path) -> Result<(), Problem> {
+    std::fs::create_dir_all(path).map_err(|error| {
+        let rule = format!("the folder cannot be made: {error}");
+        Problem::new(path.display(), rule, "name a folder that you may write to, with --out")
+    })
+}
+
+/// Writes `text` to `path`, whole or not at all.
+pub(super) fn text(path: &Path, text: &str) -> Result<(), Problem> {
+    safe::write_bytes(path, text.as_bytes())
+}
+
+/// The name's ending in lower case.
+fn ending(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Refuses a name for a picture that [`picture`] could not write, before anything is rendered.
+pub(super) fn picture_name(path: &Path) -> Result<(), Problem> {
+    match ending(path).as_str() {
+        "png" | "exr" => Ok(()),
+        _ => Err(Problem::new(
+            path.display(),
+            "a picture's name ends in neither .png nor .exr",
+            "give --out a name that ends in .png or .exr",
+        )),
+    }
+}
+
+/// Writes the picture as its name's ending asks: .png holds the radiance, .exr also the ground truth.
+pub(super) fn picture(path: &Path, scene: &Scene, system: &System, film: &Film) -> Result<(), Problem> {
+    let what = serde_json::json!({
+        "scene": scene.name,
+        "prism": prism_name(&scene.prism),
+        "pixel_centre": "(i + 0.5, j + 0.5)",
+        "radiance": "mean over the pixel, of full scale 1",
+        "board.U, board.V": "position on the board that the pixel's centre sees, mm in the board's frame, f32",
+        "P": "the same in the world, mm",
+        "class": ["left", "right", "missed", "total_reflection", "not_converged", "past_board"],
+    });
+    let json = what.to_string();
+    let notes = Notes { json: &json, pitch_mm: Some(scene.camera.pitch_mm) };
+    match ending(path).as_str() {
+        "png" => {
+            let transfer = match scene.encoding {
+                Encoding::Linear => Transfer::Linear,
+                Encoding::Srgb => Transfer::Srgb,
+            };
+            let clamped = png::write_grey16(path, &film.radiance, transfer, &notes)?;
+            if clamped > 0 {
+                say::words(&format!(
+                    "{}: {clamped} pixels were brighter than full scale and are clamped",
+                    path.display()
+                ));
+            }
+            Ok(())
+        }
+        "exr" => exr::write(path, channels(system, film), &notes),
+        _ => picture_name(path),
+    }
+}
+
+/// The name of a prism in a report.
+pub(super) fn prism_name(prism: &Prism) -> &'static str {
+    match prism {
+        Prism::None => "none",
+        Prism::Flat(_) => "flat",
+        Prism::Freeform(..) | Prism::Polynomial(_) | Prism::PointCloud(_) => "freeform",
+    }
+}
+
+/// Radiance and, for each pixel's centre, what it sees through the prism.
+fn channels(system: &System, film: &Film) -> Vec<Channel> {
+    let seen = |class: Class| matches!(class, Class::Left | Class::Right);
+    let truth = |value: &dyn Fn([f32; 2]) -> f64| {
+        let pixels = film.board_mm.data().iter().zip(film.class.data());
+        let data = pixels.map(|(&mm, &class)| if seen(class) { value(mm) as f32 } else { f32::NAN }).collect();
+        Raster::from_data(film.board_mm.width(), film.board_mm.height(), data)
+    };
+    let world = |axis: usize| truth(&|mm| system.board.world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
+    vec![
+        Channel::f32("Y", film.radiance.clone()),
+        Channel::f32("board.U", truth(&|mm| f64::from(mm[0]))),
+        Channel::f32("board.V", truth(&|mm| f64::from(mm[1]))),
+        Channel::f32("P.X", world(0)),
+        Channel::f32("P.Y", world(1)),
+        Channel::f32("P.Z", world(2)),
+        Channel::u32("class", film.class.map(|class| class as u32)),
+    ]
+}

@@ -1,0 +1,194 @@
+//! `biprism trace`: pixel positions to the board and back, at full precision.
+
+use super::args::TraceArgs;
+use super::{Outcome, files, say};
+use crate::optics::fate::Fate;
+use crate::problem::Problem;
+use crate::scene;
+use crate::system::aim::Aimer;
+use crate::system::{Side, System};
+use glam::{DVec2, DVec3};
+use serde_json::json;
+use std::fmt::Write as _;
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+
+/// Longest line that is read, in bytes.
+const MAX_LINE: u64 = 4096;
+
+/// What is asked of a line.
+enum Asked {
+    /// Where this pixel position leads.
+    Pixel(DVec2),
+    /// Which pixel position sees this board point through this side.
+    Board(Side, DVec2),
+}
+
+/// Most lines that are read: 240 MB in memory.
+const MAX_POINTS: usize = 10_000_000;
+/// Answers are written in pieces of this many.
+const PIECE: usize = 4096;
+
+pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Problem> {
+    let scene = scene::load(&args.scene)?;
+    let system = files::build(&scene, &args.scene)?;
+    // Every line is read before the first is answered, so that a bad one leaves no half of an answer.
+    let mut asked = Vec::new();
+    each_line(&args.points, |place, fields| {
+        if asked.len() == MAX_POINTS {
+            let rule = format!("there are more than {MAX_POINTS} points");
+            return Err(Problem::new(place, rule, "split the file"));
+        }
+        asked.push(if args.back { parse_board(place, fields)? } else { parse_pixel(place, fields)? });
+        Ok(())
+    })?;
+    let aimer = Aimer::new(&system);
+    let answer = |asked: &Asked| match *asked {
+        Asked::Pixel(px) => forth(&system, args.json, px),
+        Asked::Board(side, mm) => back(&aimer, args.json, side, mm),
+    };
+    let (head, between, tail) = if args.json {
+        ("[\n".to_owned(), ",\n", "\n]\n")
+    } else {
+        (format!("{}\n", if args.back { BACK_COLUMNS } else { COLUMNS }), "\n", "\n")
+    };
+    say::data(&head)?;
+    for (k, piece) in asked.chunks(PIECE).enumerate() {
+        let lines: Vec<String> = piece.iter().map(answer).collect();
+        say::data(&format!("{}{}", if k == 0 { "" } else { between }, lines.join(between)))?;
+    }
+    say::data(if asked.is_empty() && !args.json { "" } else { tail })?;
+    Ok(Outcome::Done)
+}
+
+/// Calls `use_line` with the place and the fields of each line that is neither blank, a comment nor the heading.
+fn each_line(path: &Path, mut use_line: impl FnMut(&str, &[&str]) -> Result<(), Problem>) -> Result<(), Problem> {
+    let name = if path == Path::new("-") { "stdin".to_owned() } else { path.display().to_string() };
+    let unreadable =
+        |e: std::io::Error| Problem::new(&name, format!("cannot be read: {e}"), "check the path and its permissions");
+    let mut input: Box<dyn BufRead> = if path == Path::new("-") {
+        Box::new(BufReader::new(std::io::stdin()))
+    } else {
+        Box::new(BufReader::new(std::fs::File::open(path).map_err(unreadable)?))
+    };
+    let mut line = Vec::new();
+    for number in 1.. {
+        line.clear();
+        let read = (&mut input).take(MAX_LINE).read_until(b'\n', &mut line).map_err(unreadable)?;
+        let place = format!("{name}:{number}");
+        if read == 0 {
+            return Ok(());
+        }
+        if read as u64 == MAX_LINE {
+            let rule = format!("the line has {MAX_LINE} bytes or more, and must have fewer");
+            return Err(Problem::new(place, rule, "give one point a line"));
+        }
+        let text = str::from_utf8(&line)
+            .map_err(|_| Problem::new(&place, "the line is not UTF-8 text", "give a CSV of numbers"))?;
+        let text = text.trim().trim_start_matches('\u{feff}');
+        let fields: Vec<&str> = text.split(',').map(str::trim).collect();
+        let heading = number == 1 && HEADINGS.contains(&fields[0]);
+        if !(text.is_empty() || text.starts_with('#') || heading) {
+            use_line(&place, &fields)?;
+        }
+    }
+    Ok(())
+}
+
+/// The field as a finite number.
+fn number(place: &str, name: &str, field: &str) -> Result<f64, Problem> {
+    field.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| {
+        Problem::new(place, format!("`{name}` is {field:?}, and must be a finite number"), "write it as 960.5")
+    })
+}
+
+/// First columns of the headings that a file may have.
+const HEADINGS: [&str; 4] = ["x_px", "x", "half", "side"];
+
+const COLUMNS: &str = "x_px,y_px,side,fate,u_mm,v_mm,world_x_mm,world_y_mm,world_z_mm,\
+front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,back_z_mm,exit_dx,exit_dy,exit_dz";
+
+const BACK_COLUMNS: &str = "side,u_mm,v_mm,fate,x_px,y_px,seen";
+
+fn side_name(side: Side) -> &'static str {
+    if side == Side::Left { "left" } else { "right" }
+}
+
+fn parse_pixel(place: &str, fields: &[&str]) -> Result<Asked, Problem> {
+    let [x, y] = fields else {
+        let rule = format!("the line has {} fields, and must have 2", fields.len());
+        return Err(Problem::new(place, rule, "write x_px,y_px, as in 960.5,540.5"));
+    };
+    Ok(Asked::Pixel(DVec2::new(number(place, "x_px", x)?, number(place, "y_px", y)?)))
+}
+
+fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Problem> {
+    let [side, u, v] = fields else {
+        let rule = format!("the line has {} fields, and must have 3", fields.len());
+        return Err(Problem::new(place, rule, "write half,u_mm,v_mm, as in left,12.5,-3"));
+    };
+    let side = match *side {
+        "left" => Side::Left,
+        "right" => Side::Right,
+        other => {
+            let rule = format!("`half` is {other:?}, and must be left or right");
+            return Err(Problem::new(place, rule, "write half,u_mm,v_mm, as in left,12.5,-3"));
+        }
+    };
+    Ok(Asked::Board(side, DVec2::new(number(place, "u_mm", u)?, number(place, "v_mm", v)?)))
+}
+
+/// A pixel position to the board, with every point on the way. All points and directions are in the world.
+fn forth(system: &System, as_json: bool, px: DVec2) -> String {
+    let (path, end) = system.path(px);
+    let landed = end.and_then(|(ray, side)| system.board.meet(&ray).map(|(mm, _)| (mm, side)));
+    let (fate, side) = match (&landed, &end) {
+        (Ok((_, side)), _) => ("board", Some(*side)),
+        (Err(fate), Ok((_, side))) => (fate.name(), Some(*side)),
+        (Err(fate), Err(_)) => (fate.name(), None),
+    };
+    let board = landed.ok().map(|(mm, _)| mm);
+    let world = board.map(|mm| system.board.world(mm));
+    let point = |k: usize| path.points.get(k).copied();
+    let direction = |k: usize| path.directions.get(k).copied();
+    if as_json {
+        let array = |v: Option<DVec3>| v.map(|v| v.to_array());
+        return json!({
+            "pixel_px": px.to_array(), "side": side.map(side_name), "fate": fate,
+            "board_mm": board.map(|mm| mm.to_array()), "world_mm": array(world),
+            "front_mm": array(point(0)), "inner_direction": array(direction(0)),
+            "back_mm": array(point(1)), "exit_direction": array(end.ok().map(|(ray, _)| ray.direction)),
+        })
+        .to_string();
+    }
+    let mut line = format!("{:?},{:?},{},{fate}", px.x, px.y, side.map_or("", side_name));
+    let _ = match board {
+        Some(mm) => write!(line, ",{:?},{:?}", mm.x, mm.y),
+        None => write!(line, ",,"),
+    };
+    for v in [world, point(0), direction(0), point(1), end.ok().map(|(ray, _)| ray.direction)] {
+        let _ = match v {
+            Some(v) => write!(line, ",{:?},{:?},{:?}", v.x, v.y, v.z),
+            None => write!(line, ",,,"),
+        };
+    }
+    line
+}
+
+/// A board point to the pixel position that sees it through one side. `seen` says whether that is on the sensor and on
+/// the side's own part of it.
+fn back(aimer: &Aimer<'_>, as_json: bool, side: Side, mm: DVec2) -> String {
+    let aimed: Result<(DVec2, bool), Fate> = aimer.aim(mm, side).map(|px| (px, aimer.sees(px, side)));
+    let name = side_name(side);
+    let fate = aimed.map_or_else(Fate::name, |_| "board");
+    if as_json {
+        let px = aimed.ok().map(|(px, _)| px.to_array());
+        let seen = aimed.ok().map(|(_, seen)| seen);
+        return json!({ "side": name, "board_mm": mm.to_array(), "fate": fate, "pixel_px": px, "seen": seen })
+            .to_string();
+    }
+    match aimed {
+        Ok((px, seen)) => format!("{name},{:?},{:?},{fate},{:?},{:?},{seen}", mm.x, mm.y, px.x, px.y),
+        Err(_) => format!("{name},{:?},{:?},{fate},,,", mm.x, mm.y),
+    }
+}
