@@ -1,0 +1,257 @@
+//! Do the commands do what they say: exit codes, messages, files?
+
+use serde_json::Value;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+fn repository(path: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
+}
+
+fn biprism(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_biprism")).current_dir(folder).args(args).output().expect("it runs")
+}
+
+fn with_input(folder: &Path, args: &[&str], input: &str) -> Output {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_biprism"))
+        .current_dir(folder)
+        .args(args)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it runs");
+    child.stdin.take().expect("a pipe").write_all(input.as_bytes()).expect("written");
+    child.wait_with_output().expect("it ends")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+fn json(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("JSON on stdout and nothing else")
+}
+
+/// The paper's scene on a sensor of 480 x 270 px, in a file of `folder`.
+fn small_scene(folder: &Path, change: impl Fn(String) -> String) -> PathBuf {
+    let paper = fs::read_to_string(repository("scenes/paper.toml")).expect("the scene is there");
+    let small = paper
+        .replace("width_px = 1920", "width_px = 480")
+        .replace("height_px = 1080", "height_px = 270")
+        .replace("pixel_pitch_um = 5.5", "pixel_pitch_um = 22.0")
+        .replace("depths_mm = [500.0, 1000.0, 2000.0]", "depths_mm = [500.0, 700.0, 1000.0]");
+    let path = folder.join("scene.toml");
+    fs::write(&path, change(small)).expect("written");
+    path
+}
+
+fn as_is(text: String) -> String {
+    text
+}
+
+#[test]
+fn compare_writes_the_same_bytes_for_any_number_of_threads() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    let mut first: Option<Vec<(String, Vec<u8>)>> = None;
+    for threads in ["1", "2", "8"] {
+        let out = Command::new(env!("CARGO_BIN_EXE_biprism"))
+            .current_dir(folder.path())
+            .env("RAYON_NUM_THREADS", threads)
+            .args(["compare", "scene.toml", "--out", threads])
+            .output()
+            .expect("it runs");
+        assert!(out.status.success(), "{}", text(&out.stderr));
+        assert!(!text(&out.stderr).contains('%'), "no progress bar in a pipe");
+        let read = |name: &str| {
+            let bytes = fs::read(folder.path().join(threads).join(name)).expect("written");
+            if name != "report.json" {
+                return (name.to_owned(), bytes);
+            }
+            let mut report: Value = serde_json::from_slice(&bytes).expect("JSON");
+            for design in report["designs"].as_array_mut().expect("designs") {
+                // The clock alone may differ.
+                design["timing_s"] = Value::Null;
+            }
+            (name.to_owned(), report.to_string().into_bytes())
+        };
+        let files = ["flat.png", "freeform.png", "flat.exr", "freeform.exr", "comparison.png", "report.json"].map(read);
+        match &first {
+            None => first = Some(files.to_vec()),
+            Some(first) => {
+                for (a, b) in first.iter().zip(&files) {
+                    assert!(a == b, "{} differs with {threads} threads", a.0);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn compare_reports_every_corner_and_the_better_prism() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    let report = json(&biprism(folder.path(), &["compare", "scene.toml", "--json"]));
+    let written: Value =
+        serde_json::from_slice(&fs::read(folder.path().join("out/report.json")).expect("written")).expect("JSON");
+    assert_eq!(report, written);
+    assert_eq!(report["schema"], "biprism-report/1");
+    for design in report["designs"].as_array().expect("designs") {
+        let corners = &design["corners"];
+        assert!(corners["visible"].as_u64().is_some_and(|n| n > 300), "{corners}");
+        assert_eq!(corners["visible"], corners["found"]);
+        assert_eq!(corners["false"], 0);
+        // The bound of the main job; squares are 16 px here and 64 px in the paper's scene.
+        assert!(corners["rms_error_px"].as_f64().is_some_and(|e| e <= 0.01), "{corners}");
+    }
+    let disparity = |k: usize| report["designs"][k]["stereo"]["vertical_disparity_rms_px"]["measured"].as_f64();
+    assert!(disparity(0) > disparity(1), "flat {:?}, freeform {:?}", disparity(0), disparity(1));
+}
+
+#[test]
+fn an_unmet_expectation_is_exit_code_1_and_a_met_one_is_0() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let claim = |max: f64| {
+        let value = "freeform/stereo/vertical_disparity_rms_px/true";
+        move |text: String| format!("{text}\n[[expect]]\nvalue = \"{value}\"\nmax = {max}\n")
+    };
+    small_scene(folder.path(), claim(1e-9));
+    let out = biprism(folder.path(), &["compare", "scene.toml"]);
+    assert_eq!(out.status.code(), Some(1), "{}", text(&out.stderr));
+    assert!(text(&out.stderr).contains("not as expected: freeform/stereo"), "{}", text(&out.stderr));
+    small_scene(folder.path(), claim(1.0));
+    assert_eq!(biprism(folder.path(), &["compare", "scene.toml"]).status.code(), Some(0));
+}
+
+#[test]
+fn a_bad_scene_is_one_error_with_its_line_and_exit_code_2() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), |text| text.replace("index = 1.48", "index = nan"));
+    for verb in [&["compare", "scene.toml"][..], &["check", "scene.toml"], &["render", "scene.toml", "--out", "a.png"]]
+    {
+        let out = biprism(folder.path(), verb);
+        assert_eq!(out.status.code(), Some(2));
+        let told = text(&out.stderr);
+        assert!(told.contains("index") && told.contains("scene.toml:") && told.contains("help"), "{told}");
+        assert_eq!(told.matches("error").count(), 1, "{told}");
+        assert!(out.stdout.is_empty());
+    }
+    assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1, "nothing is written");
+}
+
+#[test]
+fn missing_files_and_bad_names_are_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    for (args, word) in [
+        (&["compare", "nothing.toml"][..], "nothing.toml"),
+        (&["render", "scene.toml", "--out", "a.jpg"], ".exr"),
+        (&["corners", "scene.toml"], "PNG"),
+        (&["measure", "nothing.png", "--scene", "scene.toml"], "nothing.png"),
+        (&["trace", "scene.toml", "--points", "nothing.csv"], "nothing.csv"),
+        (&["compare", "scene.toml", "--out", "scene.toml/x"], "folder"),
+    ] {
+        let out = biprism(folder.path(), args);
+        assert_eq!(out.status.code(), Some(2), "{args:?}");
+        assert!(text(&out.stderr).contains(word), "{args:?}: {}", text(&out.stderr));
+    }
+}
+
+#[test]
+fn tracing_forth_and_back_is_the_identity() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    let forth = with_input(folder.path(), &["trace", "scene.toml"], "x_px,y_px\n10.25,20.5\n400.75,133.125\n");
+    assert!(forth.status.success(), "{}", text(&forth.stderr));
+    let lines = text(&forth.stdout);
+    let rows: Vec<Vec<&str>> = lines.lines().skip(1).map(|l| l.split(',').collect()).collect();
+    assert_eq!(rows.len(), 2);
+    assert_eq!(rows[0][2..4], ["left", "board"]);
+    let points: String = rows.iter().map(|r| format!("{},{},{}\n", r[2], r[4], r[5])).collect();
+    let back = json(&with_input(folder.path(), &["trace", "scene.toml", "--back", "--json"], &points));
+    for (k, px) in [[10.25, 20.5], [400.75, 133.125]].iter().enumerate() {
+        let found = &back[k]["pixel_px"];
+        let miss = (0..2).map(|a| (found[a].as_f64().expect("a number") - px[a]).abs()).fold(0.0, f64::max);
+        assert!(miss < 1e-10, "{found}");
+        assert_eq!(back[k]["seen"], true);
+    }
+    let bad = with_input(folder.path(), &["trace", "scene.toml"], "1,2\n3,nan\n");
+    assert_eq!(bad.status.code(), Some(2));
+    assert!(text(&bad.stderr).contains("stdin:2") && text(&bad.stderr).contains("y_px"), "{}", text(&bad.stderr));
+}
+
+#[test]
+fn a_designed_prism_comes_back_through_the_front_door() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = small_scene(folder.path(), as_is);
+    let figures = json(&biprism(folder.path(), &["design", "scene.toml", "--json"]));
+    assert!((figures["facet_angle_deg"].as_f64().expect("a number") - 8.85428).abs() < 5e-6);
+    let prism = fs::read_to_string(folder.path().join("out/prism.toml")).expect("written");
+    let whole = fs::read_to_string(scene).expect("the scene");
+    let (camera, rest) = whole.split_once("[prism]").expect("a prism");
+    let board = &rest[rest.find("[board]").expect("a board")..];
+    let clouds = "[prism]\nkind = \"point_cloud\"\nindex = 1.48\n[prism.front]\nfile = \"out/front.ply\"\ndegree = 5\n\
+                  [prism.back]\nfile = \"out/cloud.csv\"\ndegree = 5\n";
+    fs::write(folder.path().join("polynomial.toml"), format!("{camera}{prism}\n{board}")).expect("written");
+    fs::write(folder.path().join("clouds.toml"), format!("{camera}{clouds}\n{board}")).expect("written");
+    let board_of = |scene: &str| {
+        let seen = json(&with_input(folder.path(), &["trace", scene, "--json"], "33.5,44.5\n"));
+        [0, 1].map(|k| seen[0]["board_mm"][k].as_f64().expect("a number"))
+    };
+    let designed = board_of("scene.toml");
+    // Scene text keeps every bit of a coefficient.
+    assert_eq!(board_of("polynomial.toml"), designed);
+    // The cloud is fitted about another centre and scale: the same surface but for rounding.
+    let refitted = board_of("clouds.toml");
+    assert!((0..2).all(|k| (refitted[k] - designed[k]).abs() < 1e-8), "{refitted:?} {designed:?}");
+}
+
+#[test]
+fn corners_and_measure_take_pictures_from_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    let rendered = biprism(folder.path(), &["render", "scene.toml", "--out", "a.png", "--out", "a.exr", "--json"]);
+    assert_eq!(json(&rendered)["fates"]["missed"], 0);
+    let csv = biprism(folder.path(), &["corners", "a.png"]);
+    assert!(csv.status.success(), "{}", text(&csv.stderr));
+    // A remark on the convention, the heading, and a line a corner.
+    let rows = text(&csv.stdout).lines().filter(|line| !line.starts_with('#')).count() - 1;
+    assert!(rows > 300, "{rows}");
+    let found = json(&biprism(folder.path(), &["corners", "a.exr", "--json"]));
+    let count = |k: usize| found["halves"][k]["corners"].as_array().map_or(0, Vec::len);
+    assert_eq!(count(0) + count(1), rows);
+    let report = json(&biprism(folder.path(), &["measure", "a.exr", "--scene", "scene.toml", "--own", "--json"]));
+    assert_eq!(report["designs"][0]["corners"]["false"], 0);
+    let report = json(&biprism(folder.path(), &["measure", "a.png", "--scene", "scene.toml", "--json"]));
+    assert_eq!(report["designs"][0]["corners"]["visible"], Value::Null);
+    assert!(report["designs"][0]["stereo"]["vertical_disparity_rms_px"]["measured"].is_f64());
+}
+
+#[test]
+fn golden_says_what_moved() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cases = folder.path().join("cases");
+    fs::create_dir(&cases).expect("a folder");
+    fs::copy(repository("scenes/cases/sensor_tiny.toml"), cases.join("sensor_tiny.toml")).expect("copied");
+    let run = |update: &str| {
+        Command::new(env!("CARGO_BIN_EXE_biprism"))
+            .current_dir(folder.path())
+            .env("UPDATE_GOLDEN", update)
+            .env_remove("CI")
+            .args(["golden", "cases"])
+            .output()
+            .expect("it runs")
+    };
+    assert_eq!(run("0").status.code(), Some(1), "a case without a golden fails");
+    assert_eq!(run("1").status.code(), Some(0));
+    assert_eq!(run("0").status.code(), Some(0));
+    fs::remove_file(cases.join("sensor_tiny.toml")).expect("removed");
+    fs::copy(repository("scenes/cases/prism_none.toml"), cases.join("prism_none.toml")).expect("copied");
+    let out = run("0");
+    assert_eq!(out.status.code(), Some(1));
+    assert!(text(&out.stdout).contains("sensor_tiny"), "a golden without a case fails: {}", text(&out.stdout));
+}

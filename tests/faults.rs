@@ -1,0 +1,337 @@
+//! Is every file whole, and every failure a sentence, when the world fails?
+
+#![cfg(unix)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// A small paper: every verb takes some 10 to 100 ms on it.
+const SCENE: &str = "name = \"small\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 240\nheight_px = 135\n\
+    pixel_pitch_um = 44.0\n[prism]\nkind = \"freeform\"\nindex = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545\n\
+    [prism.design]\nstep_px = 4.0\n[board]\ncolumns = 21\nrows = 21\nsquare_mm = 20.0\nposition_mm = [0.0, 0.0, 1000.0]\n\
+    [analysis]\ndepths_mm = [1000.0]\n";
+
+/// What an old file holds.
+const OLD: &[u8] = b"an old file, whole";
+
+struct Place {
+    folder: tempfile::TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::write(folder.path().join("scene.toml"), SCENE).expect("it is written");
+        Self { folder }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, args: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_biprism"));
+        command.current_dir(self.folder.path()).args(args).stdin(Stdio::null());
+        command
+    }
+
+    fn output(&self, args: &[&str]) -> Output {
+        self.command(args).output().expect("the command starts")
+    }
+}
+
+/// The verbs that write, with the files that each writes.
+const WRITERS: [(&[&str], &[&str]); 4] = [
+    (&["render", "scene.toml", "--out", "out/a.png", "--out", "out/a.exr"], &["a.png", "a.exr"]),
+    (&["design", "scene.toml", "--out", "out"], &["prism.toml", "cloud.csv", "front.ply", "back.ply"]),
+    (&["corners", "picture.png", "--out", "out/corners.csv"], &["corners.csv"]),
+    (
+        &["compare", "scene.toml", "--out", "out"],
+        &["flat.png", "flat.exr", "freeform.png", "freeform.exr", "comparison.png", "report.json"],
+    ),
+];
+
+fn no_panic(output: &Output) {
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert!(!words.contains("panicked"), "{words}");
+    assert_ne!(output.status.code(), Some(101), "{words}");
+}
+
+/// A report without the times in it, which differ from run to run.
+fn without_times(bytes: &[u8]) -> Option<serde_json::Value> {
+    fn strip(value: &mut serde_json::Value) {
+        match value {
+            serde_json::Value::Object(map) => {
+                map.retain(|key, _| key != "timing_s");
+                map.values_mut().for_each(strip);
+            }
+            serde_json::Value::Array(items) => items.iter_mut().for_each(strip),
+            _ => (),
+        }
+    }
+    let mut value = serde_json::from_slice(bytes).ok()?;
+    strip(&mut value);
+    Some(value)
+}
+
+/// Whether two files say the same.
+fn same(name: &str, a: &[u8], b: &[u8]) -> bool {
+    if name == "report.json" { without_times(a).is_some_and(|x| Some(x) == without_times(b)) } else { a == b }
+}
+
+fn signal(child: &Child, name: &str) {
+    let done = Command::new("kill").arg(name).arg(child.id().to_string()).status();
+    assert!(done.is_ok(), "there is no kill command");
+}
+
+/// Stops every writing verb at `times` moments spread over its run, by `name`d signal; every file must be the old one or
+/// the new one, whole. Returns how many files in the making were left behind.
+fn stopped(name: &str, times: u32) -> usize {
+    let place = Place::new();
+    assert!(place.output(&["render", "scene.toml", "--out", "picture.png"]).status.success());
+    let (mut stopped, mut left) = (0, 0);
+    for (args, files) in WRITERS {
+        let _ = fs::remove_dir_all(place.path("out"));
+        fs::create_dir(place.path("out")).expect("it is made");
+        let started = Instant::now();
+        let done = place.output(args);
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let whole_run = started.elapsed();
+        let read = |file: &str| fs::read(place.path("out").join(file)).expect("it is there");
+        let new: BTreeMap<&str, Vec<u8>> = files.iter().map(|file| (*file, read(file))).collect();
+        for k in 0..times {
+            for file in files {
+                fs::write(place.path("out").join(file), OLD).expect("it is written");
+            }
+            let mut child =
+                place.command(args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("the command starts");
+            // Moments over the whole run, none at a round place.
+            std::thread::sleep(whole_run.mul_f64((f64::from(k) + 0.618) / f64::from(times)));
+            signal(&child, name);
+            let status = child.wait().expect("it ends");
+            stopped += usize::from(status.signal().is_some());
+            for file in files {
+                let found = read(file);
+                assert!(
+                    found == OLD || same(file, &found, &new[file]),
+                    "{file} of {args:?} is neither old nor new after {name} at {k}/{times}: {} bytes",
+                    found.len()
+                );
+            }
+            let entries = fs::read_dir(place.path("out")).expect("it can be listed").flatten();
+            for entry in entries.filter(|e| !files.iter().any(|f| e.file_name() == *f)) {
+                left += 1;
+                fs::remove_file(entry.path()).expect("it can be removed");
+            }
+        }
+    }
+    assert!(stopped > times as usize, "only {stopped} runs were stopped before their end");
+    left
+}
+
+#[test]
+fn killed_at_any_moment_every_file_is_whole() {
+    let left = stopped("-KILL", 8);
+    if cfg!(target_os = "linux") {
+        // Only a kill between naming and renaming, some 20 us of a run, can leave one.
+        assert!(left <= 1, "{left} files in the making were left behind");
+    }
+}
+
+#[test]
+fn interrupted_at_any_moment_nothing_is_left_behind() {
+    let left = stopped("-INT", 4);
+    if cfg!(target_os = "linux") {
+        assert!(left <= 1, "{left} files in the making were left behind");
+    }
+}
+
+#[test]
+fn a_full_disk_is_a_sentence_and_the_old_file_stays() {
+    let place = Place::new();
+    fs::create_dir(place.path("out")).expect("it is made");
+    assert!(place.output(&["render", "scene.toml", "--out", "picture.png"]).status.success());
+    for (args, files) in WRITERS {
+        fs::remove_dir_all(place.path("out")).expect("it is ours");
+        fs::create_dir(place.path("out")).expect("it is made");
+        for file in files {
+            fs::write(place.path("out").join(file), OLD).expect("it is written");
+        }
+        // A file of at most one block of 512 (or 1024) bytes, and no signal for it: what a full disk looks like.
+        let script = format!("trap '' XFSZ; ulimit -f 1; exec {} \"$@\"", env!("CARGO_BIN_EXE_biprism"));
+        let output = Command::new("sh")
+            .current_dir(place.folder.path())
+            .args(["-c", &script, "sh"])
+            .args(args)
+            .stdin(Stdio::null())
+            .output()
+            .expect("there is a shell");
+        no_panic(&output);
+        let words = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {words}");
+        assert!(words.contains("cannot be written") && words.contains("help"), "{words}");
+        let entries: Vec<_> = fs::read_dir(place.path("out")).expect("it can be listed").flatten().collect();
+        for entry in entries {
+            let name = entry.file_name().into_string().expect("it is ours");
+            assert!(files.contains(&name.as_str()), "{name} was left behind");
+            let content = fs::read(entry.path()).expect("it is there");
+            // Small ones may have fitted.
+            assert!(content == OLD || content.len() <= 1024, "{name} was touched");
+        }
+    }
+}
+
+#[test]
+fn a_stdout_or_stderr_that_fails_is_no_panic() {
+    if !Path::new("/dev/full").exists() {
+        println!("skipped: this system has no /dev/full");
+        return;
+    }
+    let place = Place::new();
+    assert!(place.output(&["render", "scene.toml", "--out", "picture.png"]).status.success());
+    let full = || fs::OpenOptions::new().write(true).open("/dev/full").expect("it is a device");
+    for args in [
+        &["check", "scene.toml"][..],
+        &["check", "scene.toml", "--json"],
+        &["render", "scene.toml", "--out", "b.png", "--json"],
+        &["corners", "picture.png"],
+        &["measure", "picture.png", "--scene", "scene.toml"],
+        &["measure", "picture.png", "--scene", "scene.toml", "--json"],
+        &["design", "scene.toml", "--out", "out"],
+        &["compare", "scene.toml", "--out", "out"],
+        &["compare", "scene.toml", "--out", "out", "--json"],
+        &["trace", "scene.toml"],
+        &["analyse", "stability", "--only", "parallel"],
+    ] {
+        let output = place.command(args).stdout(full()).output().expect("the command starts");
+        no_panic(&output);
+        let words = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {words}");
+        assert!(words.contains("stdout"), "{args:?}: {words}");
+        let status = place.command(args).stdout(Stdio::null()).stderr(full()).status().expect("the command starts");
+        assert_eq!(status.code(), Some(0), "{args:?} without a stderr");
+    }
+    let output = place.output(&["render", "scene.toml", "--out", "/dev/full"]);
+    no_panic(&output);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn a_reader_that_leaves_is_no_panic() {
+    let place = Place::new();
+    let script = format!("{} check scene.toml --json | true", env!("CARGO_BIN_EXE_biprism"));
+    let output = Command::new("sh").current_dir(place.folder.path()).args(["-c", &script]).output().expect("a shell");
+    no_panic(&output);
+}
+
+#[test]
+fn folders_that_cannot_be_written_are_sentences() {
+    let place = Place::new();
+    assert!(place.output(&["render", "scene.toml", "--out", "picture.png"]).status.success());
+    fs::write(place.path("file"), "not a folder").expect("it is written");
+    // A read-only folder, a file for a folder, a folder that nobody may write to, root included.
+    let shut = place.path("shut");
+    fs::create_dir(&shut).expect("it is made");
+    let mut permissions = fs::metadata(&shut).expect("it is there").permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&shut, permissions).expect("it is ours");
+    let mut folders = vec!["file", "file/deeper"];
+    if fs::write(shut.join("probe"), "").is_err() {
+        folders.push("shut");
+    } else {
+        println!("skipped: the read-only folder, for this user may write everywhere");
+    }
+    if Path::new("/proc/self").exists() {
+        folders.push("/proc/self");
+    } else {
+        println!("skipped: /proc/self, which this system lacks");
+    }
+    for folder in folders {
+        let files = [format!("{folder}/a.png"), format!("{folder}/a.csv")];
+        for args in [
+            &["render", "scene.toml", "--out", &files[0]][..],
+            &["corners", "picture.png", "--out", &files[1]],
+            &["design", "scene.toml", "--out", folder],
+            &["compare", "scene.toml", "--out", folder],
+        ] {
+            let output = place.output(args);
+            no_panic(&output);
+            let words = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(output.status.code(), Some(2), "{args:?}: {words}");
+            assert!(words.contains("help"), "{words}");
+        }
+    }
+}
+
+#[test]
+fn a_folder_that_vanishes_is_a_sentence() {
+    let place = Place::new();
+    let (mut refused, mut at) = (0, Duration::from_millis(2));
+    while at < Duration::from_millis(600) {
+        let mut child = place
+            .command(&["compare", "scene.toml", "--out", "out"])
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the command starts");
+        std::thread::sleep(at);
+        let _ = fs::remove_dir_all(place.path("out"));
+        // It may be made again, and then is there in part.
+        let output = {
+            let _ = child.stdin.take();
+            child.wait_with_output().expect("it ends")
+        };
+        no_panic(&output);
+        match output.status.code() {
+            Some(0) => (),
+            Some(2) => refused += 1,
+            other => panic!("{other:?}: {}", String::from_utf8_lossy(&output.stderr)),
+        }
+        at = at.mul_f64(1.6);
+    }
+    assert!(refused > 0, "the folder never vanished in time");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_files() {
+    let place = Place::new();
+    let run = |threads: &str| -> BTreeMap<&str, Vec<u8>> {
+        let out = format!("out{threads}");
+        let mut command = place.command(&["compare", "scene.toml", "--out", &out]);
+        let output = command.env("RAYON_NUM_THREADS", threads).output().expect("the command starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let (_, files) = WRITERS[3];
+        files.iter().map(|file| (*file, fs::read(place.path(&out).join(file)).expect("it is there"))).collect()
+    };
+    let one = run("1");
+    for threads in ["2", "7", "64"] {
+        for (file, bytes) in run(threads) {
+            // The comparison shows the times of neither run.
+            assert!(same(file, &bytes, &one[file]), "{file} with {threads} threads differs from that with one");
+        }
+    }
+}
+
+#[test]
+fn truncated_inputs_are_sentences() {
+    let place = Place::new();
+    assert!(place.output(&["render", "scene.toml", "--out", "p.png", "--out", "p.exr"]).status.success());
+    for name in ["scene.toml", "p.png", "p.exr"] {
+        let whole = fs::read(place.path(name)).expect("it is there");
+        for k in 0..12 {
+            let cut = format!("cut_{name}");
+            fs::write(place.path(&cut), &whole[..whole.len() * k / 12]).expect("it is written");
+            let output =
+                if name == "scene.toml" { place.output(&["check", &cut]) } else { place.output(&["corners", &cut]) };
+            no_panic(&output);
+            let code = output.status.code();
+            // A scene may be whole without its last table.
+            let whole_enough = name == "scene.toml" && code == Some(0);
+            assert!(code == Some(2) || whole_enough, "{k}/12 of {name}: {}", String::from_utf8_lossy(&output.stderr));
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Did any picture or corner move?
+
+use biprism::cli::golden::check;
+use biprism::report::golden::{Folders, Mode};
+use std::path::Path;
+
+#[test]
+fn no_picture_and_no_corner_has_moved() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folders = Folders {
+        cases: &root.join("scenes/cases"),
+        golden: &root.join("golden"),
+        failures: &Path::new(env!("CARGO_TARGET_TMPDIR")).join("golden"),
+    };
+    let variable = |name: &str| std::env::var(name).ok();
+    let mode = Mode::of_variables(variable("UPDATE_GOLDEN").as_deref(), variable("CI").as_deref());
+    let report = check(&folders, mode.unwrap_or_else(|p| panic!("{p}"))).unwrap_or_else(|p| panic!("{p}"));
+    assert!(report.passed(), "{report}\nsee {}", folders.failures.display());
+}
+
+/// The harness itself: one square moved by 0.05 px must fail.
+#[test]
+fn a_shift_of_a_twentieth_of_a_pixel_fails() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let cases = folder.path().join("cases");
+    std::fs::create_dir(&cases).expect("a folder");
+    let text = std::fs::read_to_string(root.join("scenes/cases/prism_flat.toml")).expect("the case is there");
+    // A pixel sees 33 um / 35 mm of 1000 mm, less the glass: 0.05 px are about 0.047 mm on the board.
+    let moved = text.replace("position_mm = [0.0, 0.0, 1000.0]", "position_mm = [0.047, 0.0, 1000.0]");
+    assert_ne!(text, moved);
+    std::fs::write(cases.join("prism_flat.toml"), moved).expect("written");
+    let golden = folder.path().join("golden");
+    std::fs::create_dir(&golden).expect("a folder");
+    for ending in ["png", "json"] {
+        let name = format!("prism_flat.{ending}");
+        std::fs::copy(root.join("golden").join(&name), golden.join(&name)).expect("the golden is there");
+    }
+    let failures = folder.path().join("failures");
+    let report = check(&Folders { cases: &cases, golden: &golden, failures: &failures }, Mode::Check);
+    let report = report.unwrap_or_else(|p| panic!("{p}"));
+    assert!(!report.passed());
+    let shift = report.cases[0].record.as_ref().and_then(|r| r.largest_shift.clone()).expect("corners moved");
+    assert!((0.03..0.08).contains(&shift.px), "{shift:?}");
+    assert!(failures.join("prism_flat.strip.png").exists());
+}

@@ -1,0 +1,215 @@
+//! Does any input, however broken, end in a result or in a sentence?
+//!
+//! The bodies are those of the fuzz targets in `fuzz/`; here they run on the files of this repository and on mutations of
+//! them that are the same on every run. `BIPRISM_HOSTILE_ROUNDS` multiplies the rounds for a long run.
+
+#[path = "hostile/bodies.rs"]
+mod bodies;
+
+use biprism::scene::cloud::Format;
+use std::fs;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+/// xorshift64*: mutations must be the same on every machine.
+struct Dice(u64);
+
+impl Dice {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() % n.max(1) as u64) as usize
+    }
+}
+
+/// Numbers and words on which readers stumble.
+const DICTIONARY: [&[u8]; 24] = [
+    b"nan",
+    b"inf",
+    b"-inf",
+    b"1e999",
+    b"-1e308",
+    b"5e-324",
+    b"0",
+    b"-0.0",
+    b"-1",
+    b"1e12",
+    b"99999999999999999999",
+    b"[",
+    b"]",
+    b"\n",
+    b",",
+    b"\"",
+    b"\xff\xff\xff\xff",
+    b"\x00\x00\x00\x00",
+    b"\x7f\xff\xff\xff",
+    b"\x80",
+    b"\xef\xbb\xbf",
+    b"=",
+    b"1e-300",
+    b" ",
+];
+
+/// A text's number replaced, bytes flipped, dropped, doubled or put in, or the end cut off.
+fn mutated(seed: &[u8], dice: &mut Dice) -> Vec<u8> {
+    let mut bytes = seed.to_vec();
+    for _ in 0..1 + dice.below(4) {
+        let at = dice.below(bytes.len());
+        let length = 1 + dice.below(16);
+        let end = (at + length).min(bytes.len());
+        match dice.below(8) {
+            0 if !bytes.is_empty() => bytes[at] ^= 1 << dice.below(8),
+            1 if !bytes.is_empty() => bytes[at] = dice.below(256) as u8,
+            2 => drop(bytes.drain(at..end)),
+            3 => {
+                let piece = bytes[at..end].to_vec();
+                bytes.splice(at..at, piece);
+            }
+            4 => bytes.truncate(at),
+            5 | 6 => {
+                // The number at or after the place, if there is one nearby.
+                let digit = |b: &u8| b.is_ascii_digit() || b"+-.e".contains(b);
+                let start = at + bytes[at..].iter().position(digit).unwrap_or(0);
+                let end = start + bytes[start..].iter().position(|b| !digit(b)).unwrap_or(0);
+                bytes.splice(start..end, DICTIONARY[dice.below(DICTIONARY.len())].iter().copied());
+            }
+            _ => drop(bytes.splice(at..at, DICTIONARY[dice.below(DICTIONARY.len())].iter().copied())),
+        }
+    }
+    bytes
+}
+
+fn rounds(standard: usize) -> usize {
+    let times = std::env::var("BIPRISM_HOSTILE_ROUNDS").ok().and_then(|v| v.parse().ok()).unwrap_or(1);
+    standard * times
+}
+
+fn attack(seeds: &[Vec<u8>], standard: usize, body: impl Fn(&[u8])) {
+    let mut dice = Dice(0x9e37_79b9_7f4a_7c15);
+    seeds.iter().for_each(|seed| body(seed));
+    for _ in 0..rounds(standard) {
+        let seed = &seeds[dice.below(seeds.len())];
+        body(&mutated(seed, &mut dice));
+    }
+}
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn files(folder: &str, ending: &str) -> Vec<Vec<u8>> {
+    let mut paths: Vec<PathBuf> =
+        fs::read_dir(root().join(folder)).expect("it is committed").flatten().map(|e| e.path()).collect();
+    paths.retain(|p| p.extension().is_some_and(|e| e == ending));
+    paths.sort();
+    assert!(!paths.is_empty(), "{folder} has no .{ending}");
+    paths.iter().map(|p| fs::read(p).expect("it can be read")).collect()
+}
+
+fn polynomial_scene() -> Vec<u8> {
+    let prism = fs::read_to_string(root().join("tests/oracle/prism.toml")).expect("it is committed");
+    format!(
+        "name = \"p\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 48\nheight_px = 27\npixel_pitch_um = 220.0\n{prism}\n\
+         [board]\ncolumns = 41\nrows = 41\nsquare_mm = 10.0\nposition_mm = [0.0, 0.0, 1000.0]\n"
+    )
+    .into_bytes()
+}
+
+#[test]
+fn scene_texts() {
+    let mut seeds = files("tests/bad_scenes", "toml");
+    seeds.push(fs::read(root().join("scenes/paper.toml")).expect("it is committed"));
+    let paper = String::from_utf8(seeds.last().expect("just pushed").clone()).expect("it is text");
+    // Flat, so that a round is not a design.
+    seeds.push(
+        paper
+            .replace("kind = \"freeform\"", "kind = \"flat\"")
+            .replace("[prism.design]\norder = \"x-then-y\"\ndegree = 5\n", "")
+            .into_bytes(),
+    );
+    attack(&seeds, 3000, bodies::scene_text);
+}
+
+#[test]
+fn polynomial_scenes() {
+    attack(&[polynomial_scene()], 3000, bodies::scene_text);
+}
+
+#[test]
+fn png_pictures() {
+    attack(&files("tests/fixtures/pictures", "png"), 1500, |bytes| bodies::picture(bytes, ".png"));
+}
+
+#[test]
+fn exr_pictures() {
+    attack(&files("tests/fixtures/pictures", "exr"), 1500, |bytes| bodies::picture(bytes, ".exr"));
+}
+
+#[test]
+fn point_clouds() {
+    let xyz: String = (0..60).map(|k| format!("{} {} {:e}\n", k % 9, k / 9, 80.0 + 0.01 * f64::from(k * k))).collect();
+    let csv = format!("x_mm,y_mm,z_mm\n{}", xyz.replace(' ', ","));
+    let both = "u_px,v_px,front_x_mm,front_y_mm,front_z_mm,back_x_mm,back_y_mm,back_z_mm\n0,0,1,2,80,1,2,87\n";
+    let head = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 60\nproperty double x\nproperty float y\nproperty double z\nend_header\n"
+        )
+    };
+    let ascii = head("ascii") + &xyz;
+    let mut binary = head("binary_little_endian").into_bytes();
+    for k in 0..60 {
+        binary.extend(f64::from(k % 9).to_le_bytes());
+        binary.extend(((k / 9) as f32).to_le_bytes());
+        binary.extend((80.0 + f64::from(k)).to_le_bytes());
+    }
+    attack(&[xyz.into_bytes()], 3000, |bytes| bodies::cloud(bytes, Format::Xyz));
+    attack(&[csv.into_bytes(), both.into()], 3000, |bytes| bodies::cloud(bytes, Format::Csv));
+    attack(&[ascii.into_bytes(), binary], 6000, |bytes| bodies::cloud(bytes, Format::Ply));
+}
+
+/// The tables that `trace` reads, forth and back: exit 0 or 2, no panic, and no number that is none.
+#[test]
+fn trace_tables() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = folder.path().join("scene.toml");
+    fs::write(&scene, polynomial_scene()).expect("it is written");
+    let trace = |bytes: &[u8], back: bool| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_biprism"));
+        command.arg("trace").arg(&scene).args(back.then_some("--back"));
+        let mut child =
+            command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+        // It may end before it has read all.
+        let _ = child.stdin.take().expect("it is piped").write_all(bytes);
+        let output = child.wait_with_output().expect("it ends");
+        let (out, words) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert!(matches!(output.status.code(), Some(0 | 2)), "{:?}: {words}", output.status);
+        assert!(!words.contains("panicked"), "{words}");
+        assert!(!out.contains("NaN") && !out.contains("inf"), "{out}");
+    };
+    let forth =
+        b"x_px,y_px\n24,13.5\n0,0\n48,27\n-1e9,1e300\n1e308,-1e308\n5e-324,0\n24.000000000001,-1e150\n".to_vec();
+    let back =
+        b"half,u_mm,v_mm\nleft,0,0\nright,12.5,-3\nleft,1e300,1e300\nright,-1e160,0\nleft,1e12,5e-324\n".to_vec();
+    attack(&[forth], 60, |bytes| trace(bytes, false));
+    attack(&[back], 60, |bytes| trace(bytes, true));
+}
+
+/// A header that promises more than there is costs no memory and no time.
+#[test]
+fn promises_are_not_believed() {
+    let started = std::time::Instant::now();
+    let ply = "ply\nformat binary_little_endian 1.0\nelement vertex 9999999\nproperty double x\nproperty double y\nproperty double z\nend_header\n";
+    bodies::cloud(ply.as_bytes(), Format::Ply);
+    for png in files("tests/fixtures/pictures", "png").iter_mut() {
+        // Width and height of the header, which then has a wrong checksum or too little behind it.
+        png[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);
+        bodies::picture(png, ".png");
+    }
+    assert!(started.elapsed().as_secs() < 20, "{:?}", started.elapsed());
+}

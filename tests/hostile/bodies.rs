@@ -1,0 +1,72 @@
+//! What every input must survive: each body takes any bytes and may refuse them, but neither panics, nor hands on a
+//! number that is none. Shared by `tests/hostile.rs` and the fuzz targets in `fuzz/`.
+
+use biprism::design::fit::fit;
+use biprism::raster;
+use biprism::scene::cloud::{Format, Surface, parse_points};
+use biprism::scene::{self, Prism};
+use biprism::system::aim::Aimer;
+use biprism::system::{self, Side};
+use glam::DVec2;
+use std::io::Write;
+
+/// A scene's text: refused with a place and a next step, or an instrument whose every ray is a number or a fate.
+pub(crate) fn scene_text(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let scene = match scene::parse(text, "hostile", None) {
+        Ok(scene) => scene,
+        Err(problem) => {
+            assert!(!problem.rule.is_empty() && !problem.help.is_empty());
+            let _ = problem.render(false);
+            return;
+        }
+    };
+    // A design of millions of points is slow by right, and no matter of the text.
+    if matches!(&scene.prism, Prism::Freeform(_, d) if scene.camera.width_px * scene.camera.height_px > 10_000 || d.step_px < 1.0)
+    {
+        return;
+    }
+    let Ok(system) = system::build(&scene) else { return };
+    let size = DVec2::new(scene.camera.width_px as f64, scene.camera.height_px as f64);
+    for (i, j) in (0..5).flat_map(|j| (0..5).map(move |i| (i, j))) {
+        let px = size * DVec2::new(f64::from(i), f64::from(j)) / 4.0;
+        if let Ok(sight) = system.look(px) {
+            assert!(sight.board_mm.is_finite(), "{px} sees {}", sight.board_mm);
+        }
+    }
+    let aimer = Aimer::new(&system);
+    for board_mm in [DVec2::ZERO, system.board.corner_at(0.0, 0.0)] {
+        for side in [Side::Left, Side::Right] {
+            if let Ok(px) = aimer.aim(board_mm, side) {
+                assert!(px.is_finite(), "{board_mm} is seen at {px}");
+            }
+        }
+    }
+}
+
+/// A picture file with the given ending: refused, or every pixel is a number.
+pub(crate) fn picture(bytes: &[u8], ending: &str) {
+    let mut file = tempfile::Builder::new().suffix(ending).tempfile().expect("a temporary file");
+    file.write_all(bytes).expect("it is written");
+    match raster::read(file.path(), None) {
+        Ok((picture, _)) => assert!(picture.data().iter().all(|v| v.is_finite())),
+        Err(problem) => assert!(!problem.rule.is_empty() && !problem.help.is_empty()),
+    }
+}
+
+/// A point cloud: refused, or points that are fitted or refused.
+pub(crate) fn cloud(bytes: &[u8], format: Format) {
+    for surface in [Surface::Front, Surface::Back] {
+        match parse_points("hostile", format, bytes, bytes.len() as u64, surface) {
+            Ok(points) => {
+                assert!(points.iter().all(|p| p.is_finite()));
+                if points.len() <= 2000
+                    && let Ok(fitted) = fit(&points, 4, None)
+                {
+                    assert!(fitted.rms_mm.is_finite() && fitted.patch.sag.terms().all(|t| t.2.is_finite()));
+                }
+            }
+            Err(problem) => assert!(!problem.rule.is_empty() && !problem.help.is_empty()),
+        }
+    }
+}

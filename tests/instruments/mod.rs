@@ -1,0 +1,34 @@
+//! Scenes for the tests, made from text through the front door.
+
+#![allow(dead_code, unreachable_pub, reason = "each test file uses a part of it")]
+
+use biprism::scene::{self, Scene};
+use biprism::system::{self, System};
+
+/// A scene whose prism is the given TOML table body, on a sensor of `width` x `height`.
+pub(crate) fn scene(width: usize, height: usize, prism: &str, board: &str) -> Scene {
+    scene_from(width, height, "", prism, board)
+}
+
+/// [`scene`] with further keys of the camera.
+pub(crate) fn scene_from(width: usize, height: usize, camera: &str, prism: &str, board: &str) -> Scene {
+    // The pitch keeps the field of the paper: 10.56 mm across.
+    let pitch_um = 10560.0 / width as f64;
+    let text = format!(
+        "name = \"test\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = {width}\nheight_px = {height}\n\
+         pixel_pitch_um = {pitch_um}\n{camera}\n[prism]\n{prism}\n[board]\n{board}\n"
+    );
+    scene::parse(&text, "test", None).unwrap_or_else(|problem| panic!("{problem}\n{text}"))
+}
+
+/// The flat prism of the paper.
+pub(crate) const FLAT: &str = "kind = \"flat\"\nindex = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545";
+/// The freeform prism of the paper.
+pub(crate) const FREEFORM: &str = "kind = \"freeform\"\nindex = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545";
+/// The board of the paper.
+pub(crate) const BOARD: &str = "columns = 41\nrows = 41\nsquare_mm = 10.0\nposition_mm = [0.0, 0.0, 1000.0]";
+
+/// The instrument of a scene that can be built.
+pub(crate) fn built(scene: &Scene) -> System {
+    system::build(scene).unwrap_or_else(|problem| panic!("{problem}"))
+}
