@@ -193,7 +193,17 @@ impl Pattern {
         };
         let (board, plate) = (share(self.half), share(self.plate));
         let ground = self.background + (self.white - self.background) * plate + (self.mean - self.white) * board;
-        Some(ground + self.amplitude * (squares / area))
+        // A mean lies between the darkest and the brightest; a polygon hardly larger than the rounding of its own vertices
+        // may say otherwise.
+        let [darkest, brightest] = self.range();
+        Some((ground + self.amplitude * (squares / area)).clamp(darkest, brightest))
+    }
+
+    /// The smallest and the largest radiance of the board and its surroundings.
+    fn range(&self) -> [f64; 2] {
+        let squares = [self.mean - self.amplitude, self.mean + self.amplitude];
+        let all = [squares[0], squares[1], self.white, self.background];
+        [all.iter().copied().fold(f64::INFINITY, f64::min), all.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
     }
 
     /// The sign of the square's colour along one axis at `u` squares from the centre.
