@@ -24,11 +24,12 @@ const SEED_RADII_PX: [f64; 6] = [16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
 
 /// Where along the way from a corner to its neighbour the edge between them is looked at.
 const EDGE_PLACES: [f64; 5] = [0.3, 0.4, 0.5, 0.6, 0.7];
-/// How far to both sides of the edge, as a share of the step.
-const EDGE_ASIDE: f64 = 0.2;
-/// The least mean difference across the edge, as a share of the ring's amplitude: a true edge has about 1.5, a way over
-/// squares (to a corner that is not next) less than 0.
-const EDGE_SHARE: f64 = 0.5;
+/// How far to both sides of the edge, as a share of the step and at least in px: near enough that a way slanting over
+/// squares has both sides in one square for the most part.
+const EDGE_ASIDE: (f64, f64) = (0.1, 1.5);
+/// The least mean difference across the edge, as a share of the ring's amplitude: a true edge has 1.6 and more, a way over
+/// squares (to a corner that is not next) less than 1.
+const EDGE_SHARE: f64 = 1.0;
 
 /// The four neighbours of a cell of the lattice.
 pub(super) const NEIGHBOURS: [IVec2; 4] = [IVec2::X, IVec2::NEG_X, IVec2::Y, IVec2::NEG_Y];
@@ -116,7 +117,7 @@ impl Field<'_> {
     /// Whether one side of the way from `a` to `b` is bright and the other dark, as the lobes of `a` foretell.
     fn edge_between(&self, a: &Candidate, b: &Candidate) -> bool {
         let step = b.position - a.position;
-        let aside = step.perp() * EDGE_ASIDE;
+        let aside = step.perp().normalize_or_zero() * EDGE_ASIDE.1.max(EDGE_ASIDE.0 * step.length());
         let value = |p: DVec2| {
             let place = |v: f64, count: usize| (v.max(0.0) as usize).min(count - 1);
             f64::from(self.image.get(place(p.x, self.image.width()), place(p.y, self.image.height())))
@@ -270,5 +271,27 @@ impl Buckets {
         let rows = low.y as usize..(high.y + 1.0).max(0.0).min(self.rows as f64) as usize;
         rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column))
             .flat_map(|cell| self.cells[cell].iter().copied())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ring::RingTest;
+    use super::*;
+
+    #[test]
+    fn a_way_over_squares_links_no_corners() {
+        let board = |k: usize| if (k % 120 / 20 + k / 120 / 20) % 2 == 0 { 0.9 } else { 0.1 };
+        let image = Raster::from_data(120, 120, (0..120 * 120).map(board).collect());
+        let at = |x: f64, y: f64| {
+            let position = DVec2::new(x, y);
+            Candidate { position, ring: RingTest::new().look(&image, position).unwrap() }
+        };
+        // A corner, its neighbour along the edge, one that is a knight's move away, and one across the square.
+        let candidates = [at(40.0, 40.0), at(60.0, 40.0), at(80.0, 60.0), at(60.0, 60.0)];
+        let field = Field { image: &image, candidates: &candidates, buckets: Buckets::new(&candidates) };
+        assert!(field.linked(0, 1) && field.linked(1, 0));
+        assert!(!field.linked(0, 2), "bright and dark alternate, but no edge joins them");
+        assert!(!field.linked(0, 3), "both are alike");
     }
 }
