@@ -281,7 +281,7 @@ mod tests {
 
     #[test]
     fn a_way_over_squares_links_no_corners() {
-        let board = |k: usize| if (k % 120 / 20 + k / 120 / 20) % 2 == 0 { 0.9 } else { 0.1 };
+        let board = |k: usize| if (k % 120 / 20 + k / 120 / 20).is_multiple_of(2) { 0.9 } else { 0.1 };
         let image = Raster::from_data(120, 120, (0..120 * 120).map(board).collect());
         let at = |x: f64, y: f64| {
             let position = DVec2::new(x, y);

@@ -102,7 +102,7 @@ fn band_peaks(image: &Raster<f32>, kernel: &[f32; TAPS + 1], first: usize, last:
     peaks
 }
 
-/// out[x] = the largest of the seven values from x on, by pairs of pairs.
+/// `out[x]` = the largest of the seven values from x on, by pairs of pairs.
 fn largest_of_seven(values: &[f32], scratch: &mut [f32], out: &mut [f32]) {
     let (twos, fours) = scratch.split_at_mut(values.len());
     let pair = |out: &mut [f32], values: &[f32], apart: usize| {
