@@ -4,7 +4,7 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
-    /// A map in f32, edges by an approximation.
+    /// A coarse map, edges in closed form.
     Draft,
     /// A certified map, edges in closed form.
     Standard,
@@ -43,8 +43,6 @@ impl Level {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Sampling {
-    /// A polynomial map in f32 arithmetic, certified in f64.
-    CoarseMap,
     /// A polynomial map that traced rays have certified, traced pixels wherever it is not.
     Map,
     /// Every pixel's centre traced, by packets of rays.
@@ -66,6 +64,10 @@ pub struct Accuracy {
     pub sampling: Sampling,
     /// A map is used where it differs from traced rays by less than this, in px.
     pub map_px: f64,
+    /// The degree of its polynomials; `None` takes the lowest of 4, 8, 12 and 16 that the rays vouch for.
+    pub map_degree: Option<usize>,
+    /// Largest side of one patch of the map, in px.
+    pub patch_px: usize,
     /// A freeform surface's intersection is accepted when the ray's distance to it along z is below this, in mm.
     /// 1e-12 mm moves a board point by less than 1e-10 px in the paper's scene.
     pub surface_residual_mm: f64,
@@ -78,9 +80,9 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// A quick look: f32 arithmetic, and edges by an approximation.
+    /// A quick look: polynomials of low degree, from few rays, and pixels divided only where the map bends strongly.
     pub const fn draft() -> Self {
-        Self { level: Level::Draft, promise_px: 1e-2, sampling: Sampling::CoarseMap, ..Self::standard() }
+        Self { level: Level::Draft, promise_px: 1e-2, map_px: 1e-3, bend_px: 1e-3, ..Self::standard() }
     }
 
     /// A certified map. It adds less than 1e-8 px to the errors of [`Accuracy::exact`].
@@ -96,9 +98,11 @@ impl Accuracy {
             target_px: None,
             sampling: Sampling::Packets,
             map_px: 1e-8,
+            map_degree: None,
+            patch_px: usize::MAX,
             surface_residual_mm: 1e-12,
             bend_px: 5e-6,
-            max_division: 8,
+            max_division: 32,
             aim_px: 1e-11,
         }
     }
@@ -112,6 +116,8 @@ impl Accuracy {
             target_px: None,
             sampling: Sampling::SingleRays,
             map_px: 0.0,
+            map_degree: None,
+            patch_px: usize::MAX,
             surface_residual_mm: 1e-13,
             bend_px: 1e-7,
             max_division: 64,

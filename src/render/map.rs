@@ -10,6 +10,7 @@
 use super::Class;
 use super::looks::alone;
 use super::plan::Region;
+use crate::accuracy::Accuracy;
 use crate::num::chebyshev::{Interpolation, MAX_DEGREE, Series, points};
 use crate::system::System;
 use glam::{DMat2, DVec2};
@@ -36,8 +37,8 @@ pub(super) struct Patch {
     pub(super) error_px: f64,
 }
 
-/// The tries before the patch is divided: degrees of the polynomials.
-const DEGREES: [usize; 3] = [8, 12, MAX_DEGREE];
+/// The tries before the patch is divided: degrees of the interpolation.
+const DEGREES: [usize; 4] = [4, 8, 12, MAX_DEGREE];
 /// Rays inside a patch that check it.
 const INSIDE: usize = 64;
 /// Px between the rays along the border of a patch.
@@ -75,7 +76,7 @@ impl Patch {
     }
 
     /// What the patch says that `px` sees, in squares, with the derivatives by px.
-    fn look(&self, px: DVec2) -> (DVec2, DMat2) {
+    pub(super) fn look(&self, px: DVec2) -> (DVec2, DMat2) {
         let (s, t) = (self.s(px.x), self.t(px.y));
         let jet = |powers: &[Vec<f64>]| {
             let (mut p, mut ps, mut pt) = (0.0, 0.0, 0.0);
@@ -95,7 +96,8 @@ impl Patch {
     }
 
     /// Traces `region` and fits it; `None` where rays do not vouch for it. `rays` counts them.
-    fn fit(system: &System, region: &Region, map_px: f64, rays: &mut u64) -> Option<Self> {
+    fn fit(system: &System, region: &Region, rays: &mut u64) -> Option<Self> {
+        let Accuracy { map_px, map_degree, .. } = system.accuracy;
         let [width, _] = system.camera.size_px();
         let scale = 1.0 / system.board.pattern.square_mm;
         let axis = 0.5 * width as f64;
@@ -140,8 +142,12 @@ impl Patch {
             checks.push((px, seen_mm * scale));
         }
         let px_per_square = patch.coarse_scale(&checks)?;
-        DEGREES.into_iter().find_map(|degree| {
-            patch.interpolate(degree, map_px / px_per_square, &mut look, scale)?;
+        let fixed = map_degree.map(|degree| degree.clamp(1, MAX_DEGREE));
+        let degrees = fixed.as_ref().map_or(&DEGREES[..], std::slice::from_ref);
+        degrees.iter().find_map(|&degree| {
+            // A degree that is asked for stands, whatever its coefficients say; the rays still judge it.
+            let error = if fixed.is_some() { None } else { Some(map_px / px_per_square) };
+            patch.interpolate(degree, error, &mut look, scale)?;
             patch.error_px = 0.0;
             for &(px, seen) in &checks {
                 let (mapped, jacobian) = patch.look(px);
@@ -171,11 +177,12 @@ impl Patch {
     }
 
     /// Fits polynomials of at most `degree`, whose coefficients beyond the degrees kept sum up to below a quarter of
-    /// `error`, in squares; `None` where they do not fall so far, or a ray strays.
+    /// `error`, in squares, or of just that degree without an `error`; `None` where they do not fall so far, or a ray
+    /// strays.
     fn interpolate(
         &mut self,
         degree: usize,
-        error: f64,
+        error: Option<f64>,
         look: &mut impl FnMut(DVec2) -> (DVec2, Class),
         scale: f64,
     ) -> Option<()> {
@@ -196,7 +203,7 @@ impl Patch {
         let interpolation = Interpolation::new(&s, &t)?;
         for (axis, powers) in self.powers.iter_mut().enumerate() {
             let series = interpolation.series(|i, j| seen[i * (degree + 1) + j][axis]);
-            let [m, n] = kept(&series, 0.25 * error)?;
+            let [m, n] = error.map_or(Some(series.degrees()), |error| kept(&series, 0.25 * error))?;
             *powers = series.powers(m, n);
             let h = self.inverse_half;
             self.bounds[axis] = [series.bound(1, 0) * h.x, series.bound(0, 1) * h.y, series.bound(2, 0) * (h.x * h.x)];
@@ -236,8 +243,8 @@ const SMALLEST_PX: usize = 64;
 /// A seam that slants over more columns than this share of the width is left to the division of patches.
 const MOST_SLANT: usize = 8;
 
-/// Divides the columns from `first` on into patches whose error is below `map_px`, and the rest.
-pub(super) fn certify(system: &System, first: usize, map_px: f64) -> Cover {
+/// Divides the columns from `first` on into patches whose error is below what is asked for, and the rest.
+pub(super) fn certify(system: &System, first: usize) -> Cover {
     let [width, height] = system.camera.size_px();
     let mut cover = Cover::default();
     let rows = 0..height;
@@ -246,10 +253,10 @@ pub(super) fn certify(system: &System, first: usize, map_px: f64) -> Cover {
             let regions = [first..seam.start.max(first), seam.start.max(first)..seam.end, seam.end..width];
             for (k, columns) in regions.into_iter().enumerate() {
                 let region = Region { columns, rows: rows.clone() };
-                if k == 1 { cover.trace(region) } else { cover.divide(system, region, map_px) }
+                if k == 1 { cover.trace(region) } else { cover.divide(system, region) }
             }
         }
-        _ => cover.divide(system, Region { columns: first..width, rows }, map_px),
+        _ => cover.divide(system, Region { columns: first..width, rows }),
     }
     cover
 }
@@ -262,12 +269,14 @@ impl Cover {
     }
 
     /// Fits the region, or divides it along its longer side, counted from the picture's axis outward, until it can be.
-    fn divide(&mut self, system: &System, region: Region, map_px: f64) {
+    fn divide(&mut self, system: &System, region: Region) {
         let (columns, rows) = (region.columns.len(), region.rows.len());
         if columns < SMALLEST_PX || rows < SMALLEST_PX {
             return self.trace(region);
         }
-        if let Some(patch) = Patch::fit(system, &region, map_px, &mut self.rays) {
+        if columns.max(rows) <= system.accuracy.patch_px
+            && let Some(patch) = Patch::fit(system, &region, &mut self.rays)
+        {
             return self.patches.push(patch);
         }
         let Region { columns, rows } = region;
@@ -281,7 +290,7 @@ impl Cover {
             [(columns.clone(), rows.start..middle), (columns, middle..rows.end)]
         };
         for (columns, rows) in halves {
-            self.divide(system, Region { columns, rows }, map_px);
+            self.divide(system, Region { columns, rows });
         }
     }
 }

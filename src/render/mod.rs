@@ -7,14 +7,17 @@ mod map;
 mod mapped;
 mod plan;
 mod settled;
+pub mod supersample;
 mod tile;
 
 use crate::accuracy::Level;
 use crate::optics::fate::Fate;
 use crate::raster::Raster;
 use crate::system::System;
-use plan::{BAND_ROWS, Plan};
+use plan::BAND_ROWS;
 use rayon::prelude::*;
+
+pub use plan::Plan;
 
 /// A rendered picture with its own account.
 #[derive(Debug, Clone, PartialEq)]
@@ -214,7 +217,8 @@ pub fn render_wanted(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) 
     picture(&Plan::new(system), wanted, progress)
 }
 
-fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
+/// The picture of a plan, with what is wanted of it; `progress` as in [`render`].
+pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
     let [width, height] = plan.system.camera.size_px();
     let truth_size = if wanted.truth { [width, height] } else { [0, 0] };
     let mut radiance = Raster::filled(width, height, 0.0);

@@ -5,7 +5,9 @@ use super::coverage::Pattern;
 use super::looks::Looker;
 use super::map::{Cover, Patch, certify};
 use crate::accuracy::Sampling;
+use crate::optics::fate::Fate;
 use crate::system::System;
+use glam::DVec2;
 use std::ops::Range;
 
 /// Rows of a band, the part of a picture that one thread makes at a time: few enough to balance the load, many enough
@@ -21,7 +23,7 @@ pub(super) struct Region {
 
 /// The plan of a picture.
 #[derive(Debug)]
-pub(super) struct Plan<'a> {
+pub struct Plan<'a> {
     /// The instrument.
     pub(super) system: &'a System,
     /// The board's radiance.
@@ -39,8 +41,8 @@ pub(super) struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// Plans the picture of `system`.
-    pub(super) fn new(system: &'a System) -> Self {
+    /// Plans the picture of `system`: chooses the loops and, where its accuracy asks for one, fits and checks the map.
+    pub fn new(system: &'a System) -> Self {
         let sampling = system.accuracy.sampling;
         Self::by(system, sampling, sampling != Sampling::SingleRays && system.is_mirror_symmetric())
     }
@@ -53,7 +55,7 @@ impl<'a> Plan<'a> {
         let all = Region { columns: first..width, rows: 0..height };
         let cover = match sampling {
             Sampling::SingleRays | Sampling::Packets => Cover { traced: vec![all], ..Cover::default() },
-            Sampling::Map | Sampling::CoarseMap => certify(system, first, system.accuracy.map_px),
+            Sampling::Map => certify(system, first),
         };
         Self {
             system,
@@ -64,6 +66,32 @@ impl<'a> Plan<'a> {
             rays: cover.rays,
             mirrored,
         }
+    }
+
+    /// What the picture's own way of sampling says that `px` sees, in mm on the board: the map where it stands, the traced
+    /// ray elsewhere.
+    ///
+    /// # Errors
+    /// The fate of a ray that never reaches the board.
+    pub fn look(&self, px: DVec2) -> Result<DVec2, Fate> {
+        let width = self.system.camera.size_px()[0] as f64;
+        let inside = |region: &Region, px: DVec2| {
+            let (columns, rows) = (&region.columns, &region.rows);
+            let within = |v: f64, range: &Range<usize>| v >= range.start as f64 && v <= range.end as f64;
+            within(px.x, columns) && within(px.y, rows)
+        };
+        let mapped =
+            |px: DVec2| self.patches.iter().find(|patch| inside(&patch.region, px)).map(|patch| patch.look(px).0);
+        let mm = 1.0 / self.pattern.squares_per_mm();
+        if let Some(seen) = mapped(px) {
+            return Ok(seen * mm);
+        }
+        if self.mirrored
+            && let Some(seen) = mapped(DVec2::new(width - px.x, px.y))
+        {
+            return Ok(DVec2::new(-seen.x, seen.y) * mm);
+        }
+        self.system.look(px).map(|sight| sight.board_mm)
     }
 
     /// What the picture promises and keeps, given the bend left inside its pixels.

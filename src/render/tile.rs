@@ -231,8 +231,7 @@ pub(super) fn settle(plan: &Plan, px: DVec2, covered: Cover, work: &mut Work) ->
         }
         Cover::TooBent => {
             work.counts.edge_pixels += 1;
-            work.counts.divided_pixels += 1;
-            mean_of_parts(plan, px, plan.system.accuracy.max_division, work)
+            settled::divided(plan, px, work)
         }
     }
 }

@@ -3,6 +3,7 @@
 pub mod aim;
 pub mod board;
 pub mod camera;
+pub mod mesh;
 pub mod prism;
 
 use crate::accuracy::Accuracy;

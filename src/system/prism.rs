@@ -128,6 +128,26 @@ impl Prism {
         self.refract(&own, side, &meeting, residual_mm, carry)
     }
 
+    /// The front (0) or back (1) surface of a side, in the prism's frame.
+    pub fn surface(&self, side: Side, which: usize) -> &Surface {
+        &self.sides[side as usize][which]
+    }
+
+    /// The ray behind the prism when other shapes stand in for the surfaces of `side`: `meet` says where a ray, in the
+    /// prism's frame, meets the front (0) or the back (1).
+    pub fn pass_shapes(
+        &self,
+        ray: &Ray,
+        side: Side,
+        mut meet: impl FnMut(usize, &Ray) -> Result<Meeting, Fate>,
+    ) -> Result<Ray, Fate> {
+        let own = self.enter(ray, &mut ());
+        let [front, back] = &self.sides[side as usize];
+        let inside = pass(&own, front, &meet(0, &own)?, self.eta_in, &mut ())?;
+        let out = pass(&inside, back, &meet(1, &inside)?, self.eta_out, &mut ())?;
+        Ok(self.poses.map_or(out, |[world_from_prism, _]| out.moved(&world_from_prism)))
+    }
+
     #[inline(always)]
     fn enter<C: Carry>(&self, ray: &Ray, carry: &mut C) -> Ray {
         match &self.poses {

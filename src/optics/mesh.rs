@@ -1,0 +1,228 @@
+//! A surface as triangles, as renderers have it: to study what tessellation costs and loses.
+//!
+//! The boxes of an f32 hierarchy only propose triangles; each is met in f64 by a watertight test (Woop, Benthin & Wald,
+//! "Watertight Ray/Triangle Intersection", 2013), so that no ray slips between two triangles that share an edge.
+
+use super::fate::Fate;
+use super::surface::Meeting;
+use crate::geom::{Ray, Rect};
+use glam::DVec3;
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::{Bvh2, builder::build_bvh2};
+use obvhs::ray::RayHit;
+
+/// Which normal refracts a ray that meets a triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Normals {
+    /// The triangle's own.
+    Flat,
+    /// The normals of its corners, weighed by their nearness and brought to unit length.
+    Smooth,
+}
+
+/// Triangles over a grid of points.
+pub struct Mesh {
+    points: Vec<DVec3>,
+    point_normals: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    normals: Normals,
+    hierarchy: Bvh2,
+    /// Smallest z less some slack: rays are followed from there on.
+    first_z: f64,
+}
+
+impl std::fmt::Debug for Mesh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Mesh of {} triangles with {:?} normals", self.triangles.len(), self.normals)
+    }
+}
+
+/// Boxes grow by this many roundings of f32 of their largest coordinate, so that rounding never hides a triangle.
+const BOX_ROUNDINGS: f64 = 8.0;
+
+impl Mesh {
+    /// Tessellates z(x, y) over `domain` by `cells` x `cells` squares of two triangles each; `surface` gives z in mm and
+    /// the unit normal.
+    pub fn new(domain: Rect, cells: usize, normals: Normals, surface: impl Fn(f64, f64) -> (f64, DVec3)) -> Self {
+        let cells = cells.max(1);
+        let place =
+            |i: usize, j: usize| domain.min + domain.size() * glam::DVec2::new(i as f64, j as f64) / cells as f64;
+        let grid = (0..=cells).flat_map(|j| (0..=cells).map(move |i| (i, j)));
+        let (points, point_normals): (Vec<DVec3>, Vec<DVec3>) = grid
+            .map(|(i, j)| {
+                let p = place(i, j);
+                let (z, normal) = surface(p.x, p.y);
+                (p.extend(z), normal)
+            })
+            .unzip();
+        let at = |i: usize, j: usize| (j * (cells + 1) + i) as u32;
+        let triangles: Vec<[u32; 3]> = (0..cells)
+            .flat_map(|j| (0..cells).map(move |i| (i, j)))
+            .flat_map(|(i, j)| {
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                [[a, b, c], [a, c, d]]
+            })
+            .collect();
+        let largest = points.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
+        let pad = DVec3::splat(BOX_ROUNDINGS * largest * f64::from(f32::EPSILON));
+        let boxes: Vec<Aabb> = triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|k| points[k as usize]);
+                Aabb::new((a.min(b).min(c) - pad).as_vec3a(), (a.max(b).max(c) + pad).as_vec3a())
+            })
+            .collect();
+        let parameters = BvhBuildParams { max_prims_per_leaf: 2, ..BvhBuildParams::medium_build() };
+        let mut spent = std::time::Duration::ZERO;
+        let hierarchy = build_bvh2(&boxes, parameters, &mut spent);
+        let first_z = points.iter().fold(f64::INFINITY, |z, p| z.min(p.z)) - 1.0;
+        Self { points, point_normals, triangles, normals, hierarchy, first_z }
+    }
+
+    /// Count of triangles.
+    pub fn triangles(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// Where the ray first meets the mesh at a positive distance; of two triangles at one distance, the first.
+    ///
+    /// # Errors
+    /// [`Fate::Missed`].
+    pub fn meet(&self, ray: &Ray) -> Result<Meeting, Fate> {
+        // The f32 of the hierarchy is finest near its own origin.
+        let ahead = ((self.first_z - ray.origin.z) / ray.direction.z).max(0.0);
+        let ahead = if ahead.is_finite() { ahead } else { 0.0 };
+        let near = Ray { origin: ray.at(ahead), direction: ray.direction };
+        let axes = Axes::new(near.direction);
+        let mut best: Option<(f64, usize, [f64; 3])> = None;
+        let proposal = obvhs::ray::Ray::new_inf(near.origin.as_vec3a(), near.direction.as_vec3a());
+        self.hierarchy.ray_traverse(proposal, &mut RayHit::none(), |_, i| {
+            let id = self.hierarchy.primitive_indices[i] as usize;
+            let corners = self.triangles[id].map(|k| self.points[k as usize]);
+            match axes.meet(near.origin, corners) {
+                Some((t, weights)) if t + ahead > 0.0 => {
+                    if best.is_none_or(|b| (t, id) < (b.0, b.1)) {
+                        best = Some((t, id, weights));
+                    }
+                    // Never less than the true distance, so that no nearer triangle is passed over.
+                    (t as f32).next_up().next_up()
+                }
+                _ => f32::INFINITY,
+            }
+        });
+        let (t, id, weights) = best.ok_or(Fate::Missed)?;
+        let [a, b, c] = self.triangles[id].map(|k| k as usize);
+        let normal = match self.normals {
+            Normals::Flat => (self.points[b] - self.points[a]).cross(self.points[c] - self.points[a]),
+            Normals::Smooth => {
+                let n = &self.point_normals;
+                n[a] * weights[0] + n[b] * weights[1] + n[c] * weights[2]
+            }
+        };
+        Ok(Meeting { t_mm: t + ahead, normal: normal.normalize() })
+    }
+}
+
+/// The axes of the watertight test: the one along which the ray runs most comes last.
+struct Axes {
+    order: [usize; 3],
+    /// Shears that bring the ray onto its last axis.
+    shear: DVec3,
+}
+
+impl Axes {
+    fn new(direction: DVec3) -> Self {
+        let d = direction.to_array();
+        let last = (0..3).max_by(|&i, &k| d[i].abs().total_cmp(&d[k].abs())).unwrap_or(2);
+        let order = [(last + 1) % 3, (last + 2) % 3, last];
+        let shear = DVec3::new(d[order[0]] / d[last], d[order[1]] / d[last], 1.0 / d[last]);
+        Self { order, shear }
+    }
+
+    /// Distance, and the weights of the corners, where the ray from `origin` meets the triangle, on its border included.
+    #[inline]
+    fn meet(&self, origin: DVec3, corners: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
+        let [i, j, k] = self.order;
+        let q = corners.map(|p| {
+            let v = (p - origin).to_array();
+            [v[i] - self.shear.x * v[k], v[j] - self.shear.y * v[k], self.shear.z * v[k]]
+        });
+        let u = q[2][0] * q[1][1] - q[2][1] * q[1][0];
+        let v = q[0][0] * q[2][1] - q[0][1] * q[2][0];
+        let w = q[1][0] * q[0][1] - q[1][1] * q[0][0];
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+        let sum = u + v + w;
+        if sum == 0.0 {
+            return None;
+        }
+        Some(((u * q[0][2] + v * q[1][2] + w * q[2][2]) / sum, [u / sum, v / sum, w / sum]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    /// A dome over a square of 20 mm, 80 mm away.
+    fn dome(x: f64, y: f64) -> (f64, DVec3) {
+        (80.0 + 0.01 * (x * x + 0.5 * y * y), DVec3::new(-0.02 * x, -0.01 * y, 1.0).normalize())
+    }
+
+    fn mesh(cells: usize, normals: Normals) -> Mesh {
+        Mesh::new(Rect { min: DVec2::splat(-10.0), max: DVec2::splat(10.0) }, cells, normals, dome)
+    }
+
+    fn towards(target: DVec3) -> Ray {
+        let origin = DVec3::new(0.7, -0.3, 0.0);
+        Ray { origin, direction: (target - origin).normalize() }
+    }
+
+    /// Rays at corners and at the middles of edges, where a test that is not watertight loses one in six.
+    #[test]
+    fn no_ray_slips_between_triangles() {
+        let mesh = mesh(60, Normals::Flat);
+        let mut aimed = 0;
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(|k| mesh.points[k as usize]);
+            for target in [a, b, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (a + c), (a + b + c) / 3.0] {
+                // The rim has triangles on one side only.
+                if target.x.abs().max(target.y.abs()) < 9.99 {
+                    aimed += 1;
+                    let met = mesh.meet(&towards(target)).expect("the mesh is closed");
+                    // Edges of 1/3 mm on a dome of curvature 0.02/mm lie within 3e-4 mm of it.
+                    assert!((met.t_mm - (target - towards(target).origin).length()).abs() < 1e-3);
+                }
+            }
+        }
+        assert!(aimed > 40_000);
+        assert_eq!(mesh.meet(&towards(DVec3::new(10.5, 0.0, 81.0))), Err(Fate::Missed));
+    }
+
+    #[test]
+    fn finer_meshes_tend_to_the_surface() {
+        let error = |cells: usize, normals: Normals| {
+            let mesh = mesh(cells, normals);
+            (0..500).fold((0.0f64, 0.0f64), |(position, slope), k| {
+                let (x, y) = (9.0 * libm::sin(1.3 * k as f64), 9.0 * libm::cos(0.7 * k as f64));
+                let (z, normal) = dome(x, y);
+                let ray = towards(DVec3::new(x, y, z));
+                let met = mesh.meet(&ray).expect("aimed inside");
+                let off = (met.t_mm - (DVec3::new(x, y, z) - ray.origin).length()).abs();
+                (position.max(off), slope.max((met.normal * met.normal.z.signum() - normal).length()))
+            })
+        };
+        // Cells of h = 20/cells mm: z is off by at most curvature h^2/8 a direction, a facet's slope by curvature h/2 or so,
+        // an interpolated slope by its third derivatives only, which a dome hardly has.
+        for cells in [20, 40, 80] {
+            let h = 20.0 / cells as f64;
+            let (position, flat) = error(cells, Normals::Flat);
+            let (_, smooth) = error(cells, Normals::Smooth);
+            assert!(position < 1.1 * (0.02 + 0.01) * h * h / 8.0 && position > 0.1 * 0.02 * h * h / 8.0, "{position}");
+            assert!(flat < 0.02 * h && flat > 0.002 * h && smooth < 0.02 * 0.02 * h, "{flat} {smooth}");
+        }
+    }
+}

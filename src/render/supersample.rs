@@ -1,0 +1,74 @@
+//! A picture as a renderer makes it that knows nothing of its scene: the mean of point samples.
+
+use super::Class;
+use super::coverage::Pattern;
+use super::looks::{Looker, Run, alone};
+use super::plan::BAND_ROWS;
+use crate::raster::Raster;
+use crate::system::System;
+use glam::DVec2;
+use rayon::prelude::*;
+
+/// Where the samples of a pixel lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Samples {
+    /// At the centres of n x n equal parts, traced by packets.
+    Grid,
+    /// Anywhere in n x n equal parts, each by itself: stratified random sampling, the same on every run.
+    Jittered,
+}
+
+/// The mean of n x n point samples a pixel, each traced.
+pub fn supersampled(system: &System, n: usize, samples: Samples) -> Raster<f32> {
+    let [width, height] = system.camera.size_px();
+    let pattern = Pattern::new(&system.board.pattern);
+    let looker = Looker::new(system, true);
+    let mut picture = Raster::filled(width, height, 0.0f32);
+    picture.data_mut().par_chunks_mut(width * BAND_ROWS).enumerate().for_each(|(band, rows)| {
+        let (mut x_mm, mut y_mm, mut class) = (vec![0.0; width], vec![0.0; width], vec![Class::Left; width]);
+        let mut sums = vec![0.0; width];
+        for (k, row) in rows.chunks_mut(width).enumerate() {
+            let j = band * BAND_ROWS + k;
+            sums.fill(0.0);
+            for part in 0..n * n {
+                let corner = DVec2::new((part % n) as f64, j as f64 * n as f64 + (part / n) as f64) / n as f64;
+                match samples {
+                    Samples::Grid => {
+                        let start = corner + 0.5 / n as f64;
+                        looker.look(start, Run { x_mm: &mut x_mm, y_mm: &mut y_mm, class: &mut class });
+                    }
+                    Samples::Jittered => {
+                        for i in 0..width {
+                            let jitter = random((j * width + i) as u64 * (n * n) as u64 + part as u64);
+                            let px = corner + DVec2::new(i as f64, 0.0) + jitter / n as f64;
+                            let (seen_mm, own) = alone(system, px);
+                            (x_mm[i], y_mm[i], class[i]) = (seen_mm.x, seen_mm.y, own);
+                        }
+                    }
+                }
+                for i in 0..width {
+                    sums[i] += match class[i] {
+                        Class::Left | Class::Right => pattern.at(DVec2::new(x_mm[i], y_mm[i])),
+                        Class::PastBoard => pattern.background(),
+                        _ => 0.0,
+                    };
+                }
+            }
+            for (pixel, sum) in row.iter_mut().zip(&sums) {
+                *pixel = (sum / (n * n) as f64) as f32;
+            }
+        }
+    });
+    picture
+}
+
+/// Two numbers in 0..1 that look random and belong to `index` (splitmix64, Steele, Lea & Flood 2014).
+fn random(index: u64) -> DVec2 {
+    let mix = |k: u64| {
+        let mut z = k.wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    };
+    DVec2::new(mix(2 * index + 1), mix(2 * index + 2))
+}
