@@ -7,6 +7,7 @@
 mod bodies;
 
 use biprism::scene::cloud::Format;
+use biprism::scene::mesh;
 use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
@@ -171,6 +172,16 @@ fn point_clouds() {
     attack(&[xyz.into_bytes()], 3000, |bytes| bodies::cloud(bytes, Format::Xyz));
     attack(&[csv.into_bytes(), both.into()], 3000, |bytes| bodies::cloud(bytes, Format::Csv));
     attack(&[ascii.into_bytes(), binary], 6000, |bytes| bodies::cloud(bytes, Format::Ply));
+}
+
+#[test]
+fn meshes() {
+    let obj = "# q\nv 0 0 80\nv 1 0 80.1\nv 1 1 80\nv 0 1 80\nv 2 0 80\nf 1//1 2//1 3//1 4//1\nf -1 -4 -3\n";
+    let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty float y\nproperty double z\nproperty \
+               float nx\nproperty float ny\nproperty float nz\nelement face 2\nproperty list uchar int vertex_indices\n\
+               end_header\n0 0 80 0 0 1\n1 0 80 0 0.1 1\n1 1 80 0 0 -1\n0 1 80 0 0 1\n3 0 1 2\n4 0 1 2 3\n";
+    attack(&[obj.into()], 6000, |bytes| bodies::mesh(bytes, mesh::Format::Obj));
+    attack(&[ply.into()], 6000, |bytes| bodies::mesh(bytes, mesh::Format::Ply));
 }
 
 /// The tables that `trace` reads, forth and back: exit 0 or 2, no panic, and no number that is none.

@@ -77,7 +77,7 @@ fn two_prisms(scene: &Scene) -> Result<Vec<(&'static str, Scene)>, Problem> {
             vec![("flat", scene.clone()), ("freeform", with(Prism::Freeform(*flat, DesignSettings::default())))]
         }
         Prism::Freeform(flat, _) => vec![("flat", with(Prism::Flat(*flat))), ("freeform", scene.clone())],
-        Prism::Polynomial(_) | Prism::PointCloud(_) => vec![("freeform", scene.clone())],
+        Prism::Polynomial(_) | Prism::PointCloud(_) | Prism::Mesh(_) => vec![("freeform", scene.clone())],
         Prism::None => {
             return Err(Problem::new(
                 format!("scene {}", scene.name),

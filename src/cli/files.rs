@@ -96,7 +96,7 @@ pub(super) fn prism_name(prism: &Prism) -> &'static str {
     match prism {
         Prism::None => "none",
         Prism::Flat(_) => "flat",
-        Prism::Freeform(..) | Prism::Polynomial(_) | Prism::PointCloud(_) => "freeform",
+        Prism::Freeform(..) | Prism::Polynomial(_) | Prism::PointCloud(_) | Prism::Mesh(_) => "freeform",
     }
 }
 

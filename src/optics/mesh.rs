@@ -1,4 +1,4 @@
-//! A surface as triangles, as renderers have it: to study what tessellation costs and loses.
+//! A surface as triangles, as renderers and modellers have it.
 //!
 //! The boxes of an f32 hierarchy only propose triangles; each is met in f64 by a watertight test (Woop, Benthin & Wald,
 //! "Watertight Ray/Triangle Intersection", 2013), so that no ray slips between two triangles that share an edge.
@@ -6,7 +6,7 @@
 use super::fate::Fate;
 use super::surface::Meeting;
 use crate::geom::{Ray, Rect};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
@@ -21,35 +21,25 @@ pub enum Normals {
     Smooth,
 }
 
-/// Triangles over a grid of points.
-pub struct Mesh {
-    points: Vec<DVec3>,
-    point_normals: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-    normals: Normals,
-    hierarchy: Bvh2,
-    /// Smallest z less some slack: rays are followed from there on.
-    first_z: f64,
+/// A surface of triangles as data: what a file of a mesh holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Triangles {
+    /// Corners, in mm.
+    pub points_mm: Vec<DVec3>,
+    /// A unit normal at every corner, all towards the same side of the surface.
+    pub point_normals: Vec<DVec3>,
+    /// The corners of each triangle.
+    pub triangles: Vec<[u32; 3]>,
 }
 
-impl std::fmt::Debug for Mesh {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Mesh of {} triangles with {:?} normals", self.triangles.len(), self.normals)
-    }
-}
-
-/// Boxes grow by this many roundings of f32 of their largest coordinate, so that rounding never hides a triangle.
-const BOX_ROUNDINGS: f64 = 8.0;
-
-impl Mesh {
+impl Triangles {
     /// Tessellates z(x, y) over `domain` by `cells` x `cells` squares of two triangles each; `surface` gives z in mm and
     /// the unit normal.
-    pub fn new(domain: Rect, cells: usize, normals: Normals, surface: impl Fn(f64, f64) -> (f64, DVec3)) -> Self {
+    pub fn over(domain: Rect, cells: usize, surface: impl Fn(f64, f64) -> (f64, DVec3)) -> Self {
         let cells = cells.max(1);
-        let place =
-            |i: usize, j: usize| domain.min + domain.size() * glam::DVec2::new(i as f64, j as f64) / cells as f64;
+        let place = |i: usize, j: usize| domain.min + domain.size() * DVec2::new(i as f64, j as f64) / cells as f64;
         let grid = (0..=cells).flat_map(|j| (0..=cells).map(move |i| (i, j)));
-        let (points, point_normals): (Vec<DVec3>, Vec<DVec3>) = grid
+        let (points_mm, point_normals): (Vec<DVec3>, Vec<DVec3>) = grid
             .map(|(i, j)| {
                 let p = place(i, j);
                 let (z, normal) = surface(p.x, p.y);
@@ -64,9 +54,62 @@ impl Mesh {
                 [[a, b, c], [a, c, d]]
             })
             .collect();
+        Self { points_mm, point_normals, triangles }
+    }
+}
+
+/// Unit normals at the corners of a surface that is a graph over (x, y), towards +z: those of the triangles around, weighed
+/// by their angles there (Thürmer & Wüthrich, "Computing Vertex Normals from Polygonal Facets", 1998). The number of a
+/// corner without one (no triangle has it, or the triangles stand upright) is the error.
+pub fn corner_normals(points_mm: &[DVec3], triangles: &[[u32; 3]]) -> Result<Vec<DVec3>, usize> {
+    let mut sums = vec![DVec3::ZERO; points_mm.len()];
+    for triangle in triangles {
+        let at = triangle.map(|k| k as usize);
+        for k in 0..3 {
+            let [here, next, last] = [at[k], at[(k + 1) % 3], at[(k + 2) % 3]];
+            let (a, b) = (points_mm[next] - points_mm[here], points_mm[last] - points_mm[here]);
+            let cross = a.cross(b);
+            let Some(normal) = cross.try_normalize() else { continue };
+            let angle = libm::atan2(cross.length(), a.dot(b));
+            sums[here] += normal * (if normal.z < 0.0 { -angle } else { angle });
+        }
+    }
+    let unit = |(k, sum): (usize, &DVec3)| sum.try_normalize().filter(|n| n.z > 0.0).ok_or(k);
+    sums.iter().enumerate().map(unit).collect()
+}
+
+/// Triangles that rays can meet.
+pub struct Mesh {
+    own: Triangles,
+    normals: Normals,
+    hierarchy: Bvh2,
+    /// Smallest z less some slack: rays are followed from there on.
+    first_z: f64,
+}
+
+impl std::fmt::Debug for Mesh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Mesh of {} triangles with {:?} normals", self.triangles(), self.normals)
+    }
+}
+
+impl PartialEq for Mesh {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.own, self.normals) == (&other.own, other.normals)
+    }
+}
+
+/// Boxes grow by this many roundings of f32 of their largest coordinate, so that rounding never hides a triangle.
+const BOX_ROUNDINGS: f64 = 8.0;
+
+impl Mesh {
+    /// Orders `triangles` for rays; `normals` says which refract.
+    pub fn new(own: Triangles, normals: Normals) -> Self {
+        let points = &own.points_mm;
         let largest = points.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
         let pad = DVec3::splat(BOX_ROUNDINGS * largest * f64::from(f32::EPSILON));
-        let boxes: Vec<Aabb> = triangles
+        let boxes: Vec<Aabb> = own
+            .triangles
             .iter()
             .map(|t| {
                 let [a, b, c] = t.map(|k| points[k as usize]);
@@ -77,12 +120,12 @@ impl Mesh {
         let mut spent = std::time::Duration::ZERO;
         let hierarchy = build_bvh2(&boxes, parameters, &mut spent);
         let first_z = points.iter().fold(f64::INFINITY, |z, p| z.min(p.z)) - 1.0;
-        Self { points, point_normals, triangles, normals, hierarchy, first_z }
+        Self { own, normals, hierarchy, first_z }
     }
 
     /// Count of triangles.
     pub fn triangles(&self) -> usize {
-        self.triangles.len()
+        self.own.triangles.len()
     }
 
     /// Where the ray first meets the mesh at a positive distance; of two triangles at one distance, the first.
@@ -99,7 +142,7 @@ impl Mesh {
         let proposal = obvhs::ray::Ray::new_inf(near.origin.as_vec3a(), near.direction.as_vec3a());
         self.hierarchy.ray_traverse(proposal, &mut RayHit::none(), |_, i| {
             let id = self.hierarchy.primitive_indices[i] as usize;
-            let corners = self.triangles[id].map(|k| self.points[k as usize]);
+            let corners = self.corners(id);
             match axes.meet(near.origin, corners) {
                 Some((t, weights)) if t + ahead > 0.0 => {
                     if best.is_none_or(|b| (t, id) < (b.0, b.1)) {
@@ -112,15 +155,48 @@ impl Mesh {
             }
         });
         let (t, id, weights) = best.ok_or(Fate::Missed)?;
-        let [a, b, c] = self.triangles[id].map(|k| k as usize);
         let normal = match self.normals {
-            Normals::Flat => (self.points[b] - self.points[a]).cross(self.points[c] - self.points[a]),
-            Normals::Smooth => {
-                let n = &self.point_normals;
-                n[a] * weights[0] + n[b] * weights[1] + n[c] * weights[2]
-            }
+            Normals::Flat => self.plane(id),
+            Normals::Smooth => self.blend(id, weights),
         };
-        Ok(Meeting { t_mm: t + ahead, normal: normal.normalize() })
+        Ok(Meeting { t_mm: t + ahead, normal: normal.normalize(), part: id as u32 })
+    }
+
+    fn corners(&self, id: usize) -> [DVec3; 3] {
+        self.own.triangles[id].map(|k| self.own.points_mm[k as usize])
+    }
+
+    /// A normal of the triangle itself, of no certain length.
+    fn plane(&self, id: usize) -> DVec3 {
+        let [a, b, c] = self.corners(id);
+        (b - a).cross(c - a)
+    }
+
+    fn blend(&self, id: usize, weights: [f64; 3]) -> DVec3 {
+        let [a, b, c] = self.own.triangles[id].map(|k| self.own.point_normals[k as usize]);
+        a * weights[0] + b * weights[1] + c * weights[2]
+    }
+
+    /// The unit normal of the plane in which a meeting moves when its ray does.
+    pub fn tangent(&self, meeting: &Meeting) -> DVec3 {
+        self.plane(meeting.part as usize).normalize()
+    }
+
+    /// How the unit normal of a meeting at `point` turns when the point moves by `step` within its triangle.
+    pub fn normal_change(&self, meeting: &Meeting, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
+        if self.normals == Normals::Flat {
+            return DVec3::ZERO;
+        }
+        let id = meeting.part as usize;
+        let [a, b, c] = self.corners(id);
+        let plane = self.plane(id);
+        // Weights are areas opposite the corners over the whole, linear in the point.
+        let share = |from: DVec3, to: DVec3, v: DVec3| (to - from).cross(v).dot(plane) / plane.length_squared();
+        let weights = [share(b, c, point - b), share(c, a, point - c), share(a, b, point - a)];
+        let change = [share(b, c, step), share(c, a, step), share(a, b, step)];
+        let blend = self.blend(id, weights);
+        let turn = (self.blend(id, change) - normal * normal.dot(self.blend(id, change))) / blend.length();
+        if normal.dot(blend) < 0.0 { -turn } else { turn }
     }
 }
 
@@ -165,7 +241,6 @@ impl Axes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec2;
 
     /// A dome over a square of 20 mm, 80 mm away.
     fn dome(x: f64, y: f64) -> (f64, DVec3) {
@@ -173,7 +248,8 @@ mod tests {
     }
 
     fn mesh(cells: usize, normals: Normals) -> Mesh {
-        Mesh::new(Rect { min: DVec2::splat(-10.0), max: DVec2::splat(10.0) }, cells, normals, dome)
+        let square = Rect { min: DVec2::splat(-10.0), max: DVec2::splat(10.0) };
+        Mesh::new(Triangles::over(square, cells, dome), normals)
     }
 
     fn towards(target: DVec3) -> Ray {
@@ -186,8 +262,8 @@ mod tests {
     fn no_ray_slips_between_triangles() {
         let mesh = mesh(60, Normals::Flat);
         let mut aimed = 0;
-        for triangle in &mesh.triangles {
-            let [a, b, c] = triangle.map(|k| mesh.points[k as usize]);
+        for id in 0..mesh.triangles() {
+            let [a, b, c] = mesh.corners(id);
             for target in [a, b, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (a + c), (a + b + c) / 3.0] {
                 // The rim has triangles on one side only.
                 if target.x.abs().max(target.y.abs()) < 9.99 {
@@ -224,5 +300,40 @@ mod tests {
             assert!(position < 1.1 * (0.02 + 0.01) * h * h / 8.0 && position > 0.1 * 0.02 * h * h / 8.0, "{position}");
             assert!(flat < 0.02 * h && flat > 0.002 * h && smooth < 0.02 * 0.02 * h, "{flat} {smooth}");
         }
+    }
+
+    #[test]
+    fn the_turn_of_the_normal_is_its_derivative() {
+        let mesh = mesh(7, Normals::Smooth);
+        let target = DVec3::new(3.1, -2.2, dome(3.1, -2.2).0);
+        let ray = towards(target);
+        let met = mesh.meet(&ray).expect("aimed inside");
+        let (point, plane) = (ray.at(met.t_mm), mesh.tangent(&met));
+        let step = plane.cross(DVec3::X).normalize() * 1e-5;
+        let beside = Ray { origin: ray.origin, direction: (point + step - ray.origin).normalize() };
+        let there = mesh.meet(&beside).expect("it is near");
+        assert_eq!(there.part, met.part);
+        let turn = mesh.normal_change(&met, point, met.normal, step);
+        // The second order of a turn of 2e-7 is below 1e-13.
+        assert!((there.normal - met.normal - turn).length() < 1e-12 && turn.length() > 1e-8, "{turn}");
+        let flipped = mesh.normal_change(&met, point, -met.normal, step);
+        assert_eq!(flipped, -turn);
+    }
+
+    #[test]
+    fn corner_normals_tend_to_those_of_the_surface() {
+        let square = Rect { min: DVec2::splat(-10.0), max: DVec2::splat(10.0) };
+        let worst = |cells: usize| {
+            let t = Triangles::over(square, cells, dome);
+            let own = corner_normals(&t.points_mm, &t.triangles).expect("it is a graph");
+            let inside = |p: &DVec3| p.x.abs().max(p.y.abs()) < 9.0;
+            let pairs = own.iter().zip(&t.point_normals).zip(&t.points_mm).filter(|(_, p)| inside(p));
+            pairs.fold(0.0f64, |worst, ((a, b), _)| worst.max((*a - *b).length()))
+        };
+        // Second order: half the cells, a quarter of the error.
+        let (coarse, fine) = (worst(20), worst(40));
+        assert!(fine < 0.3 * coarse && coarse < 0.02, "{coarse} {fine}");
+        assert_eq!(corner_normals(&[DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], &[[0, 1, 2]]), Err(3));
+        assert_eq!(corner_normals(&[DVec3::ZERO, DVec3::X, DVec3::Z], &[[0, 1, 2]]), Err(0));
     }
 }

@@ -1,10 +1,12 @@
 //! Shapes that a ray can meet, in the frame of the prism.
 
 use super::fate::Fate;
+use super::mesh::Mesh;
 use crate::geom::{Ray, Rect};
 use crate::num::bernstein::Bernstein;
 use crate::num::poly2::Poly2;
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// A refracting shape without its media.
 #[derive(Debug, Clone, PartialEq)]
@@ -18,6 +20,13 @@ pub enum Surface {
     },
     /// The graph of a polynomial z(x, y) over a rectangle.
     Freeform(Freeform),
+    /// Triangles, or their mirror image in x = 0.
+    Mesh {
+        /// The triangles.
+        mesh: Arc<Mesh>,
+        /// Whether the surface is the mirror image.
+        mirrored: bool,
+    },
 }
 
 /// A polynomial z(x, y) and the region in which it was given.
@@ -50,6 +59,8 @@ pub struct Meeting {
     pub t_mm: f64,
     /// Unit normal, of either orientation.
     pub normal: DVec3,
+    /// The number of the triangle in a mesh; 0 of other surfaces.
+    pub part: u32,
 }
 
 /// Newton's method gives up after this many steps; from a good start it needs 3 to 5.
@@ -67,20 +78,50 @@ impl Surface {
         match self {
             Self::Plane { point, normal } => {
                 let t_mm = (*point - ray.origin).dot(*normal) / ray.direction.dot(*normal);
-                if t_mm > 0.0 && t_mm.is_finite() { Ok(Meeting { t_mm, normal: *normal }) } else { Err(Fate::Missed) }
+                if t_mm > 0.0 && t_mm.is_finite() {
+                    Ok(Meeting { t_mm, normal: *normal, part: 0 })
+                } else {
+                    Err(Fate::Missed)
+                }
             }
             Self::Freeform(sheet) => sheet.meet(ray, residual_mm),
+            Self::Mesh { mesh, mirrored } => {
+                let own = |v| turned(v, *mirrored);
+                let met = mesh.meet(&Ray { origin: own(ray.origin), direction: own(ray.direction) })?;
+                Ok(Meeting { normal: own(met.normal), ..met })
+            }
         }
     }
 
-    /// How the unit normal at `point` turns when the point moves by `step` along the surface, given that normal.
+    /// The unit normal of the plane in which `meeting` moves when its ray does. Of a mesh that is the triangle's own,
+    /// whichever normal refracts.
     #[inline]
-    pub fn normal_change(&self, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
+    pub fn tangent(&self, meeting: &Meeting) -> DVec3 {
+        match self {
+            Self::Plane { .. } | Self::Freeform(_) => meeting.normal,
+            Self::Mesh { mesh, mirrored } => turned(mesh.tangent(meeting), *mirrored),
+        }
+    }
+
+    /// How the unit normal of `meeting`, taken as `normal` or its opposite, turns when its point moves by `step` along the
+    /// surface.
+    #[inline]
+    pub fn normal_change(&self, meeting: &Meeting, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
         match self {
             Self::Plane { .. } => DVec3::ZERO,
             Self::Freeform(sheet) => sheet.normal_change(point, normal, step),
+            Self::Mesh { mesh, mirrored } => {
+                let own = |v| turned(v, *mirrored);
+                own(mesh.normal_change(meeting, own(point), own(normal), own(step)))
+            }
         }
     }
+}
+
+/// The frame in which a surface is not mirrored. Exact, for a sign has no rounding.
+#[inline(always)]
+fn turned(v: DVec3, mirrored: bool) -> DVec3 {
+    if mirrored { DVec3::new(-v.x, v.y, v.z) } else { v }
 }
 
 impl Freeform {
@@ -147,10 +188,10 @@ impl Freeform {
         self.tangent
     }
 
-    /// The frame in which the sheet is z(x, y): mirrored in x or not. Exact, for a sign has no rounding.
+    /// The frame in which the sheet is z(x, y).
     #[inline(always)]
     fn own(&self, v: DVec3) -> DVec3 {
-        if self.mirrored { DVec3::new(-v.x, v.y, v.z) } else { v }
+        turned(v, self.mirrored)
     }
 
     fn meet(&self, ray: &Ray, residual_mm: f64) -> Result<Meeting, Fate> {
@@ -193,7 +234,11 @@ impl Freeform {
                 // One last step costs nothing more than its division and leaves the rounding error alone.
                 let t_mm = t - step;
                 let normal = self.own(DVec3::new(-zx, -zy, 1.0).normalize());
-                return if inside && t_mm.is_finite() { Ok(Meeting { t_mm, normal }) } else { Err(Fate::Missed) };
+                return if inside && t_mm.is_finite() {
+                    Ok(Meeting { t_mm, normal, part: 0 })
+                } else {
+                    Err(Fate::Missed)
+                };
             }
             previous = gap.abs();
             t -= step;

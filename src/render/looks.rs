@@ -73,14 +73,14 @@ fn layout(prism: &Prism) -> Layout {
     fn plane(surface: &Surface) -> Option<Plane> {
         match *surface {
             Surface::Plane { point, normal } => Some(Plane { point, normal }),
-            Surface::Freeform(_) => None,
+            Surface::Freeform(_) | Surface::Mesh { .. } => None,
         }
     }
     fn sheets<P: Polynomial>(prism: &Prism, table: fn(&Poly2) -> Option<P>) -> Option<Biprism<Sheet<P>>> {
         let sheet = |f: &Freeform| Some(Sheet::new(f, table(f.sag())?));
         prism.for_packets(|surface| match surface {
             Surface::Freeform(f) => sheet(f),
-            Surface::Plane { .. } => None,
+            Surface::Plane { .. } | Surface::Mesh { .. } => None,
         })
     }
     (prism.for_packets(plane).map(Layout::Planes))

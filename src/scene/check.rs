@@ -3,10 +3,12 @@
 use super::cloud::{Surface, read_points};
 use super::document::Document;
 use super::limits::MARCHED_POINTS;
+use super::mesh::read_triangles;
 use super::schema::*;
 use super::*;
 use crate::num::poly2::MAX_DEGREE;
 use glam::DVec2;
+use std::path::PathBuf;
 
 /// The scene that `file` describes; files that it names are looked for in `folder`.
 pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>) -> Result<Scene, Problem> {
@@ -75,6 +77,15 @@ fn prism(document: &Document, file: PrismFile, camera: &Camera, folder: Option<&
             body: body(&file.body),
             front: cloud(document, "prism.front.file", &file.front, folder, Surface::Front)?,
             back: cloud(document, "prism.back.file", &file.back, folder, Surface::Back)?,
+        }),
+        PrismFile::Mesh(file) => Prism::Mesh(MeshPrism {
+            body: body(&file.body),
+            front: read_triangles(&find(document, "prism.front", &file.front, folder)?)?,
+            back: read_triangles(&find(document, "prism.back", &file.back, folder)?)?,
+            normals: match file.normals {
+                NormalsFile::Smooth => Normals::Smooth,
+                NormalsFile::Flat => Normals::Flat,
+            },
         }),
     })
 }
@@ -161,17 +172,23 @@ fn cloud(
     folder: Option<&Path>,
     surface: Surface,
 ) -> Result<Cloud, Problem> {
+    let found = find(document, path, &file.file, folder)?;
+    Ok(Cloud { points_mm: read_points(&found, surface)?, degree: file.degree })
+}
+
+/// The path of a `file` that the key at `path` names, relative to the scene's folder.
+fn find(document: &Document, path: &str, file: &str, folder: Option<&Path>) -> Result<PathBuf, Problem> {
     let problem = |rule, help| Err(document.problem(document.span(path), rule, help));
     let Some(folder) = folder else {
-        let rule = format!("`{path}` is {:?}, and a scene without a folder can name no file", file.file);
+        let rule = format!("`{path}` is {file:?}, and a scene without a folder can name no file");
         return problem(rule, "save the scene beside its files, and give its path");
     };
-    let found = folder.join(&file.file);
+    let found = folder.join(file);
     if !found.is_file() {
-        let rule = format!("`{path}` is {:?}, and there is no file {}", file.file, found.display());
+        let rule = format!("`{path}` is {file:?}, and there is no file {}", found.display());
         return problem(rule, "give the file's path relative to the scene file");
     }
-    Ok(Cloud { points_mm: read_points(&found, surface)?, degree: file.degree })
+    Ok(found)
 }
 
 fn board(file: &BoardFile) -> Board {

@@ -1,6 +1,6 @@
 //! A point cloud from a file: CSV with named columns, PLY, or XYZ.
 
-use super::ply;
+use super::ply::Ply;
 use crate::problem::Problem;
 use glam::DVec3;
 use std::fmt::Display;
@@ -89,7 +89,7 @@ fn parse_at_most(
     match format {
         Format::Csv => csv(&mut lines, surface),
         Format::Xyz => xyz(&mut lines),
-        Format::Ply => ply::read(&mut lines, bytes),
+        Format::Ply => ply_points(&mut lines, bytes),
     }
 }
 
@@ -142,7 +142,8 @@ impl<R: BufRead> Lines<'_, R> {
         })
     }
 
-    fn push(&self, points: &mut Vec<DVec3>, point: DVec3) -> Result<(), Problem> {
+    /// One more point, within the limit.
+    pub(super) fn push(&self, points: &mut Vec<DVec3>, point: DVec3) -> Result<(), Problem> {
         if points.len() as u64 == self.limit {
             return Err(self.problem(
                 format!("the file has more than {} points, which is the limit", self.limit),
@@ -209,6 +210,29 @@ fn xyz<R: BufRead>(lines: &mut Lines<R>) -> Result<Vec<DVec3>, Problem> {
         lines.push(&mut points, point)?;
     }
     Ok(points)
+}
+
+fn ply_points<R: BufRead>(lines: &mut Lines<R>, bytes: u64) -> Result<Vec<DVec3>, Problem> {
+    let mut ply = Ply::open(lines, bytes)?;
+    let (_, count) = ply.next_element().unwrap_or_default();
+    let [x, y, z] = ply.columns(["x", "y", "z"]).unwrap_or_default();
+    let mut points = Vec::new();
+    ply.rows(|ply, i, row| {
+        // By now the file is known to be long enough for as many.
+        points.reserve(if i == 1 { count as usize } else { 0 });
+        points.push(finite_point(ply, i, [row.values[x], row.values[y], row.values[z]])?);
+        Ok(())
+    })?;
+    Ok(points)
+}
+
+/// A vertex of a PLY file, the `i`-th of it.
+pub(super) fn finite_point<R: BufRead>(ply: &Ply<R>, i: u64, xyz: [f64; 3]) -> Result<DVec3, Problem> {
+    let point = DVec3::from_array(xyz);
+    if point.is_finite() {
+        return Ok(point);
+    }
+    Err(ply.problem(format!("vertex {i} is {point}, and must be finite"), "remove or correct the vertex"))
 }
 
 #[cfg(test)]

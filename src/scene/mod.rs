@@ -8,6 +8,7 @@
 //! Each arrow stops at the first fault, with a [`Problem`] that points at the line.
 
 pub mod cloud;
+pub mod mesh;
 mod ply;
 mod document;
 mod limits;
@@ -17,6 +18,7 @@ mod suggest;
 mod check;
 mod physics;
 
+pub use crate::optics::mesh::{Normals, Triangles};
 pub use crate::optics::surface::Patch;
 pub use schema::schema_json;
 
@@ -100,6 +102,8 @@ pub enum Prism {
     Polynomial(PolynomialPrism),
     /// Front and back of the right half as points, to be fitted.
     PointCloud(PointCloudPrism),
+    /// Front and back of the right half as triangles.
+    Mesh(MeshPrism),
 }
 
 /// The biprism of the paper: a ridge along y at x = 0, nearest to the camera; facets z = D + |x| tan(alpha);
@@ -147,6 +151,19 @@ pub struct PointCloudPrism {
     pub front: Cloud,
     /// The surface that faces the board.
     pub back: Cloud,
+}
+
+/// A prism given by triangles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshPrism {
+    /// Glass and place.
+    pub body: Body,
+    /// The facet that faces the camera, in the prism's frame.
+    pub front: Triangles,
+    /// The surface that faces the board.
+    pub back: Triangles,
+    /// Which normals refract.
+    pub normals: Normals,
 }
 
 /// Points of a surface, and how a polynomial is fitted to them.

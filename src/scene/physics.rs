@@ -15,8 +15,8 @@ pub(super) fn check(document: &Document, scene: &Scene) -> Result<(), Problem> {
         Prism::Flat(prism) => Some(biprism(document, camera, prism, false)?),
         Prism::Freeform(prism, _) => Some(biprism(document, camera, prism, true)?),
         Prism::Polynomial(prism) => Some(polynomial(document, camera, prism)?),
-        // The surfaces of a point cloud are known once its files are read.
-        Prism::None | Prism::PointCloud(_) => None,
+        // Where a surface of points or triangles stands is for its rays to find.
+        Prism::None | Prism::PointCloud(_) | Prism::Mesh(_) => None,
     };
     board(document, scene, back.as_ref())
 }

@@ -1,12 +1,13 @@
-//! The vertices of a PLY file: ascii, or binary of either byte order.
+//! The vertices and faces of a PLY file: ascii, or binary of either byte order.
 
 use super::cloud::Lines;
 use crate::problem::Problem;
-use glam::DVec3;
 use std::io::BufRead;
 
 /// Most lines of a header.
 const MAX_HEADER_LINES: usize = 1000;
+/// What to do about a file that ends too early.
+const CUT_SHORT: &str = "the file is cut short, or its header is wrong: write it again";
 
 /// How the body of a PLY file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,96 +68,215 @@ impl Scalar {
             Self::F64 => f64::from_le_bytes(bytes),
         }
     }
+
+    fn read(self, input: &mut impl BufRead, encoding: Encoding) -> std::io::Result<f64> {
+        let mut bytes = [0; 8];
+        let own = &mut bytes[..self.bytes()];
+        input.read_exact(own)?;
+        if encoding == Encoding::BigEndian {
+            own.reverse();
+        }
+        Ok(self.value(bytes))
+    }
 }
 
-/// What a PLY header says of its vertices.
-struct Header {
-    encoding: Encoding,
+/// What a property holds: one number, or a count and as many numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Scalar(Scalar),
+    List { count: Scalar, item: Scalar },
+}
+
+/// An element of the header.
+#[derive(Debug)]
+struct Element {
+    name: String,
     count: u64,
-    /// Type and offset in bytes of every property of a vertex.
-    properties: Vec<(Scalar, usize)>,
-    /// Which properties are x, y and z.
-    xyz: [usize; 3],
-    /// Bytes of a vertex in a binary body.
-    stride: usize,
+    properties: Vec<(String, Kind)>,
 }
 
-/// The vertices of a PLY file of `bytes` bytes. The header's count is checked against that before memory is taken.
-///
-/// # Errors
-/// A [`Problem`] with the line, or the number of the vertex in a binary body.
-pub(super) fn read<R: BufRead>(lines: &mut Lines<R>, bytes: u64) -> Result<Vec<DVec3>, Problem> {
-    let header = read_header(lines)?;
-    // In ascii every value has a digit and a blank or an end of line, but for the last.
-    let needed = match header.encoding {
-        Encoding::Ascii => (2 * header.count * header.properties.len() as u64).saturating_sub(1),
-        _ => header.count * header.stride as u64,
-    };
-    let left = bytes.saturating_sub(lines.taken);
-    if needed > left {
-        return Err(lines.problem(
-            format!("{} vertices need {needed} bytes or more after the header, and the file has {left}", header.count),
-            "the file is cut short, or its header is wrong: write it again",
-        ));
+impl Element {
+    fn position(&self, name: &str) -> Option<usize> {
+        self.properties.iter().position(|(own, _)| own == name)
     }
-    let mut points = Vec::with_capacity(header.count as usize);
-    if header.encoding == Encoding::Ascii {
-        let mut buffer = Vec::new();
-        for i in 0..header.count {
-            let Some(line) = lines.next(&mut buffer)? else {
-                return Err(lines.problem(
-                    format!("the file ends after {i} of {} vertices", header.count),
-                    "the file is cut short, or its header is wrong: write it again",
-                ));
-            };
-            let values: Vec<&str> = line.split_whitespace().collect();
-            if values.len() != header.properties.len() {
-                return Err(lines.problem(
-                    format!("the vertex has {} values, and must have {}", values.len(), header.properties.len()),
-                    "correct the line, or the properties in the header",
-                ));
-            }
-            let [x, y, z] = header.xyz.map(|i| lines.number("a coordinate", values[i]));
-            points.push(DVec3::new(x?, y?, z?));
-        }
-        return Ok(points);
+
+    /// Bytes that all rows need at the least. In ascii every value has a digit and a blank or an end of line, but for
+    /// the last.
+    fn least_bytes(&self, encoding: Encoding) -> u64 {
+        let row = self.properties.iter().map(|(_, kind)| match (encoding, kind) {
+            (Encoding::Ascii, _) => 2,
+            (_, Kind::Scalar(s) | Kind::List { count: s, .. }) => s.bytes() as u64,
+        });
+        let all = self.count.saturating_mul(row.sum());
+        if encoding == Encoding::Ascii { all.saturating_sub(1) } else { all }
     }
-    let mut vertex = vec![0; header.stride];
-    for i in 0..header.count {
-        lines.input.read_exact(&mut vertex).map_err(|e| {
-            let rule = format!("vertex {} of {} cannot be read: {e}", i + 1, header.count);
-            Problem::new(lines.name, rule, "the file is cut short, or its header is wrong: write it again")
-        })?;
-        let point = DVec3::from_array(header.xyz.map(|axis| {
-            let (scalar, offset) = header.properties[axis];
-            let mut first = [0; 8];
-            first[..scalar.bytes()].copy_from_slice(&vertex[offset..offset + scalar.bytes()]);
-            if header.encoding == Encoding::BigEndian {
-                first[..scalar.bytes()].reverse();
-            }
-            scalar.value(first)
-        }));
-        if !point.is_finite() {
-            let rule = format!("vertex {} is {point}, and must be finite", i + 1);
-            return Err(Problem::new(lines.name, rule, "remove the vertex from the cloud"));
-        }
-        points.push(point);
-    }
-    Ok(points)
 }
 
-fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<Header, Problem> {
+/// A PLY file whose header has been read.
+pub(super) struct Ply<'a, 'b, R> {
+    lines: &'a mut Lines<'b, R>,
+    encoding: Encoding,
+    elements: Vec<Element>,
+    /// Bytes of the file.
+    bytes: u64,
+    /// Elements whose rows have been read.
+    done: usize,
+}
+
+/// One row of an element: its numbers in the header's order (a list gives its length), and the items of its list.
+#[derive(Debug, Default)]
+pub(super) struct Row {
+    pub(super) values: Vec<f64>,
+    pub(super) list: Vec<f64>,
+}
+
+impl<'a, 'b, R: BufRead> Ply<'a, 'b, R> {
+    /// Reads the header of a file of `bytes` bytes.
+    ///
+    /// # Errors
+    /// A [`Problem`] with the line.
+    pub(super) fn open(lines: &'a mut Lines<'b, R>, bytes: u64) -> Result<Self, Problem> {
+        let (encoding, elements) = read_header(lines)?;
+        Ok(Self { lines, encoding, elements, bytes, done: 0 })
+    }
+
+    /// The element whose rows come next: its name and count.
+    pub(super) fn next_element(&self) -> Option<(&str, u64)> {
+        self.elements.get(self.done).map(|e| (e.name.as_str(), e.count))
+    }
+
+    /// Where the next element has these properties; all or none.
+    pub(super) fn columns<const N: usize>(&self, names: [&str; N]) -> Option<[usize; N]> {
+        let element = self.elements.get(self.done)?;
+        let found = names.map(|name| element.position(name));
+        found.iter().all(Option::is_some).then(|| found.map(Option::unwrap_or_default))
+    }
+
+    /// Whether property `column` of the next element is its only list.
+    pub(super) fn is_its_list(&self, column: usize) -> bool {
+        let is_list = |kind: &Kind| matches!(kind, Kind::List { .. });
+        let properties = self.elements.get(self.done).map_or(&[][..], |e| &e.properties);
+        properties.iter().enumerate().all(|(k, (_, kind))| is_list(kind) == (k == column))
+    }
+
+    /// A problem with what was read last.
+    pub(super) fn problem(&self, rule: impl Into<String>, help: impl Into<String>) -> Problem {
+        if self.encoding == Encoding::Ascii {
+            return self.lines.problem(rule, help);
+        }
+        Problem::new(self.lines.name, rule, help)
+    }
+
+    /// Gives the next element's rows to `each`, with their numbers from 1. The header's count is checked against the
+    /// file's size before the first, so `each` may take memory for all.
+    ///
+    /// # Errors
+    /// A [`Problem`] with the line, or the number of the row in a binary body; and those of `each`.
+    pub(super) fn rows(
+        &mut self,
+        mut each: impl FnMut(&Self, u64, &Row) -> Result<(), Problem>,
+    ) -> Result<(), Problem> {
+        let (count, needed, name, kinds) = {
+            let element = &self.elements[self.done];
+            let kinds: Vec<Kind> = element.properties.iter().map(|p| p.1).collect();
+            (element.count, element.least_bytes(self.encoding), element.name.clone(), kinds)
+        };
+        let left = self.bytes.saturating_sub(self.lines.taken);
+        if needed > left {
+            let plural = if name == "vertex" { "vertices" } else { "rows of an element" };
+            let rule =
+                format!("{count} {plural} need {needed} bytes or more after the header, and the file has {left}");
+            return Err(self.lines.problem(rule, CUT_SHORT));
+        }
+        let (mut row, mut buffer) = (Row::default(), Vec::new());
+        for i in 1..=count {
+            row.values.clear();
+            row.list.clear();
+            match self.encoding {
+                Encoding::Ascii => self.text_row(&kinds, &name, [i, count], &mut buffer, &mut row)?,
+                _ => self.binary_row(&kinds, &mut row).map_err(|e| {
+                    let rule = format!("{name} {i} of {count} cannot be read: {e}");
+                    Problem::new(self.lines.name, rule, CUT_SHORT)
+                })?,
+            }
+            each(self, i, &row)?;
+        }
+        self.done += 1;
+        Ok(())
+    }
+
+    fn text_row(
+        &mut self,
+        kinds: &[Kind],
+        name: &str,
+        [i, count]: [u64; 2],
+        buffer: &mut Vec<u8>,
+        row: &mut Row,
+    ) -> Result<(), Problem> {
+        let Some(line) = self.lines.next(buffer)? else {
+            let rule = format!("the file ends after {} of {count} rows of {name:?}", i - 1);
+            return Err(self.lines.problem(rule, CUT_SHORT));
+        };
+        let given = line.split_whitespace().count();
+        let mut words = line.split_whitespace();
+        let lines = &self.lines;
+        let mut wanted = kinds.len();
+        let mut number = |wanted: usize| {
+            let word = words.next().ok_or_else(|| {
+                let rule = format!("the {name} has {given} values, and must have {wanted}");
+                lines.problem(rule, "correct the line, or the properties in the header")
+            })?;
+            lines.number("a value", word)
+        };
+        for kind in kinds {
+            let value = number(wanted)?;
+            row.values.push(value);
+            if let Kind::List { .. } = kind {
+                // No more items than the line has words.
+                wanted += if value > 0.0 { (value as usize).min(given + 1) } else { 0 };
+                while (row.list.len() as f64) < value {
+                    row.list.push(number(wanted)?);
+                }
+            }
+        }
+        if words.next().is_some() {
+            let rule = format!("the {name} has {given} values, and must have {wanted}");
+            return Err(lines.problem(rule, "correct the line, or the properties in the header"));
+        }
+        Ok(())
+    }
+
+    fn binary_row(&mut self, kinds: &[Kind], row: &mut Row) -> std::io::Result<()> {
+        for kind in kinds {
+            match *kind {
+                Kind::Scalar(scalar) => row.values.push(scalar.read(&mut self.lines.input, self.encoding)?),
+                Kind::List { count, item } => {
+                    let length = count.read(&mut self.lines.input, self.encoding)?;
+                    row.values.push(length);
+                    // Read one by one: a length that is not there ends the file, and takes no memory.
+                    while (row.list.len() as f64) < length {
+                        row.list.push(item.read(&mut self.lines.input, self.encoding)?);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<(Encoding, Vec<Element>), Problem> {
     let mut buffer = Vec::new();
     if lines.next(&mut buffer)? != Some("ply") {
         return Err(lines.problem("the first line is not `ply`", "check the file's format and extension"));
     }
-    let (mut encoding, mut count) = (None, None);
-    let (mut names, mut properties, mut stride) = (Vec::new(), Vec::new(), 0);
-    // Whether the properties that follow are those of the vertices, which come first.
-    let mut in_vertex = false;
+    let mut encoding = None;
+    let mut elements: Vec<Element> = Vec::new();
     while lines.line < MAX_HEADER_LINES {
         let Some(line) = lines.next(&mut buffer)? else { break };
         let words: Vec<&str> = line.split_whitespace().collect();
+        let unknown_type = |kind: &str, name: &str| {
+            lines.problem(format!("the type of {name:?} is {kind:?}, which PLY does not have"), "use float or double")
+        };
         match words[..] {
             ["format", name, "1.0"] => {
                 encoding = match name {
@@ -167,46 +287,46 @@ fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<Header, Problem> {
                 };
             }
             ["comment" | "obj_info", ..] => {}
-            ["element", "vertex", value] if count.is_none() => {
+            ["element", name, value] => {
+                if elements.is_empty() && name != "vertex" {
+                    return Err(lines.problem(
+                        format!("the first element is {name:?}, and must be \"vertex\""),
+                        "write the vertices before all else, as most programs do",
+                    ));
+                }
                 let within = |n: &u64| *n <= lines.limit;
-                count = Some(value.parse().ok().filter(within).ok_or_else(|| {
+                let count = value.parse().ok().filter(within).ok_or_else(|| {
+                    let plural = if name == "vertex" { "vertices" } else { name };
                     lines.problem(
-                        format!("the count of vertices is {value:?}, and must be within 0 .. {}", lines.limit),
-                        "thin the cloud out: a surface of some dozen coefficients needs far fewer",
+                        format!("the count of {plural} is {value:?}, and must be within 0 .. {}", lines.limit),
+                        "thin it out: a smooth surface needs far fewer",
                     )
-                })?);
-                in_vertex = true;
+                })?;
+                elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
             }
-            ["element", name, _] if count.is_none() => {
-                return Err(lines.problem(
-                    format!("the first element is {name:?}, and must be \"vertex\""),
-                    "write the vertices before all else, as most programs do",
-                ));
+            ["property", "list", count, item, name] if elements.len() > 1 => {
+                let count = Scalar::named(count).ok_or_else(|| unknown_type(count, name))?;
+                let item = Scalar::named(item).ok_or_else(|| unknown_type(item, name))?;
+                if let Some(element) = elements.last_mut() {
+                    element.properties.push((name.to_owned(), Kind::List { count, item }));
+                }
             }
-            ["element", _, _] => in_vertex = false,
-            ["property", kind, name] if in_vertex => {
-                let Some(scalar) = Scalar::named(kind) else {
-                    return Err(lines.problem(
-                        format!("the type of {name:?} is {kind:?}, which PLY does not have"),
-                        "use float or double",
-                    ));
-                };
-                names.push(name.to_owned());
-                properties.push((scalar, stride));
-                stride += scalar.bytes();
+            ["property", kind, name] if !elements.is_empty() => {
+                let scalar = Scalar::named(kind).ok_or_else(|| unknown_type(kind, name))?;
+                if let Some(element) = elements.last_mut() {
+                    element.properties.push((name.to_owned(), Kind::Scalar(scalar)));
+                }
             }
-            ["property", ..] if !in_vertex => {}
             ["end_header"] => {
-                let axis = |axis: &str| names.iter().position(|n| n == axis);
-                let (Some(encoding), Some(count), Some(x), Some(y), Some(z)) =
-                    (encoding, count, axis("x"), axis("y"), axis("z"))
-                else {
-                    return Err(lines.problem(
+                let vertices = elements.first();
+                let has = |axis: &str| vertices.is_some_and(|v| v.position(axis).is_some());
+                return match encoding {
+                    Some(encoding) if ["x", "y", "z"].into_iter().all(has) => Ok((encoding, elements)),
+                    _ => Err(lines.problem(
                         "the header must give a format (ascii or binary), `element vertex` and its properties x, y and z",
-                        "write the file again as a point cloud of x, y, z",
-                    ));
+                        "write the file again as a point cloud or a mesh of x, y, z",
+                    )),
                 };
-                return Ok(Header { encoding, count, properties, xyz: [x, y, z], stride });
             }
             _ => {
                 return Err(lines.problem(

@@ -106,6 +106,8 @@ pub(super) enum PrismFile {
     Polynomial(PolynomialFile),
     /// Front and back of the right half as points, to which polynomials are fitted; the left half is its mirror image.
     PointCloud(PointCloudFile),
+    /// Front and back of the right half as triangles; the left half is their mirror image.
+    Mesh(MeshPrismFile),
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -247,6 +249,30 @@ pub(super) struct CloudFile {
     /// Total degree of the fitted polynomial.
     #[schemars(range(min = 1, max = MAX_DEGREE))]
     pub(super) degree: usize,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct MeshPrismFile {
+    #[serde(flatten)]
+    pub(super) body: BodyFile,
+    /// File of the facet that faces the camera, PLY or OBJ in mm, relative to the scene file; the right half has x above 0.
+    #[schemars(length(min = 1, max = PATH_CHARS))]
+    pub(super) front: String,
+    /// File of the surface that faces the board.
+    #[schemars(length(min = 1, max = PATH_CHARS))]
+    pub(super) back: String,
+    /// Which normals refract: smooth ones between the corners, or each triangle's own.
+    #[serde(default)]
+    pub(super) normals: NormalsFile,
+}
+
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum NormalsFile {
+    #[default]
+    Smooth,
+    Flat,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

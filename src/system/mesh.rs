@@ -3,7 +3,7 @@
 use super::{Side, System};
 use crate::geom::Rect;
 use crate::optics::fate::Fate;
-use crate::optics::mesh::{Mesh, Normals};
+use crate::optics::mesh::{Mesh, Normals, Triangles};
 use crate::optics::surface::Surface;
 use glam::{DVec2, DVec3};
 
@@ -22,24 +22,33 @@ const MARGIN: f64 = 0.02;
 
 impl<'a> Tessellated<'a> {
     /// Tessellates the part of the right side that the right half of the sensor sees, with about `triangles` on front and
-    /// back together. `None` without a prism, or where a ray on the way of the right half ends.
+    /// back together. `None` without a prism, of one that is a mesh already, or where a ray on the way of the right half ends.
     pub fn new(system: &'a System, triangles: usize, normals: Normals) -> Option<Self> {
         let prism = system.prism.as_ref()?;
         let cells = ((triangles as f64 / 4.0).sqrt().round() as usize).max(1);
         let used = used_part(system)?;
         let mesh = |which: usize| {
-            let surface = prism.surface(Side::Right, which);
-            let domain = match surface {
-                Surface::Plane { .. } => used[which],
-                // A polynomial means nothing beyond the region where it is given.
-                Surface::Freeform(sheet) => {
-                    let given = sheet.domain();
-                    Rect { min: used[which].min.max(given.min), max: used[which].max.min(given.max) }
+            let used = used[which];
+            match prism.surface(Side::Right, which) {
+                Surface::Plane { point, normal } => {
+                    let slope = normal.truncate() / normal.z;
+                    let height = |x, y| (point.z - slope.dot(DVec2::new(x, y) - point.truncate()), *normal);
+                    Some(Mesh::new(Triangles::over(used, cells, height), normals))
                 }
-            };
-            Mesh::new(domain, cells, normals, |x, y| height(surface, x, y))
+                Surface::Freeform(sheet) => {
+                    // A polynomial means nothing beyond the region where it is given.
+                    let given = sheet.domain();
+                    let domain = Rect { min: used.min.max(given.min), max: used.max.min(given.max) };
+                    let height = |x, y| {
+                        let (z, zx, zy) = sheet.sag().gradient(x, y);
+                        (z, DVec3::new(-zx, -zy, 1.0).normalize())
+                    };
+                    Some(Mesh::new(Triangles::over(domain, cells, height), normals))
+                }
+                Surface::Mesh { .. } => None,
+            }
         };
-        Some(Self { system, meshes: [mesh(0), mesh(1)] })
+        Some(Self { system, meshes: [mesh(0)?, mesh(1)?] })
     }
 
     /// Count of triangles on front and back together.
@@ -56,20 +65,6 @@ impl<'a> Tessellated<'a> {
         let prism = self.system.prism.as_ref().ok_or(Fate::Missed)?;
         let out = prism.pass_shapes(&ray, Side::Right, |which, ray| self.meshes[which].meet(ray))?;
         self.system.board.meet(&out).map(|(board_mm, _)| board_mm)
-    }
-}
-
-/// z and the unit normal of a surface of the right side over (x, y).
-fn height(surface: &Surface, x: f64, y: f64) -> (f64, DVec3) {
-    match surface {
-        Surface::Plane { point, normal } => {
-            let z = point.z - (normal.x * (x - point.x) + normal.y * (y - point.y)) / normal.z;
-            (z, *normal)
-        }
-        Surface::Freeform(sheet) => {
-            let (z, zx, zy) = sheet.sag().gradient(x, y);
-            (z, DVec3::new(-zx, -zy, 1.0).normalize())
-        }
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM};
 use crate::geom::{Pose, Ray};
 use crate::optics::fate::Fate;
+use crate::optics::mesh::Mesh;
 use crate::optics::surface::{Freeform, Meeting, Surface};
 use crate::problem::Problem;
 use crate::scene;
@@ -10,6 +11,7 @@ use crate::trace::carry::Carry;
 use crate::trace::packet::Biprism;
 use crate::trace::sequential::pass;
 use glam::DVec3;
+use std::sync::Arc;
 
 /// Relative rounding of a point's x on its way along a ray: a few operations.
 const RIDGE_ROUNDINGS: f64 = 8.0 * f64::EPSILON;
@@ -71,6 +73,11 @@ impl Prism {
                 let patch = |cloud: &scene::Cloud| Ok(design::fit::fit(&cloud.points_mm, cloud.degree, None)?.patch);
                 let (front, back) = (patch(&clouds.front)?, patch(&clouds.back)?);
                 Ok(Some(Self::polynomial(&scene::PolynomialPrism { body: clouds.body, front, back })))
+            }
+            scene::Prism::Mesh(m) => {
+                let meshes = [&m.front, &m.back].map(|t| Arc::new(Mesh::new(t.clone(), m.normals)));
+                let side = |mirrored| meshes.clone().map(|mesh| Surface::Mesh { mesh, mirrored });
+                Ok(Some(Self::new(&m.body, [side(true), side(false)])))
             }
         }
     }

@@ -48,9 +48,9 @@ impl Carry for Differentials {
     #[inline(always)]
     fn refracted(&mut self, ray: &Ray, surface: &Surface, meeting: &Meeting, eta: f64, out: &Refracted) {
         let point = ray.at(meeting.t_mm);
-        self.origin = self.transferred(ray, meeting.t_mm, meeting.normal);
+        self.origin = self.transferred(ray, meeting.t_mm, surface.tangent(meeting));
         for k in 0..2 {
-            let turn = surface.normal_change(point, out.normal, self.origin[k]);
+            let turn = surface.normal_change(meeting, point, out.normal, self.origin[k]);
             let cos_in = -(turn.dot(ray.direction) + out.normal.dot(self.direction[k]));
             // From cos_out^2 = eta^2 cos_in^2 + 1 - eta^2.
             let cos_out = if eta == 1.0 { cos_in } else { eta * eta * out.cos_in * cos_in / out.cos_out };

@@ -2,12 +2,14 @@
 //! number that is none. Shared by `tests/hostile.rs` and the fuzz targets in `fuzz/`.
 
 use biprism::design::fit::fit;
+use biprism::geom::Ray;
+use biprism::optics::mesh::{Mesh, Normals};
 use biprism::raster;
 use biprism::scene::cloud::{Format, Surface, parse_points};
-use biprism::scene::{self, Prism};
+use biprism::scene::{self, Prism, mesh};
 use biprism::system::aim::Aimer;
 use biprism::system::{self, Side};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use std::io::Write;
 
 /// A scene's text: refused with a place and a next step, or an instrument whose every ray is a number or a fate.
@@ -50,6 +52,24 @@ pub(crate) fn picture(bytes: &[u8], ending: &str) {
     file.write_all(bytes).expect("it is written");
     match raster::read(file.path(), None) {
         Ok((picture, _)) => assert!(picture.data().iter().all(|v| v.is_finite())),
+        Err(problem) => assert!(!problem.rule.is_empty() && !problem.help.is_empty()),
+    }
+}
+
+/// A mesh: refused, or triangles that rays meet or miss.
+pub(crate) fn mesh(bytes: &[u8], format: mesh::Format) {
+    match mesh::parse_triangles("hostile", format, bytes, bytes.len() as u64) {
+        Ok(triangles) => {
+            assert!(triangles.point_normals.iter().all(|n| n.is_normalized()));
+            let aim = triangles.points_mm[triangles.triangles[0][0] as usize];
+            let mesh = Mesh::new(triangles, Normals::Smooth);
+            for direction in [DVec3::Z, (aim + DVec3::Z).normalize_or(DVec3::X), DVec3::new(0.6, 0.0, 0.8)] {
+                let ray = Ray { origin: DVec3::ZERO, direction };
+                if let Ok(met) = mesh.meet(&ray) {
+                    assert!(met.t_mm > 0.0 && !met.t_mm.is_nan(), "{}", met.t_mm);
+                }
+            }
+        }
         Err(problem) => assert!(!problem.rule.is_empty() && !problem.help.is_empty()),
     }
 }
