@@ -6,8 +6,11 @@
 #[path = "hostile/bodies.rs"]
 mod bodies;
 
+use biprism::report::corners::{self, Listed, Quality, View};
 use biprism::scene::cloud::Format;
 use biprism::scene::mesh;
+use biprism::vision::Polarity;
+use glam::{DMat2, DVec2};
 use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
@@ -184,6 +187,33 @@ fn meshes() {
     attack(&[ply.into()], 6000, |bytes| bodies::mesh(bytes, mesh::Format::Ply));
 }
 
+#[test]
+fn corner_files() {
+    let corner = |x: f64, y: f64, column: i32| Listed {
+        index: [column, 3],
+        position_px: DVec2::new(x, y),
+        quality: Some(Quality {
+            covariance_px2: DMat2::from_cols(DVec2::new(1e-6, 1e-7), DVec2::new(1e-7, 2e-6)),
+            contrast: 0.8,
+            residual: 1e-4,
+            polarity: Polarity::Main,
+        }),
+    };
+    let corners: Vec<Listed> = (0..12).map(|k| corner(10.25 * f64::from(k), 7.125 + f64::from(k), k)).collect();
+    let bare: Vec<Listed> = corners.iter().map(|c| Listed { quality: None, ..*c }).collect();
+    let view = |name: &str, corners: &[Listed]| View {
+        name: name.to_owned(),
+        corners: corners.to_vec(),
+        rejected: vec![("flat".to_owned(), 3)],
+        blur_px: Some([0.7, 0.8]),
+    };
+    for format in [corners::Format::Csv, corners::Format::Json, corners::Format::OpenCv] {
+        let seeds = [vec![view("left", &corners), view("right", &corners)], vec![view("whole", &bare)], Vec::new()];
+        let seeds: Vec<Vec<u8>> = seeds.iter().map(|views| corners::to_text(views, format).into_bytes()).collect();
+        attack(&seeds, 4000, |bytes| bodies::corners(bytes, format));
+    }
+}
+
 /// The tables that `trace` reads, forth and back: exit 0 or 2, no panic, and no number that is none.
 #[test]
 fn trace_tables() {
@@ -223,4 +253,20 @@ fn promises_are_not_believed() {
         bodies::picture(png, ".png");
     }
     assert!(started.elapsed().as_secs() < 20, "{:?}", started.elapsed());
+}
+
+/// The decoder's own reading of a palette would panic.
+#[test]
+fn a_palette_that_ends_within_a_colour_is_refused() {
+    for bytes in [0, 1, 13, 769, 1000] {
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, 7, 5);
+        encoder.set_color(png::ColorType::Indexed);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_palette(vec![200; bytes]);
+        let mut writer = encoder.write_header().expect("it is memory");
+        writer.write_image_data(&[0; 35]).expect("it is memory");
+        writer.finish().expect("it is memory");
+        bodies::picture(&file, ".png");
+    }
 }

@@ -5,6 +5,7 @@ use biprism::design::fit::fit;
 use biprism::geom::Ray;
 use biprism::optics::mesh::{Mesh, Normals};
 use biprism::raster;
+use biprism::report::corners;
 use biprism::scene::cloud::{Format, Surface, parse_points};
 use biprism::scene::{self, Prism, mesh};
 use biprism::system::aim::Aimer;
@@ -69,6 +70,21 @@ pub(crate) fn mesh(bytes: &[u8], format: mesh::Format) {
                     assert!(met.t_mm > 0.0 && !met.t_mm.is_nan(), "{}", met.t_mm);
                 }
             }
+        }
+        Err(problem) => assert!(!problem.rule.is_empty() && !problem.help.is_empty()),
+    }
+}
+
+/// The text of a file of corners: refused, or every position is a number, and what is written of it reads back.
+pub(crate) fn corners(bytes: &[u8], format: corners::Format) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    match corners::parse(text, format, "hostile") {
+        Ok(views) => {
+            let listed = views.iter().flat_map(|view| &view.corners);
+            assert!(listed.map(|corner| corner.position_px).all(|p| p.is_finite()));
+            let again = corners::parse(&corners::to_text(&views, format), format, "again");
+            let count = |views: &[corners::View]| views.iter().map(|v| v.corners.len()).collect::<Vec<_>>();
+            assert!(again.is_ok_and(|again| count(&again) == count(&views)), "what was read cannot be written");
         }
         Err(problem) => assert!(!problem.rule.is_empty() && !problem.help.is_empty()),
     }

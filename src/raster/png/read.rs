@@ -38,6 +38,13 @@ pub(in crate::raster) fn read_from(
         let rule = "the file is an animation, and must hold one picture";
         return Err(Problem::new(path.display(), rule, "export the picture that is meant"));
     }
+    // The decoder would take colours that are not there.
+    if let Some(palette) = &reader.info().palette
+        && (!palette.len().is_multiple_of(3) || palette.len() > 768)
+    {
+        let rule = format!("the PNG's palette has {} bytes, and a colour has 3, of at most 256 colours", palette.len());
+        return Err(Problem::new(path.display(), rule, "export the picture anew"));
+    }
     let curve = Curve::choose(path, reader.info(), stated)?;
     let bytes = reader.output_buffer_size().ok_or_else(|| damaged(DecodingError::LimitsExceeded))?;
     let mut values = vec![0; bytes];
