@@ -21,6 +21,7 @@ pub mod num;
 pub mod geom;
 pub mod optics;
 pub mod trace;
+pub mod effect;
 pub mod scene;
 pub mod design;
 pub mod system;

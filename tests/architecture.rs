@@ -5,26 +5,30 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Each room with the rooms it may use. `problem`, `accuracy` and `num` are leaves that every room may use.
-const ROOMS: [(&str, &[&str]); 16] = [
+const ROOMS: [(&str, &[&str]); 17] = [
     ("problem", &[]),
     ("accuracy", &[]),
     ("num", &[]),
     ("geom", &[]),
     ("optics", &["geom"]),
     ("trace", &["geom", "optics"]),
-    ("scene", &["geom", "optics"]),
-    ("design", &["geom", "optics", "trace", "scene"]),
-    ("system", &["geom", "optics", "trace", "scene", "design"]),
     ("raster", &["geom"]),
-    ("render", &["geom", "optics", "trace", "scene", "system", "raster"]),
+    ("effect", &["geom", "optics", "raster"]),
+    ("scene", &["geom", "optics", "effect"]),
+    ("design", &["geom", "optics", "trace", "scene"]),
+    ("system", &["geom", "optics", "trace", "effect", "scene", "design"]),
+    ("render", &["geom", "optics", "trace", "effect", "scene", "system", "raster"]),
     ("vision", &["geom", "raster"]),
     ("metrics", &["geom", "raster", "vision"]),
-    ("analysis", &["geom", "optics", "trace", "scene", "design", "system", "raster", "render", "vision", "metrics"]),
+    (
+        "analysis",
+        &["geom", "optics", "trace", "effect", "scene", "design", "system", "raster", "render", "vision", "metrics"],
+    ),
     ("report", &["geom", "optics", "scene", "design", "raster", "vision", "metrics", "analysis"]),
     (
         "cli",
         &[
-            "geom", "optics", "trace", "scene", "design", "system", "raster", "render", "vision", "metrics",
+            "geom", "optics", "trace", "effect", "scene", "design", "system", "raster", "render", "vision", "metrics",
             "analysis", "report",
         ],
     ),

@@ -1,5 +1,6 @@
 //! One ray at one place: surfaces, refraction, and how a ray can end.
 
+pub mod crossing;
 pub mod fate;
 pub mod mesh;
 pub mod snell;

@@ -110,6 +110,9 @@ impl Kernel for Rows<'_, '_, '_> {
             special.clear();
             plain(&plan.pattern, patch, &row, out, &mut special);
             edges(plan, patch, &row, y, out, &special, &mut work);
+            if plan.gained {
+                plan.gain_row(DVec2::new(columns.start as f64 + 0.5, y), out);
+            }
             if let Some(truth) = &mut band.truth {
                 let span = start + columns.start..start + columns.end;
                 truth.class[span.clone()].fill(patch.class);

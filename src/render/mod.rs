@@ -5,12 +5,14 @@ mod cover;
 mod looks;
 mod map;
 mod mapped;
+mod passes;
 mod plan;
 mod settled;
 pub mod supersample;
 mod tile;
 
 use crate::accuracy::Level;
+use crate::effect::Hook;
 use crate::optics::fate::Fate;
 use crate::raster::Raster;
 use crate::system::System;
@@ -53,6 +55,8 @@ pub struct Account {
     pub patches: usize,
     /// Share of the pixels for which the map stands; the others were traced.
     pub mapped: f64,
+    /// Pictures that the picture is the mean of.
+    pub passes: usize,
 }
 
 impl Account {
@@ -78,7 +82,8 @@ impl std::fmt::Display for Account {
                 if *patches == 1 { "patch" } else { "patches" },
                 100.0 * mapped
             ),
-        }
+        }?;
+        if self.passes > 1 { write!(f, "; mean of {} pictures", self.passes) } else { Ok(()) }
     }
 }
 
@@ -214,10 +219,16 @@ pub fn render(system: &System, progress: &(dyn Fn(usize) + Sync)) -> Film {
 
 /// The picture that `system` takes, with what is wanted of it; `progress` as in [`render`].
 pub fn render_wanted(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    picture(&Plan::new(system), wanted, progress)
+    let by = |hook| system.effects.act_by(hook);
+    let film = if by(Hook::Ray) {
+        passes::sum(system, wanted, progress)
+    } else {
+        picture(&Plan::new(system), wanted, progress)
+    };
+    if by(Hook::Film) { Film { radiance: system.effects.develop(film.radiance), ..film } } else { film }
 }
 
-/// The picture of a plan, with what is wanted of it; `progress` as in [`render`].
+/// The picture of a plan, one pass without film effects, with what is wanted of it; `progress` as in [`render`].
 pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
     let [width, height] = plan.system.camera.size_px();
     let truth_size = if wanted.truth { [width, height] } else { [0, 0] };

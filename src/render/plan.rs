@@ -5,6 +5,7 @@ use super::coverage::Pattern;
 use super::looks::Looker;
 use super::map::{Cover, Patch, certify};
 use crate::accuracy::Sampling;
+use crate::effect::Hook;
 use crate::optics::fate::Fate;
 use crate::system::System;
 use glam::DVec2;
@@ -38,13 +39,18 @@ pub struct Plan<'a> {
     pub(super) rays: u64,
     /// Whether the left half is copied from the right half, whose mirror image it is.
     pub(super) mirrored: bool,
+    /// Whether transport effects change what pixels receive.
+    pub(super) gained: bool,
 }
 
 impl<'a> Plan<'a> {
-    /// Plans the picture of `system`: chooses the loops and, where its accuracy asks for one, fits and checks the map.
+    /// Plans the picture of one pass of `system`, that of the instrument through the middle of its pupil: chooses the loops and, where its accuracy asks for one, fits and checks the map.
     pub fn new(system: &'a System) -> Self {
         let sampling = system.accuracy.sampling;
-        Self::by(system, sampling, sampling != Sampling::SingleRays && system.is_mirror_symmetric())
+        let gained = system.effects.act_by(Hook::Transport);
+        // Transport effects need not be symmetric.
+        let mirrored = sampling != Sampling::SingleRays && !gained && system.is_mirror_symmetric();
+        Self { gained, ..Self::by(system, sampling, mirrored) }
     }
 
     /// A plan by a given way of sampling, of both halves or of the right one, which is then copied: the picture is the
@@ -65,6 +71,20 @@ impl<'a> Plan<'a> {
             traced: cover.traced,
             rays: cover.rays,
             mirrored,
+            gained: false,
+        }
+    }
+
+    /// What transport effects leave to `px` of what it sees; 1 without such effects.
+    #[inline(always)]
+    pub(super) fn gain(&self, px: DVec2) -> f64 {
+        if self.gained { self.system.gain(px) } else { 1.0 }
+    }
+
+    /// Multiplies pixels of a row, the first with its centre at `start`, by their gains.
+    pub(super) fn gain_row(&self, start: DVec2, row: &mut [f32]) {
+        for (i, value) in row.iter_mut().enumerate() {
+            *value = (f64::from(*value) * self.system.gain(start + DVec2::new(i as f64, 0.0))) as f32;
         }
     }
 
@@ -108,6 +128,7 @@ impl<'a> Plan<'a> {
             bend_px,
             patches: sides * self.patches.len(),
             mapped: (sides * mapped) as f64 / (width * height) as f64,
+            passes: 1,
         }
     }
 }

@@ -21,10 +21,10 @@ pub(super) fn pixel(plan: &Plan, px: DVec2, jet: &Jet, work: &mut Work) -> f64 {
 /// of its side, so a third of their difference is what the last result is wrong by.
 pub(super) fn divided(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
     let accuracy = &plan.system.accuracy;
-    let (mut n, mut value) = (2, mean_of_parts(plan, px, 2, work));
+    let (mut n, mut value) = (2, mean_of_parts(plan, px, 2, |_| 1.0, work));
     loop {
         n *= 2;
-        let finer = mean_of_parts(plan, px, n, work);
+        let finer = mean_of_parts(plan, px, n, |_| 1.0, work);
         let difference = (finer - value).abs();
         value = finer;
         if difference <= accuracy.bend_px || 2 * n > accuracy.max_division {

@@ -60,6 +60,9 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
             widest(Plain { plan, centres: &centres, at, row, special: &mut special });
             special.retain(|i| border.binary_search(i).is_err());
             widest(Edges { plan, centres: &centres, at, start: start_px, row, special: &special, work });
+            if plan.gained {
+                plan.gain_row(start_px, row);
+            }
         }
         for &i in &border {
             let px = start_px + DVec2::new(f64::from(i), 0.0);
@@ -167,16 +170,16 @@ impl Kernel for Edges<'_> {
     }
 }
 
-/// The mean radiance of the pixel at `px`, whose centre is that of index `at`.
+/// The light that the pixel at `px` receives, whose centre is that of index `at`.
 fn pixel(plan: &Plan, px: DVec2, centres: &Centres, at: usize, work: &mut Work) -> f64 {
     let own = centres.class[at];
     if !centres.is_amid_its_class(at) {
         return border_pixel(plan, px, own, work);
     }
     if !matches!(own, Class::Left | Class::Right) {
-        return dark(plan, own);
+        return dark(plan, own) * plan.gain(px);
     }
-    whole_pixel(plan, px, &centres.jet(at, plan.pattern.squares_per_mm()), work)
+    whole_pixel(plan, px, &centres.jet(at, plan.pattern.squares_per_mm()), work) * plan.gain(px)
 }
 
 impl Centres {
@@ -236,14 +239,18 @@ pub(super) fn settle(plan: &Plan, px: DVec2, covered: Cover, work: &mut Work) ->
     }
 }
 
-/// The mean over n x n parts of the pixel at `px`, each traced. Mirror images are summed in pairs.
-pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, work: &mut Work) -> f64 {
+/// The mean over n x n parts of the pixel at `px`, each traced, and multiplied by `gain` of its place. Mirror images are
+/// summed in pairs.
+pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, gain: impl Fn(DVec2) -> f64, work: &mut Work) -> f64 {
     let side = 1.0 / f64::from(n);
     let outline = square(0.5 * side);
     let place = |k: u32| (f64::from(2 * k + 1) - f64::from(n)) * (0.5 * side);
     let mut sum = 0.0;
     for j in 0..n {
-        let mut part = |i: u32| part(plan, px + DVec2::new(place(i), place(j)), &outline, work);
+        let mut part = |i: u32| {
+            let at = px + DVec2::new(place(i), place(j));
+            part(plan, at, &outline, work) * gain(at)
+        };
         for i in 0..n / 2 {
             sum += part(i) + part(n - 1 - i);
         }
@@ -294,17 +301,18 @@ fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) -> f64 {
     let looks = corners.map(|c| alone(plan.system, px + c * (1.0 - 2.0 * INSET_PX)));
     let classes = looks.map(|(_, class)| class);
     work.counts.rays += 4;
+    let parts = |work: &mut Work| mean_of_parts(plan, px, 16, |at| plan.gain(at), work);
     let changes: Vec<usize> = (0..4).filter(|&k| classes[k] != classes[(k + 1) % 4]).collect();
     match changes[..] {
         [] if !matches!(own, Class::Left | Class::Right) || classes[0] != own => {
             // A fate all over, or an island of one class within another: seen part by part.
-            if classes[0] == own { dark(plan, own) } else { mean_of_parts(plan, px, 16, work) }
+            if classes[0] == own { dark(plan, own) * plan.gain(px) } else { parts(work) }
         }
         [] => match plain_between(plan, px, looks.map(|(seen_mm, _)| seen_mm)) {
-            Some(value) => value,
+            Some(value) => value * plan.gain(px),
             None => match jet_within(plan, px, work) {
-                Some(jet) => whole_pixel(plan, px, &jet, work),
-                None => mean_of_parts(plan, px, 16, work),
+                Some(jet) => whole_pixel(plan, px, &jet, work) * plan.gain(px),
+                None => parts(work),
             },
         },
         [first, second] => {
@@ -326,7 +334,7 @@ fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) -> f64 {
         // More than one border: sixteen parts a side, each taken whole.
         _ => {
             work.counts.cut_pixels += 1;
-            mean_of_parts(plan, px, 16, work)
+            parts(work)
         }
     }
 }
@@ -374,7 +382,7 @@ fn border(plan: &Plan, px: DVec2, a: DVec2, b: DVec2, class: Class) -> DVec2 {
     a + (b - a) * (0.5 * (near + far))
 }
 
-/// The radiance of a convex piece of a pixel times its share of the pixel.
+/// The light that a convex piece of a pixel receives, times its share of the pixel.
 fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
     let n = outline.len();
     let twice_area: f64 = (0..n).map(|k| outline[k].perp_dot(outline[(k + 1) % n])).sum();
@@ -383,5 +391,5 @@ fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
     }
     let middle = outline.iter().copied().sum::<DVec2>() / n as f64;
     let about_middle: Vec<DVec2> = outline.iter().map(|p| *p - middle).collect();
-    0.5 * twice_area * part(plan, px + middle, &about_middle, work)
+    0.5 * twice_area * part(plan, px + middle, &about_middle, work) * plan.gain(px + middle)
 }

@@ -14,10 +14,12 @@ use std::path::PathBuf;
 pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>) -> Result<Scene, Problem> {
     name(document, &file.name)?;
     let camera = camera(&file.camera);
+    let board = board(&file.board);
     Ok(Scene {
         prism: prism(document, file.prism, &camera, folder)?,
+        effects: effects::effects(document, file.effects, &file.effect, &file.quadrature, &camera, &board)?,
         camera,
-        board: board(&file.board),
+        board,
         accuracy: match file.accuracy {
             AccuracyFile::Level(LevelFile::Draft) => Accuracy::draft(),
             AccuracyFile::Level(LevelFile::Standard) => Accuracy::standard(),

@@ -54,3 +54,13 @@ pub(super) const CLAIM: f64 = 1e12;
 pub(super) const NAME_CHARS: usize = 64;
 /// Characters of a path, to a file or to a value of the report.
 pub(super) const PATH_CHARS: usize = 1024;
+/// The smallest f-number: at 0.5 the cone of light in air is a half-space.
+pub(super) const SMALLEST_F_NUMBER: f64 = 0.5;
+/// The largest f-number.
+pub(super) const LARGEST_F_NUMBER: f64 = 1e9;
+/// Sides of an aperture.
+pub(super) const BLADES: usize = 64;
+/// The largest power of a cosine.
+pub(super) const EXPONENT: f64 = 100.0;
+/// Points of a pupil.
+pub(super) const POINTS: usize = 1 << 16;

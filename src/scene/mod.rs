@@ -11,10 +11,12 @@ pub mod cloud;
 pub mod mesh;
 mod ply;
 mod document;
+mod effects;
 mod limits;
 mod schema;
 mod structure;
 mod suggest;
+mod tidy;
 mod check;
 mod physics;
 
@@ -23,6 +25,7 @@ pub use crate::optics::surface::Patch;
 pub use schema::schema_json;
 
 use crate::accuracy::Accuracy;
+use crate::effect::Effects;
 use crate::geom::{Pose, Rect};
 use crate::num::poly2::Poly2;
 use crate::problem::Problem;
@@ -66,6 +69,8 @@ pub struct Scene {
     pub board: Board,
     /// What is asked of the simulation.
     pub accuracy: Accuracy,
+    /// What the picture shows besides geometry; none where the scene says `effects = "none"`.
+    pub effects: Effects,
     /// How a PNG of the picture is encoded.
     pub encoding: Encoding,
     /// How the studies sample the scene.

@@ -3,9 +3,11 @@
 //! These types are the one source of the shipped JSON Schema, of the structural rules that [`super::structure`]
 //! applies, and of the words in its messages: a field's comment is what an editor shows and what a user reads as help.
 
+use super::effects::{EffectTables, EffectsFile, QuadratureFile};
 use super::limits::*;
+use super::tidy::tidy;
 use crate::num::poly2::MAX_DEGREE;
-use schemars::{JsonSchema, Schema, generate::SchemaSettings, transform};
+use schemars::{JsonSchema, generate::SchemaSettings, transform};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::sync::LazyLock;
@@ -28,6 +30,15 @@ pub(super) struct SceneFile {
     pub(super) prism: PrismFile,
     /// The checkerboard.
     pub(super) board: BoardFile,
+    /// Which of the effects that the scene has a table for are simulated.
+    #[serde(default)]
+    pub(super) effects: EffectsFile,
+    /// What the picture shows besides geometry: a table for each effect.
+    #[serde(default)]
+    pub(super) effect: EffectTables,
+    /// How effects that are averages are sampled.
+    #[serde(default)]
+    pub(super) quadrature: QuadratureFile,
     /// How pictures are written.
     #[serde(default)]
     pub(super) output: OutputFile,
@@ -387,26 +398,6 @@ pub(super) static SCHEMA: LazyLock<Value> = LazyLock::new(|| {
     ordered.extend(whole.as_object_mut().map(std::mem::take).into_iter().flatten());
     Value::Object(ordered)
 });
-
-/// TOML has no null (an optional key is left out), JSON Schema no format "double", and a description is one line.
-fn tidy(schema: &mut Schema) {
-    let Some(object) = schema.as_object_mut() else { return };
-    object.shift_remove("format");
-    if object.get("default") == Some(&Value::Null) {
-        object.shift_remove("default");
-    }
-    // The alternatives of a value exclude each other.
-    if let Some(alternatives) = object.shift_remove("anyOf") {
-        object.insert("oneOf".to_owned(), alternatives);
-    }
-    if let Some(Value::Array(types)) = object.get("type") {
-        let kept = types.iter().find(|t| *t != "null").cloned();
-        object.insert("type".to_owned(), kept.unwrap_or(Value::Null));
-    }
-    if let Some(Value::String(words)) = object.get_mut("description") {
-        *words = words.replace('\n', " ");
-    }
-}
 
 /// The JSON Schema of a scene file as text, with every key's range, default and description; shipped as
 /// `schemas/scene.schema.json` for editors.

@@ -1,5 +1,6 @@
 //! The pinhole camera: image positions to rays.
 
+use crate::effect::ThinLens;
 use crate::geom::Ray;
 use crate::num::simd::Lanes;
 use crate::scene;
@@ -15,8 +16,10 @@ pub struct Camera {
     position_mm: DVec3,
     /// Tangent of the field angle per pixel: pitch / focal length.
     tangent_per_px: f64,
-    /// The principal point: the centre of the sensor.
+    /// The principal point: the image position whose ray runs along z; the centre of the sensor for a plain pinhole.
     centre_px: DVec2,
+    /// Tangent of the image-side angle less that of the object-side one: how a lens turns rays through this point of it.
+    turn: DVec2,
     size_px: [usize; 2],
 }
 
@@ -27,8 +30,27 @@ impl Camera {
             position_mm: camera.position_mm,
             tangent_per_px: camera.pitch_mm / camera.focal_length_mm,
             centre_px: DVec2::new(camera.width_px as f64, camera.height_px as f64) * 0.5,
+            turn: DVec2::ZERO,
             size_px: [camera.width_px, camera.height_px],
         }
+    }
+
+    /// What one point of the aperture of `lens`, in mm from the place of the pinhole, sees: a pinhole there, its principal
+    /// point shifted so that every image position sees the same point of the plane in focus as before.
+    #[must_use]
+    pub fn through(&self, lens: &ThinLens, point_mm: DVec2) -> Self {
+        Self {
+            position_mm: self.position_mm + point_mm.extend(0.0),
+            centre_px: self.centre_px + point_mm / (lens.focus_mm * self.tangent_per_px),
+            turn: self.turn + point_mm / lens.focal_mm,
+            ..*self
+        }
+    }
+
+    /// Whether mirror images in the plane x = 0 have mirrored rays, bit for bit, and no pixel lies across it.
+    pub fn keeps_mirror_images(&self) -> bool {
+        let width = self.size_px[0];
+        self.position_mm.x == 0.0 && width.is_multiple_of(2) && self.centre_px.x == 0.5 * width as f64
     }
 
     /// Columns and rows of the sensor.
@@ -44,6 +66,12 @@ impl Camera {
     /// Tangent of the field angle per pixel: pitch over focal length.
     pub fn tangent_per_px(&self) -> f64 {
         self.tangent_per_px
+    }
+
+    /// Cosine of the angle to the axis at which light reaches an image position.
+    pub fn image_cos(&self, px: DVec2) -> f64 {
+        let t = (px - self.centre_px) * self.tangent_per_px + self.turn;
+        1.0 / (1.0 + t.length_squared()).sqrt()
     }
 
     /// The ray of an image position.

@@ -3,10 +3,13 @@
 pub mod aim;
 pub mod board;
 pub mod camera;
+mod gain;
 pub mod mesh;
 pub mod prism;
+mod vary;
 
 use crate::accuracy::Accuracy;
+use crate::effect::Effects;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
 use crate::problem::Problem;
@@ -29,6 +32,9 @@ pub struct System {
     pub board: Board,
     /// What is asked of each ray.
     pub accuracy: Accuracy,
+    /// What the picture shows besides geometry. Rays do not know of it: what is traced, seen and aimed at here is the
+    /// instrument without effects, through the middle of the pupil.
+    pub effects: Effects,
 }
 
 /// What a pixel position sees.
@@ -56,9 +62,10 @@ pub struct Footprint {
 pub fn build(scene: &Scene) -> Result<System, Problem> {
     Ok(System {
         camera: Camera::new(&scene.camera),
-        prism: Prism::build(&scene.prism, &scene.camera)?,
+        prism: Prism::build(&scene.prism, &scene.camera, scene.effects.spare_mm())?,
         board: Board::new(&scene.board),
         accuracy: scene.accuracy,
+        effects: scene.effects.clone(),
     })
 }
 
@@ -67,8 +74,7 @@ impl System {
     /// plane of symmetry, and no pixel lies across it.
     pub fn is_mirror_symmetric(&self) -> bool {
         let board = &self.board.pattern;
-        self.camera.size_px()[0].is_multiple_of(2)
-            && self.camera.position_mm().x == 0.0
+        self.camera.keeps_mirror_images()
             && self.prism.as_ref().is_none_or(Prism::keeps_mirror_images)
             && board.columns % 2 == 1
             && board.world_from_board.keeps_mirror_images()

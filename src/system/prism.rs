@@ -51,11 +51,12 @@ pub struct Prism {
 }
 
 impl Prism {
-    /// The prism of a scene; `None` where the scene has none.
+    /// The prism of a scene; `None` where the scene has none. A designed prism is made larger than the rays of the design
+    /// by `spare_mm` on every side, so that a pupil of finite size finds glass as well.
     ///
     /// # Errors
     /// When a design is asked for that does not exist.
-    pub fn build(prism: &scene::Prism, camera: &scene::Camera) -> Result<Option<Self>, Problem> {
+    pub fn build(prism: &scene::Prism, camera: &scene::Camera, spare_mm: f64) -> Result<Option<Self>, Problem> {
         match prism {
             scene::Prism::None => Ok(None),
             scene::Prism::Flat(flat) => Self::flat(flat, camera).map(Some),
@@ -66,7 +67,11 @@ impl Prism {
                     settings: *settings,
                     virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
                 };
-                Ok(Some(Self::polynomial(&design::freeform(&input)?.prism(flat.body))))
+                let mut prism = design::freeform(&input)?.prism(flat.body);
+                for patch in [&mut prism.front, &mut prism.back] {
+                    patch.domain = patch.domain.grown(spare_mm);
+                }
+                Ok(Some(Self::polynomial(&prism)))
             }
             scene::Prism::Polynomial(p) => Ok(Some(Self::polynomial(p))),
             scene::Prism::PointCloud(clouds) => {

@@ -1,6 +1,7 @@
 //! What a ray carries besides its geometry; `()` carries nothing and costs nothing.
 
 use crate::geom::{Pose, Ray};
+use crate::optics::crossing::Crossing;
 use crate::optics::snell::Refracted;
 use crate::optics::surface::{Meeting, Surface};
 use glam::DVec3;
@@ -85,5 +86,44 @@ impl Carry for Path {
     fn moved(&mut self, a_from_b: &Pose) {
         self.points.iter_mut().for_each(|p| *p = a_from_b.point(*p));
         self.directions.iter_mut().for_each(|d| *d = a_from_b.vector(*d));
+    }
+}
+
+/// The two refractions of a way through a prism; in the prism's frame on the way, in the world once the ray has left or
+/// ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Trip {
+    crossings: [Option<Crossing>; 2],
+}
+
+impl Trip {
+    /// The crossings, from the camera on; none where the ray met no glass or ended in it.
+    pub fn crossings(&self) -> Option<[Crossing; 2]> {
+        let [first, second] = self.crossings;
+        first.zip(second).map(|(a, b)| [a, b])
+    }
+}
+
+impl Carry for Trip {
+    fn refracted(&mut self, ray: &Ray, _: &Surface, meeting: &Meeting, eta: f64, out: &Refracted) {
+        let crossing = Crossing {
+            incoming: ray.direction,
+            outgoing: out.direction,
+            normal: out.normal,
+            cos_in: out.cos_in,
+            cos_out: out.cos_out,
+            eta,
+            way_mm: meeting.t_mm,
+        };
+        let free = usize::from(self.crossings[0].is_some());
+        self.crossings[free] = Some(crossing);
+    }
+
+    fn moved(&mut self, a_from_b: &Pose) {
+        for crossing in self.crossings.iter_mut().flatten() {
+            for v in [&mut crossing.incoming, &mut crossing.outgoing, &mut crossing.normal] {
+                *v = a_from_b.vector(*v);
+            }
+        }
     }
 }

@@ -1,0 +1,198 @@
+//! What a scene may ask for beyond geometry: one opt-in effect a file, and one table of them all.
+//!
+//! An effect exists for a scene when the scene has its table `[effect.<name>]`; one of strength 0 is as good as absent,
+//! bit for bit. There are three kinds, by the place where they take hold ([`Hook`]):
+//!
+//! - **Ray** effects average pictures. A finite pupil shows the mean of what its points see, each of which is a pinhole:
+//!   [`Effects::variants`] lists the variants of the instrument with their weights, `system::vary` builds one of them,
+//!   and `render` sums up their pictures, each by the certified map and without noise.
+//! - **Transport** effects weaken light on its way by a smooth factor: [`Effects::gain`] multiplies the factors of one
+//!   ray, given its [`Journey`]; `render` asks for it at every pixel, or at every piece of a pixel that a border cuts.
+//! - **Film** effects act on the whole picture after all passes: [`Effects::develop`] applies them in the order of the
+//!   light, optics before sensor.
+//!
+//! A scene without effects is rendered by the loops that were there before any effect.
+//!
+//! # How to add an effect
+//!
+//! 1. `effect/<name>.rs`: the settings as a plain struct of validated values in mm, rad and nm (field names carry the
+//!    unit), its formulas as functions of numbers with their source, `is_nothing()` for strength 0, and tests of them
+//!    against closed forms. This room uses `num`, `geom`, `optics` and `raster` at most.
+//! 2. Here: a field of [`Effects`], a row of [`TABLE`], and one line in `variants`, `gain` or `develop`. A ray effect
+//!    adds what it varies to [`Variant`] and the change itself to `System::varied` in `system/vary.rs`; a transport
+//!    effect finds all it may need in [`Journey`].
+//! 3. `scene/effects.rs`: the table of the scene file with its ranges, its line in `EffectTables` and its conversion;
+//!    then the schema is written anew (`UPDATE_SCHEMA=1`, see `tests/scene_schema.rs`).
+//! 4. `scenes/cases/effect_<name>.toml` with its golden, and in `tests/effects.rs` what theory says of the picture. The
+//!    tests there that walk [`TABLE`] find a case that is missing, an effect that does nothing, and one whose zero is
+//!    not nothing.
+
+pub mod cos4;
+pub mod journey;
+pub mod lamp;
+pub mod quadrature;
+pub mod thin_lens;
+
+pub use cos4::Cos4;
+pub use journey::{Journey, Landing};
+pub use lamp::Lamp;
+pub use quadrature::Quadrature;
+pub use thin_lens::ThinLens;
+
+use crate::raster::Raster;
+use glam::DVec2;
+
+/// The effects that a scene calls for, with their settings; `None` is absent.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Effects {
+    /// A lens of finite aperture in focus at one distance.
+    pub thin_lens: Option<ThinLens>,
+    /// The natural fall of light towards the rim of the picture.
+    pub cos4: Option<Cos4>,
+    /// The board lit by a lamp.
+    pub lamp: Option<Lamp>,
+    /// How ray effects are sampled.
+    pub quadrature: Quadrature,
+}
+
+/// Where an effect takes hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Hook {
+    /// The picture becomes a mean over variants of the instrument.
+    Ray,
+    /// A smooth factor of each ray's light.
+    Transport,
+    /// A function of the whole picture.
+    Film,
+}
+
+/// What the house knows of an effect.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// Its table in a scene file is `[effect.<key>]`.
+    pub key: &'static str,
+    /// Where it takes hold.
+    pub hook: Hook,
+    /// What it is.
+    pub what: &'static str,
+    /// Where its formulas come from.
+    pub source: &'static str,
+    /// What it costs.
+    pub cost: &'static str,
+    /// Whether it is called for, and with a strength above 0.
+    pub acts: fn(&Effects) -> bool,
+}
+
+/// Every effect, in the order in which light meets them.
+pub const TABLE: [Row; 3] = [
+    Row {
+        key: "lamp",
+        hook: Hook::Transport,
+        what: "the board lit by a point lamp and evenly from all around",
+        source: "inverse square law and Lambert's cosine law",
+        cost: "one ray a pixel",
+        acts: |effects| effects.lamp.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "thin_lens",
+        hook: Hook::Ray,
+        what: "an aperture of finite size and shape, in focus at one distance",
+        source: "thin lens equation (Born & Wolf, Principles of Optics, 4.4)",
+        cost: "one picture for each point of the pupil",
+        acts: |effects| effects.thin_lens.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "cos4",
+        hook: Hook::Transport,
+        what: "natural fall of illumination towards the rim of the picture",
+        source: "cosine fourth law (Born & Wolf, Principles of Optics, 4.8.3)",
+        cost: "one ray a pixel",
+        acts: |effects| effects.cos4.is_some_and(|e| !e.is_nothing()),
+    },
+];
+
+/// One variant of the instrument, a pinhole like the plain one, and its share of the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Variant {
+    /// The point of the pupil, from its centre, in mm.
+    pub pupil_mm: DVec2,
+    /// Its share; the shares of all variants sum up to 1.
+    pub weight: f64,
+}
+
+impl Effects {
+    /// The rows of [`TABLE`] that act.
+    pub fn acting(&self) -> impl Iterator<Item = &'static Row> {
+        TABLE.iter().filter(|row| (row.acts)(self))
+    }
+
+    /// Whether an effect with this hook acts.
+    pub fn act_by(&self, hook: Hook) -> bool {
+        self.acting().any(|row| row.hook == hook)
+    }
+
+    /// How far rays of the variants may stray in a prism from those of the instrument itself, in mm.
+    pub fn spare_mm(&self) -> f64 {
+        // A glass between lens and focus meets less than the aperture; the rest allows for refraction in it.
+        self.thin_lens.map_or(0.0, |lens| 1.25 * lens.radius_mm)
+    }
+
+    /// The variants of the instrument whose weighted mean is the picture; one that is the instrument itself where no ray
+    /// effect acts.
+    pub fn variants(&self) -> Vec<Variant> {
+        match self.thin_lens.filter(|lens| !lens.is_nothing()) {
+            None => vec![Variant { pupil_mm: DVec2::ZERO, weight: 1.0 }],
+            Some(lens) => {
+                let n = self.quadrature.points;
+                let point =
+                    |k| Variant { pupil_mm: lens.pupil_mm(quadrature::unit_square(k, n)), weight: 1.0 / n as f64 };
+                (0..n).map(point).collect()
+            }
+        }
+    }
+
+    /// The share of its light that is left to a ray after its journey: the product of all transport effects.
+    pub fn gain(&self, journey: &Journey) -> f64 {
+        let mut gain = 1.0;
+        if let Some(lamp) = &self.lamp {
+            gain *= lamp.gain(journey);
+        }
+        if let Some(cos4) = &self.cos4 {
+            gain *= cos4.gain(journey);
+        }
+        gain
+    }
+
+    /// The picture after all film effects, in the order of the light.
+    pub fn develop(&self, radiance: Raster<f32>) -> Raster<f32> {
+        radiance
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_differ_and_nothing_acts_by_default() {
+        for (k, row) in TABLE.iter().enumerate() {
+            assert!(TABLE[..k].iter().all(|other| other.key != row.key), "{}", row.key);
+            assert!(!(row.acts)(&Effects::default()), "{}", row.key);
+        }
+        assert_eq!(Effects::default().variants(), [Variant { pupil_mm: DVec2::ZERO, weight: 1.0 }]);
+    }
+
+    #[test]
+    fn weights_of_the_variants_sum_up_to_one() {
+        let lens = ThinLens::new(2.8, 1000.0, thin_lens::Aperture::Circle, 35.0);
+        for points in [1, 2, 7, 64] {
+            let effects = Effects { thin_lens: Some(lens), quadrature: Quadrature { points }, ..Effects::default() };
+            let variants = effects.variants();
+            assert_eq!(variants.len(), points);
+            let sum: f64 = variants.iter().map(|v| v.weight).sum();
+            // One rounding for each term.
+            assert!((sum - 1.0).abs() <= points as f64 * f64::EPSILON, "{sum}");
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! The effects of a scene file: the tables as written, with their ranges, and what they become.
+
+use super::document::Document;
+use super::limits::*;
+use super::{Board, Camera};
+use crate::effect::thin_lens::{Aperture, ThinLens};
+use crate::effect::{Cos4, Effects, Lamp, Quadrature};
+use crate::problem::Problem;
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum EffectsFile {
+    #[default]
+    All,
+    None,
+}
+
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct EffectTables {
+    /// A lens of finite aperture in place of the pinhole: what is out of focus is blurred.
+    pub(super) thin_lens: Option<ThinLensFile>,
+    /// The natural fall of light towards the rim of the picture.
+    pub(super) cos4: Option<Cos4File>,
+    /// A point lamp that lights the board.
+    pub(super) lamp: Option<LampFile>,
+}
+
+/// How effects that are averages are sampled.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct QuadratureFile {
+    /// Points of the pupil, a picture each.
+    #[schemars(range(min = 1, max = POINTS))]
+    pub(super) points: usize,
+}
+
+impl Default for QuadratureFile {
+    fn default() -> Self {
+        Self { points: Quadrature::default().points }
+    }
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ThinLensFile {
+    /// Focal length over diameter of the aperture.
+    #[schemars(range(min = SMALLEST_F_NUMBER, max = LARGEST_F_NUMBER))]
+    pub(super) f_number: f64,
+    /// Distance from the lens to the plane that it would show sharp without a prism, in mm.
+    #[schemars(range(min = SHORTEST_MM, max = LONGEST_MM))]
+    pub(super) focus_mm: f64,
+    /// Sides of the aperture, a regular polygon. Left out, it is a circle.
+    #[schemars(range(min = 3, max = BLADES))]
+    pub(super) blades: Option<usize>,
+    /// Direction of the polygon's first corner, from right to down, in deg.
+    #[serde(default)]
+    #[schemars(range(min = -TILT_DEG, max = TILT_DEG))]
+    pub(super) rotation_deg: f64,
+}
+
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct Cos4File {
+    /// The power of the cosine of the field angle; 4 by the law.
+    #[schemars(range(min = 0, max = EXPONENT))]
+    pub(super) exponent: f64,
+}
+
+impl Default for Cos4File {
+    fn default() -> Self {
+        Self { exponent: 4.0 }
+    }
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LampFile {
+    /// Position [x, y, z] of the lamp, in mm.
+    #[schemars(inner(range(min = -LONGEST_MM, max = LONGEST_MM)))]
+    pub(super) position_mm: [f64; 3],
+    /// The lamp's share of the light at the middle of the board; the rest comes evenly from all around.
+    #[serde(default = "whole")]
+    #[schemars(range(min = 0, max = 1))]
+    pub(super) share: f64,
+}
+
+fn whole() -> f64 {
+    1.0
+}
+
+/// The effects that are to be simulated.
+///
+/// # Errors
+/// When an effect cannot be with this camera and this board.
+pub(super) fn effects(
+    document: &Document,
+    which: EffectsFile,
+    file: &EffectTables,
+    quadrature: &QuadratureFile,
+    camera: &Camera,
+    board: &Board,
+) -> Result<Effects, Problem> {
+    let all = Effects {
+        thin_lens: file.thin_lens.as_ref().map(|lens| thin_lens(lens, camera)),
+        cos4: file.cos4.as_ref().map(|cos4| Cos4 { exponent: cos4.exponent }),
+        lamp: file.lamp.as_ref().map(|file| lamp(document, file, camera, board)).transpose()?,
+        quadrature: Quadrature { points: quadrature.points },
+    };
+    // A table that is not simulated must be right all the same.
+    Ok(match which {
+        EffectsFile::All => all,
+        EffectsFile::None => Effects::default(),
+    })
+}
+
+fn thin_lens(file: &ThinLensFile, camera: &Camera) -> ThinLens {
+    let rotation_rad = file.rotation_deg.to_radians();
+    let aperture = file.blades.map_or(Aperture::Circle, |blades| Aperture::Polygon { blades, rotation_rad });
+    ThinLens::new(file.f_number, file.focus_mm, aperture, camera.focal_length_mm)
+}
+
+/// A lamp must stand on the side of the board that the camera sees.
+fn lamp(document: &Document, file: &LampFile, camera: &Camera, board: &Board) -> Result<Lamp, Problem> {
+    let (middle, normal) = (board.world_from_board.translation_mm, board.world_from_board.rotation.z_axis);
+    let position_mm = DVec3::from_array(file.position_mm);
+    let height = |point: DVec3| normal.dot(point - middle);
+    if height(position_mm) * height(camera.position_mm) <= 0.0 {
+        let rule = format!(
+            "`effect.lamp.position_mm` is {:?}, and the lamp there does not light the side of the board that the camera sees",
+            file.position_mm
+        );
+        let help = "put the lamp on the camera's side of the board's plane";
+        return Err(document.problem(document.span("effect.lamp.position_mm"), rule, help));
+    }
+    Ok(Lamp::new(position_mm, file.share, middle, normal))
+}

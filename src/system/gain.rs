@@ -1,0 +1,19 @@
+//! What transport effects leave of the light of a ray.
+
+use super::System;
+use crate::effect::{Journey, Landing};
+use crate::trace::carry::Trip;
+use glam::DVec2;
+
+impl System {
+    /// The share of its light that transport effects leave to the image position `px`; 1 where its ray ends in the glass.
+    pub fn gain(&self, px: DVec2) -> f64 {
+        let mut trip = Trip::default();
+        let Ok((ray, _)) = self.exit(self.camera.ray(px), &mut trip) else { return 1.0 };
+        let landing = self.board.meet(&ray).ok();
+        let landing = landing.map(|(_, t_mm)| Landing { point_mm: ray.at(t_mm), normal: self.board.normal() });
+        let crossings = trip.crossings();
+        let crossings = crossings.as_ref().map_or(&[][..], |both| both);
+        self.effects.gain(&Journey { image_cos: self.camera.image_cos(px), crossings, landing })
+    }
+}

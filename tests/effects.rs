@@ -1,0 +1,250 @@
+//! Does every effect change the picture by what theory says, and nothing else?
+
+#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
+
+mod instruments;
+
+use biprism::effect::thin_lens::Aperture;
+use biprism::effect::{Effects, Hook, Quadrature, TABLE, ThinLens};
+use biprism::raster::Raster;
+use biprism::render::{Class, Film, Wanted, render, render_wanted};
+use biprism::scene::{self, Scene};
+use biprism::system::System;
+use glam::{DVec2, DVec3};
+use instruments::{BOARD, FLAT, FREEFORM, built, scene, scene_from};
+use std::path::Path;
+
+const NO_GLASS: &str = "kind = \"none\"";
+
+/// Takes the strength of an effect away.
+type Zero = fn(&mut Effects);
+
+/// A zero for every effect.
+const ZEROES: [(&str, Zero); 3] = [
+    ("thin_lens", |e| e.thin_lens.iter_mut().for_each(|e| e.radius_mm = 0.0)),
+    ("cos4", |e| e.cos4.iter_mut().for_each(|e| e.exponent = 0.0)),
+    ("lamp", |e| e.lamp.iter_mut().for_each(|e| e.share = 0.0)),
+];
+
+fn picture(system: &System) -> Raster<f32> {
+    render_wanted(system, Wanted { truth: false }, &|_| ()).radiance
+}
+
+fn with(scene: &Scene, effects: Effects) -> System {
+    built(&Scene { effects, ..scene.clone() })
+}
+
+fn bits(film: &Film) -> (Vec<u32>, &[Class], Vec<[u32; 2]>) {
+    let radiance = film.radiance.data().iter().map(|v| v.to_bits()).collect();
+    (radiance, film.class.data(), film.board_mm.data().iter().map(|p| p.map(f32::to_bits)).collect())
+}
+
+fn case(key: &str) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/cases/effect_{key}.toml"));
+    scene::load(&path).unwrap_or_else(|problem| panic!("{problem}"))
+}
+
+/// Strength 0 is absent, bit for bit; strength as in the case is not; and only its own effect acts in a case.
+#[test]
+fn an_effect_acts_when_it_is_called_for_and_not_otherwise() {
+    for row in &TABLE {
+        let scene = case(row.key);
+        let acting: Vec<&str> = scene.effects.acting().map(|row| row.key).collect();
+        assert_eq!(acting, [row.key]);
+        let absent = render(&with(&scene, Effects::default()), &|_| ());
+        let mut zero = scene.effects.clone();
+        let (_, take_away) = ZEROES.iter().find(|(key, _)| *key == row.key).expect("a zero for each effect");
+        take_away(&mut zero);
+        let zero = render(&with(&scene, zero), &|_| ());
+        assert!(bits(&zero) == bits(&absent) && zero.counts == absent.counts, "{}", row.key);
+        let acted = render(&built(&scene), &|_| ());
+        assert!(acted.radiance != absent.radiance, "{} changes nothing", row.key);
+        // What is true of a picture does not depend on what its light went through.
+        assert!(bits(&acted).1 == bits(&absent).1 && bits(&acted).2 == bits(&absent).2, "{}", row.key);
+    }
+}
+
+#[test]
+fn every_effect_has_its_table_in_the_schema() {
+    let schema: serde_json::Value = serde_json::from_str(&scene::schema_json()).unwrap();
+    let mut keys: Vec<&str> = TABLE.iter().map(|row| row.key).collect();
+    let mut tables: Vec<&str> =
+        schema["properties"]["effect"]["properties"].as_object().unwrap().keys().map(String::as_str).collect();
+    keys.sort_unstable();
+    tables.sort_unstable();
+    assert_eq!(keys, tables);
+}
+
+/// A scene that says `effects = "none"` is as good as one without tables.
+#[test]
+fn effects_none_switches_all_of_them_off() {
+    let text = |effects: &str, tables: &str| {
+        format!(
+            "name = \"t\"\n{effects}\n[camera]\nfocal_length_mm = 35\nwidth_px = 64\nheight_px = 36\n\
+             pixel_pitch_um = 165\n[prism]\nkind = \"none\"\n[board]\n{BOARD}\n{tables}"
+        )
+    };
+    let tables = "[effect.cos4]\n[effect.thin_lens]\nf_number = 2\nfocus_mm = 500\n";
+    let parsed = |effects, tables| scene::parse(&text(effects, tables), "test", None).unwrap_or_else(|p| panic!("{p}"));
+    assert_eq!(parsed("effects = \"none\"", tables), parsed("", ""));
+    assert_eq!(parsed("effects = \"all\"", tables), parsed("", tables));
+    assert_ne!(parsed("", tables), parsed("", ""));
+}
+
+/// Surroundings of one radiance stay so through every effect that does not weaken light.
+#[test]
+fn a_white_furnace_stays_white() {
+    for row in TABLE.iter().filter(|row| row.hook != Hook::Transport) {
+        let mut scene = case(row.key);
+        scene.board.black = 0.7;
+        scene.board.white = 0.7;
+        scene.board.background = 0.7;
+        for value in picture(&built(&scene)).data() {
+            // Each of the passes rounds to f32, and so does their sum.
+            assert!((value - 0.7).abs() <= 2.0 * f32::EPSILON, "{}: {value}", row.key);
+        }
+    }
+}
+
+/// The share of a disk of radius 1 to the left of x, integrated over x: of a straight edge seen through a circular
+/// aperture, out of focus.
+fn edge_integral(x: f64) -> f64 {
+    let inside = |x: f64| {
+        let rest = (1.0 - x * x).max(0.0);
+        0.5 * x + (x * libm::asin(x) + rest.sqrt() - rest * rest.sqrt() / 3.0) / std::f64::consts::PI
+    };
+    if x >= 1.0 {
+        inside(1.0) + (x - 1.0)
+    } else if x <= -1.0 {
+        0.0
+    } else {
+        inside(x)
+    }
+}
+
+/// A straight edge out of focus has the profile that the thin lens equation gives: that of a disk of the diameter
+/// D s' |1/focus - 1/depth|, averaged over each pixel.
+#[test]
+fn defocus_is_the_blur_circle_of_the_thin_lens_equation() {
+    // One edge in the middle of the picture, black to the left.
+    let board = "columns = 2\nrows = 1\nsquare_mm = 1000.0\nposition_mm = [0.0, 0.0, 1000.0]\nmargin_mm = 0";
+    let plain = scene(192, 12, NO_GLASS, board);
+    let pitch_mm = plain.camera.pitch_mm;
+    for (f_number, focus_mm) in [(2.0, 600.0), (1.4, 700.0), (2.0, 1800.0)] {
+        let lens = ThinLens::new(f_number, focus_mm, Aperture::Circle, 35.0);
+        let radius_px = 0.5 * lens.blur_mm(1000.0, 35.0) / pitch_mm;
+        assert!(radius_px > 2.0, "{radius_px}");
+        let points = 1024;
+        let quadrature = Quadrature { points };
+        let system = with(&plain, Effects { thin_lens: Some(lens), quadrature, ..Effects::default() });
+        let found = picture(&system);
+        for (i, value) in found.row(5).iter().enumerate() {
+            let place = |x: f64| (x - 96.0) / radius_px;
+            let (from, to) = (place(i as f64), place(i as f64 + 1.0));
+            let white = (edge_integral(to) - edge_integral(from)) * radius_px;
+            let expected = 0.05 + 0.8 * white;
+            // n points of an even set count an area to log(n) / n of it, at worst.
+            let bound = 0.8 * libm::log(points as f64) / points as f64;
+            assert!((f64::from(*value) - expected).abs() < bound, "{i}: {value} {expected}");
+        }
+    }
+}
+
+/// In focus, an edge is as sharp as through the pinhole.
+#[test]
+fn the_plane_in_focus_is_sharp() {
+    let plain = scene(192, 108, NO_GLASS, BOARD);
+    let lens = ThinLens::new(2.0, 1000.0, Aperture::Circle, 35.0);
+    let system = with(&plain, Effects { thin_lens: Some(lens), ..Effects::default() });
+    let (sharp, found) = (picture(&built(&plain)), picture(&system));
+    for (a, b) in sharp.data().iter().zip(found.data()) {
+        // Every point of the pupil sees the same place, to the rounding of f32.
+        assert!((a - b).abs() < 4.0 * f32::EPSILON, "{a} {b}");
+    }
+}
+
+/// The error of the mean over n points of the pupil falls nearly as 1/n: n^-1 log n is what even sets reach for a
+/// blurred edge, n^-1/2 what random ones do.
+#[test]
+fn depth_of_field_converges_faster_than_random_points() {
+    let plain = scene(64, 36, FLAT, BOARD);
+    let lens = ThinLens::new(2.0, 500.0, Aperture::Circle, 35.0);
+    let by = |points: usize| {
+        let quadrature = Quadrature { points };
+        picture(&with(&plain, Effects { thin_lens: Some(lens), quadrature, ..Effects::default() }))
+    };
+    let reference = by(2048);
+    let error = |points: usize| {
+        let squares = by(points)
+            .data()
+            .iter()
+            .zip(reference.data())
+            .map(|(a, b)| f64::from(a - b) * f64::from(a - b))
+            .sum::<f64>();
+        (squares / reference.data().len() as f64).sqrt()
+    };
+    let (few, many) = (error(8), error(128));
+    let order = libm::log(few / many) / libm::log(16.0);
+    assert!(order > 0.75, "order {order}: {few} at 8 points, {many} at 128");
+}
+
+/// cos^4 of the angle to the axis, to the rounding of f32; behind a prism as without one, for the law is the lens's.
+#[test]
+fn light_falls_by_the_fourth_power_of_the_cosine() {
+    for prism in [NO_GLASS, FLAT, FREEFORM] {
+        let plain = scene(192, 108, prism, BOARD);
+        let effects = Effects { cos4: Some(biprism::effect::Cos4 { exponent: 4.0 }), ..Effects::default() };
+        let (before, after) = (picture(&built(&plain)), picture(&with(&plain, effects)));
+        for (j, i) in (0..108).flat_map(|j| (0..192).map(move |i| (j, i))) {
+            let at = DVec2::new(f64::from(i) + 0.5 - 96.0, f64::from(j) + 0.5 - 54.0) * plain.camera.pitch_mm / 35.0;
+            let square = 1.0 + at.length_squared();
+            let factor = 1.0 / (square * square);
+            let (before, after) = (before.get(i as usize, j as usize), after.get(i as usize, j as usize));
+            let expected = f64::from(before) * factor;
+            // Beside the ridge each piece of a pixel has a factor of its own, which differs by 2e-4 over a pixel here.
+            let bound = if (95..97).contains(&i) { 2e-4 } else { f64::from(f32::EPSILON) };
+            assert!((f64::from(after) - expected).abs() <= bound * expected, "({i}, {j}): {after} {expected}");
+        }
+    }
+}
+
+/// A thin lens loses light towards the rim by the same law, each point of its aperture by its own angle: the mean of
+/// cos^4 over a disk of radius a at the distance d, on the axis, is d^2 / (d^2 + a^2).
+#[test]
+fn the_law_holds_for_every_point_of_a_pupil() {
+    let flat = "columns = 3\nrows = 3\nsquare_mm = 2000\nposition_mm = [0.0, 0.0, 1000.0]\nblack = 1\nwhite = 1";
+    let plain = scene(33, 33, NO_GLASS, flat);
+    let lens = ThinLens::new(1.0, 1e12, Aperture::Circle, 35.0);
+    let cos4 = Some(biprism::effect::Cos4 { exponent: 4.0 });
+    let effects =
+        Effects { thin_lens: Some(lens), cos4, quadrature: Quadrature { points: 1024 }, ..Effects::default() };
+    let found = f64::from(picture(&with(&plain, effects)).get(16, 16));
+    // The integral of 2 r / (1 + r^2)^2 over 0..t is t^2 / (1 + t^2), over the area t^2: 1 / (1 + t^2), with t = a/d = 1/2.
+    assert!((found - 0.8).abs() < 1e-5, "{found}");
+}
+
+/// Every pixel gets what its own place on the board gets from the lamp.
+#[test]
+fn a_lamp_lights_each_place_by_its_distance_and_angle() {
+    let lamp = "[effect.lamp]\nposition_mm = [-300, 200, 100]\nshare = 0.75\n";
+    let board = format!("{BOARD}\ntilt_deg = [10.0, -25.0, 3.0]");
+    let lit = scene_from(192, 108, "", FREEFORM, &format!("{board}\n{lamp}"));
+    let dark = scene(192, 108, FREEFORM, &board);
+    let (before, after) = (render(&built(&dark), &|_| ()), render(&built(&lit), &|_| ()));
+    let pose = lit.board.world_from_board;
+    let at = |mm: [f32; 2]| {
+        let way = DVec3::new(-300.0, 200.0, 100.0) - pose.point(DVec3::new(f64::from(mm[0]), f64::from(mm[1]), 0.0));
+        way.dot(pose.rotation.z_axis).abs() / (way.length_squared() * way.length())
+    };
+    let places = before.board_mm.data();
+    for (k, (before, after)) in before.radiance.data().iter().zip(after.radiance.data()).enumerate() {
+        let seen = places[k];
+        if (95..97).contains(&(k % 192)) {
+            continue;
+        }
+        let factor = 0.25 + 0.75 * at(seen) / at([0.0, 0.0]);
+        let expected = f64::from(*before) * factor;
+        // Positions of the truth are f32: 1e-7 of 200 mm over 1 m; radiances too.
+        assert!((f64::from(*after) - expected).abs() < 4e-7 * expected, "{k}: {after} {expected}");
+    }
+}
