@@ -77,7 +77,10 @@ pub(super) fn picture(path: &Path, scene: &Scene, system: &System, film: &Film) 
                 Encoding::Linear => Transfer::Linear,
                 Encoding::Srgb => Transfer::Srgb,
             };
-            let clamped = png::write_grey16(path, &film.radiance, transfer, &notes)?;
+            let clamped = match &film.colour {
+                None => png::write_grey16(path, &film.radiance, transfer, &notes)?,
+                Some(colour) => png::write_rgb16(path, colour, transfer, &notes)?,
+            };
             if clamped > 0 {
                 say::words(&format!(
                     "{}: {clamped} pixels were brighter than full scale and are clamped",
@@ -109,7 +112,7 @@ fn channels(system: &System, film: &Film) -> Vec<Channel> {
         Raster::from_data(film.board_mm.width(), film.board_mm.height(), data)
     };
     let world = |axis: usize| truth(&|mm| system.board.world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
-    vec![
+    let mut channels = vec![
         Channel::f32("Y", film.radiance.clone()),
         Channel::f32("board.U", truth(&|mm| f64::from(mm[0]))),
         Channel::f32("board.V", truth(&|mm| f64::from(mm[1]))),
@@ -117,5 +120,11 @@ fn channels(system: &System, film: &Film) -> Vec<Channel> {
         Channel::f32("P.Y", world(1)),
         Channel::f32("P.Z", world(2)),
         Channel::u32("class", film.class.map(|class| class as u32)),
-    ]
+    ];
+    if let Some(colour) = &film.colour {
+        for (k, name) in ["R", "G", "B"].into_iter().enumerate() {
+            channels.push(Channel::f32(name, colour.map(|pixel| pixel[k])));
+        }
+    }
+    channels
 }

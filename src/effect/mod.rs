@@ -117,8 +117,20 @@ pub const TABLE: [Row; 3] = [
 pub struct Variant {
     /// The point of the pupil, from its centre, in mm.
     pub pupil_mm: DVec2,
-    /// Its share; the shares of all variants sum up to 1.
-    pub weight: f64,
+    /// Its share of the grey picture; the shares of all variants sum up to 1.
+    pub grey: f64,
+    /// Its shares of red, green and blue, each of which sums up to 1; `None` in all variants where the sensor tells no
+    /// colours apart.
+    pub colour: Option<[f64; 3]>,
+}
+
+/// A picture in linear light, of full scale 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// One value a pixel: what is measured in.
+    pub grey: Raster<f32>,
+    /// Red, green and blue of each pixel, where the sensor tells them apart.
+    pub colour: Option<Raster<[f32; 3]>>,
 }
 
 impl Effects {
@@ -142,11 +154,14 @@ impl Effects {
     /// effect acts.
     pub fn variants(&self) -> Vec<Variant> {
         match self.thin_lens.filter(|lens| !lens.is_nothing()) {
-            None => vec![Variant { pupil_mm: DVec2::ZERO, weight: 1.0 }],
+            None => vec![Variant { pupil_mm: DVec2::ZERO, grey: 1.0, colour: None }],
             Some(lens) => {
                 let n = self.quadrature.points;
-                let point =
-                    |k| Variant { pupil_mm: lens.pupil_mm(quadrature::unit_square(k, n)), weight: 1.0 / n as f64 };
+                let point = |k| Variant {
+                    pupil_mm: lens.pupil_mm(quadrature::unit_square(k, n)),
+                    grey: 1.0 / n as f64,
+                    colour: None,
+                };
                 (0..n).map(point).collect()
             }
         }
@@ -165,8 +180,8 @@ impl Effects {
     }
 
     /// The picture after all film effects, in the order of the light.
-    pub fn develop(&self, radiance: Raster<f32>) -> Raster<f32> {
-        radiance
+    pub fn develop(&self, picture: Picture) -> Picture {
+        picture
     }
 }
 
@@ -180,7 +195,7 @@ mod tests {
             assert!(TABLE[..k].iter().all(|other| other.key != row.key), "{}", row.key);
             assert!(!(row.acts)(&Effects::default()), "{}", row.key);
         }
-        assert_eq!(Effects::default().variants(), [Variant { pupil_mm: DVec2::ZERO, weight: 1.0 }]);
+        assert_eq!(Effects::default().variants(), [Variant { pupil_mm: DVec2::ZERO, grey: 1.0, colour: None }]);
     }
 
     #[test]
@@ -190,7 +205,7 @@ mod tests {
             let effects = Effects { thin_lens: Some(lens), quadrature: Quadrature { points }, ..Effects::default() };
             let variants = effects.variants();
             assert_eq!(variants.len(), points);
-            let sum: f64 = variants.iter().map(|v| v.weight).sum();
+            let sum: f64 = variants.iter().map(|v| v.grey).sum();
             // One rounding for each term.
             assert!((sum - 1.0).abs() <= points as f64 * f64::EPSILON, "{sum}");
         }

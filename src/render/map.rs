@@ -11,6 +11,7 @@ use super::Class;
 use super::looks::alone;
 use super::plan::Region;
 use crate::accuracy::Accuracy;
+use crate::effect::Hook;
 use crate::num::chebyshev::{Interpolation, MAX_DEGREE, Series, points};
 use crate::system::System;
 use glam::{DMat2, DVec2};
@@ -35,6 +36,9 @@ pub(super) struct Patch {
     pub(super) bounds: [[f64; 3]; 2],
     /// Largest difference from the rays that checked it, in px.
     pub(super) error_px: f64,
+    /// What transport effects leave of the light, by powers of s, then of t; `None` without such effects, or where no
+    /// polynomial follows them.
+    pub(super) gain: Option<Vec<Vec<f64>>>,
 }
 
 /// The tries before the patch is divided: degrees of the interpolation.
@@ -43,6 +47,9 @@ const DEGREES: [usize; 4] = [4, 8, 12, MAX_DEGREE];
 const INSIDE: usize = 64;
 /// Px between the rays along the border of a patch.
 const BORDER_STEP: usize = 16;
+/// A polynomial stands for the gains of a patch where it differs from them by less than this: a sixth of the rounding of
+/// f32.
+const GAIN_ERROR: f64 = 1e-8;
 /// Positions that are sampled are multiples of this, in px: exact on either half, so that mirrored rays are mirrored.
 const GRAIN_PX: f64 = 1.0 / (1u64 << 20) as f64;
 /// How far inside the border of a patch its border is looked at, in px.
@@ -115,6 +122,7 @@ impl Patch {
             powers: [Vec::new(), Vec::new()],
             bounds: [[0.0; 3]; 2],
             error_px: 0.0,
+            gain: None,
         };
         let mut look = |px: DVec2| {
             *rays += 1;
@@ -176,6 +184,38 @@ impl Patch {
         (scale > 0.0 && scale.is_finite()).then_some(1.0 / scale)
     }
 
+    /// Where a polynomial of `degree` is sampled, column by column, and the way from samples to it.
+    fn nodes(&self, degree: usize) -> Option<(Vec<Vec<DVec2>>, Interpolation)> {
+        let nodes = points(degree + 1);
+        let places: Vec<Vec<DVec2>> =
+            nodes.iter().map(|&s| nodes.iter().map(|&t| self.place(s, t)).collect()).collect();
+        // Where the nodes really are, on the grain.
+        let s: Vec<f64> = places.iter().map(|row| self.s(row[0].x)).collect();
+        let t: Vec<f64> = places[0].iter().map(|p| self.t(p.y)).collect();
+        let interpolation = Interpolation::new(&s, &t)?;
+        Some((places, interpolation))
+    }
+
+    /// The gains over the patch as a polynomial, whose coefficients and the gains at places of their own vouch for it.
+    fn fit_gain(&self, system: &System, rays: &mut u64) -> Option<Vec<Vec<f64>>> {
+        DEGREES.iter().find_map(|&degree| {
+            let (places, interpolation) = self.nodes(degree)?;
+            let series = interpolation.series(|i, j| system.gain(places[i][j]));
+            *rays += ((degree + 1) * (degree + 1)) as u64;
+            let [m, n] = kept(&series, 0.25 * GAIN_ERROR)?;
+            let powers = series.powers(m, n);
+            *rays += INSIDE as u64;
+            let agrees = |k: usize| {
+                let px = self.inside(k);
+                let (s, t) = (self.s(px.x), self.t(px.y));
+                let line = |row: &Vec<f64>| row.iter().rev().fold(0.0, |p, c| p * t + c);
+                let gain = powers.iter().rev().fold(0.0, |p, row| p * s + line(row));
+                (gain - system.gain(px)).abs() <= GAIN_ERROR
+            };
+            (0..INSIDE).all(agrees).then_some(powers)
+        })
+    }
+
     /// Fits polynomials of at most `degree`, whose coefficients beyond the degrees kept sum up to below a quarter of
     /// `error`, in squares, or of just that degree without an `error`; `None` where they do not fall so far, or a ray
     /// strays.
@@ -186,12 +226,7 @@ impl Patch {
         look: &mut impl FnMut(DVec2) -> (DVec2, Class),
         scale: f64,
     ) -> Option<()> {
-        let nodes = points(degree + 1);
-        let places: Vec<Vec<DVec2>> =
-            nodes.iter().map(|&s| nodes.iter().map(|&t| self.place(s, t)).collect()).collect();
-        // Where the nodes really are, on the grain.
-        let s: Vec<f64> = places.iter().map(|row| self.s(row[0].x)).collect();
-        let t: Vec<f64> = places[0].iter().map(|p| self.t(p.y)).collect();
+        let (places, interpolation) = self.nodes(degree)?;
         let mut seen = Vec::with_capacity((degree + 1) * (degree + 1));
         for px in places.iter().flatten() {
             let (seen_mm, class) = look(*px);
@@ -200,7 +235,6 @@ impl Patch {
             }
             seen.push(DVec2::new(if self.flip { -seen_mm.x } else { seen_mm.x }, seen_mm.y) * scale);
         }
-        let interpolation = Interpolation::new(&s, &t)?;
         for (axis, powers) in self.powers.iter_mut().enumerate() {
             let series = interpolation.series(|i, j| seen[i * (degree + 1) + j][axis]);
             let [m, n] = error.map_or(Some(series.degrees()), |error| kept(&series, 0.25 * error))?;
@@ -275,8 +309,11 @@ impl Cover {
             return self.trace(region);
         }
         if columns.max(rows) <= system.accuracy.patch_px
-            && let Some(patch) = Patch::fit(system, &region, &mut self.rays)
+            && let Some(mut patch) = Patch::fit(system, &region, &mut self.rays)
         {
+            if system.effects.act_by(Hook::Transport) {
+                patch.gain = patch.fit_gain(system, &mut self.rays);
+            }
             return self.patches.push(patch);
         }
         let Region { columns, rows } = region;

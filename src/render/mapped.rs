@@ -111,7 +111,10 @@ impl Kernel for Rows<'_, '_, '_> {
             plain(&plan.pattern, patch, &row, out, &mut special);
             edges(plan, patch, &row, y, out, &special, &mut work);
             if plan.gained {
-                plan.gain_row(DVec2::new(columns.start as f64 + 0.5, y), out);
+                match &patch.gain {
+                    Some(powers) => gain(patch, powers, y, out),
+                    None => plan.gain_row(DVec2::new(columns.start as f64 + 0.5, y), out, &mut work),
+                }
             }
             if let Some(truth) = &mut band.truth {
                 let span = start + columns.start..start + columns.end;
@@ -201,6 +204,25 @@ fn edges(plan: &Plan, patch: &Patch, row: &RowMap, y: f64, out: &mut [f32], spec
         let covers = cover(&plan.pattern, &jets, accuracy);
         for (k, &i) in few.iter().enumerate() {
             out[i as usize] = settle(plan, DVec2::new(at(k), y), covers[k], work) as f32;
+        }
+    }
+}
+
+/// Multiplies the pixels of a row by the polynomial of the gains.
+#[inline(always)]
+fn gain(patch: &Patch, powers: &[Vec<f64>], y: f64, out: &mut [f32]) {
+    let t = patch.t(y);
+    let mut line = [0.0; MAX_DEGREE + 1];
+    for (c, row) in line.iter_mut().zip(powers) {
+        *c = row.iter().rev().fold(0.0, |p, c| p * t + c);
+    }
+    let line = &line[..powers.len()];
+    let first_x = patch.region.columns.start as f64 + 0.5;
+    for (block, few) in out.chunks_mut(LANES).enumerate() {
+        let s = Lanes::of(|k| patch.s(first_x + (block * LANES + k) as f64));
+        let gain = line.iter().rev().fold(Lanes::splat(0.0), |p, &c| p * s + Lanes::splat(c));
+        for (value, gain) in few.iter_mut().zip(gain.0) {
+            *value = (f64::from(*value) * gain) as f32;
         }
     }
 }

@@ -12,7 +12,7 @@ pub mod supersample;
 mod tile;
 
 use crate::accuracy::Level;
-use crate::effect::Hook;
+use crate::effect::{Hook, Picture};
 use crate::optics::fate::Fate;
 use crate::raster::Raster;
 use crate::system::System;
@@ -24,8 +24,10 @@ pub use plan::Plan;
 /// A rendered picture with its own account.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
-    /// Mean radiance over each pixel, of full scale 1.
+    /// Mean radiance over each pixel, of full scale 1; what film effects make of it, where there are some.
     pub radiance: Raster<f32>,
+    /// The same of red, green and blue, where the sensor tells them apart.
+    pub colour: Option<Raster<[f32; 3]>>,
     /// What happened to each pixel's centre ray; 0 x 0 where [`Wanted`] leaves it out.
     pub class: Raster<Class>,
     /// The board position that each pixel's centre sees, in mm; (0, 0) where `class` is no side; 0 x 0 where [`Wanted`]
@@ -219,13 +221,17 @@ pub fn render(system: &System, progress: &(dyn Fn(usize) + Sync)) -> Film {
 
 /// The picture that `system` takes, with what is wanted of it; `progress` as in [`render`].
 pub fn render_wanted(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    let by = |hook| system.effects.act_by(hook);
-    let film = if by(Hook::Ray) {
-        passes::sum(system, wanted, progress)
+    let effects = &system.effects;
+    let film = if effects.act_by(Hook::Ray) {
+        passes::sum(system, &effects.variants(), wanted, progress)
     } else {
         picture(&Plan::new(system), wanted, progress)
     };
-    if by(Hook::Film) { Film { radiance: system.effects.develop(film.radiance), ..film } } else { film }
+    if !effects.act_by(Hook::Film) {
+        return film;
+    }
+    let developed = effects.develop(Picture { grey: film.radiance, colour: film.colour });
+    Film { radiance: developed.grey, colour: developed.colour, ..film }
 }
 
 /// The picture of a plan, one pass without film effects, with what is wanted of it; `progress` as in [`render`].
@@ -255,7 +261,7 @@ pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -
     let mut work = Work { counts: Counts { rays: plan.rays, ..Counts::default() }, bend_px: 0.0 };
     done.into_iter().for_each(|w| work += w);
     let account = plan.account(work.bend_px);
-    Film { radiance, class, board_mm, counts: work.counts, account }
+    Film { radiance, colour: None, class, board_mm, counts: work.counts, account }
 }
 
 fn render_band(plan: &Plan, band: &mut Band) -> Work {

@@ -1,15 +1,15 @@
 //! The picture of an instrument with ray effects: a mean over passes, each the picture of a plain instrument.
 
 use super::{Account, Film, Plan, Wanted, Work, picture};
+use crate::effect::Variant;
 use crate::raster::Raster;
 use crate::system::System;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The weighted sum of the pictures of all variants of `system`; what is wanted besides the radiance is that of `system`
-/// itself. `progress` hears of each pixel once for all passes.
-pub(super) fn sum(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    let variants = system.effects.variants();
+/// The weighted sum of the pictures of the `variants` of `system`; what is wanted besides the radiance is that of
+/// `system` itself. `progress` hears of each pixel once for all passes.
+pub(super) fn sum(system: &System, variants: &[Variant], wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
     let done = AtomicUsize::new(0);
     let share = |pixels: usize| {
         let before = done.fetch_add(pixels, Ordering::Relaxed);
@@ -17,24 +17,35 @@ pub(super) fn sum(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) + S
     };
     // What is true of a picture is what the middle of the pupil sees.
     let own = Plan::new(system);
-    let truth = if wanted.truth { Some(picture(&own, wanted, &|_| ())) } else { None };
+    let truth = wanted.truth.then(|| picture(&own, wanted, &|_| ()));
     let [width, height] = system.camera.size_px();
-    let mut sums = Raster::filled(width, height, 0.0f64);
+    let mut grey = Raster::filled(width, height, 0.0f64);
+    let in_colour = variants.iter().all(|variant| variant.colour.is_some());
+    let mut colour = in_colour.then(|| Raster::filled(width, height, [0.0f64; 3]));
     let mut work = Work::default();
     let mut account = Account { passes: variants.len(), ..own.account(0.0) };
-    for variant in &variants {
+    for variant in variants {
         let film = picture(&Plan::new(&system.varied(variant)), Wanted { truth: false }, &share);
-        let pixels = sums.data_mut().par_iter_mut().zip(film.radiance.data());
-        pixels.for_each(|(sum, value)| *sum += variant.weight * f64::from(*value));
+        let values = film.radiance.data();
+        (grey.data_mut().par_iter_mut().zip(values)).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));
+        if let (Some(colour), Some(shares)) = (&mut colour, variant.colour) {
+            (colour.data_mut().par_iter_mut().zip(values)).for_each(|(sums, value)| {
+                sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * f64::from(*value));
+            });
+        }
         work += Work { counts: film.counts, bend_px: film.account.bend_px };
         account = account.with(&film.account);
     }
-    let radiance = sums.map(|sum| sum as f32);
-    let (class, board_mm) = truth.map_or_else(
-        || (Raster::from_data(0, 0, Vec::new()), Raster::from_data(0, 0, Vec::new())),
-        |film| (film.class, film.board_mm),
-    );
-    Film { radiance, class, board_mm, counts: work.counts, account }
+    let nothing = || (Raster::from_data(0, 0, Vec::new()), Raster::from_data(0, 0, Vec::new()));
+    let (class, board_mm) = truth.map_or_else(nothing, |film| (film.class, film.board_mm));
+    Film {
+        radiance: grey.map(|sum| sum as f32),
+        colour: colour.map(|sums| sums.map(|sum| sum.map(|channel| channel as f32))),
+        class,
+        board_mm,
+        counts: work.counts,
+        account,
+    }
 }
 
 impl Account {

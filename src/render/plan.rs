@@ -1,9 +1,9 @@
 //! Everything that is fixed for a picture, decided before its first pixel.
 
-use super::Account;
 use super::coverage::Pattern;
 use super::looks::Looker;
 use super::map::{Cover, Patch, certify};
+use super::{Account, Work};
 use crate::accuracy::Sampling;
 use crate::effect::Hook;
 use crate::optics::fate::Fate;
@@ -82,7 +82,8 @@ impl<'a> Plan<'a> {
     }
 
     /// Multiplies pixels of a row, the first with its centre at `start`, by their gains.
-    pub(super) fn gain_row(&self, start: DVec2, row: &mut [f32]) {
+    pub(super) fn gain_row(&self, start: DVec2, row: &mut [f32], work: &mut Work) {
+        work.counts.rays += row.len() as u64;
         for (i, value) in row.iter_mut().enumerate() {
             *value = (f64::from(*value) * self.system.gain(start + DVec2::new(i as f64, 0.0))) as f32;
         }

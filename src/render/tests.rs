@@ -190,3 +190,47 @@ fn any_number_of_threads_makes_the_same_picture() {
         assert!(bits(&one) == bits(&three) && one.counts == three.counts, "{name}");
     }
 }
+
+/// Each channel is the mean by its own shares.
+#[test]
+fn colours_are_the_passes_by_their_shares() {
+    use crate::effect::{Effects, ThinLens, Variant, thin_lens::Aperture};
+    use glam::DVec2;
+    let scene = scene(66, 38, "kind = \"none\"", &format!("{BOARD}\nposition_mm = [0.0, 0.0, 1000.0]"));
+    let lens = ThinLens::new(2.0, 500.0, Aperture::Circle, 35.0);
+    let effects = Effects { thin_lens: Some(lens), ..Effects::default() };
+    let system = System { effects, ..built(&scene, Accuracy::exact()) };
+    let variant = |x: f64, grey, colour| Variant { pupil_mm: DVec2::new(x, 0.0), grey, colour: Some(colour) };
+    let variants = [variant(-3.0, 0.25, [1.0, 0.0, 0.5]), variant(3.0, 0.75, [0.0, 1.0, 0.5])];
+    let summed = super::passes::sum(&system, &variants, Wanted { truth: false }, &|_| ());
+    let [a, b] = variants.map(|variant| film(&Plan::new(&system.varied(&variant))).radiance);
+    assert!(a != b);
+    let colour = summed.colour.expect("every variant has colours");
+    for (k, [red, green, blue]) in colour.data().iter().enumerate() {
+        let (a, b) = (a.data()[k], b.data()[k]);
+        assert_eq!([*red, *green], [a, b]);
+        assert_eq!(*blue, (0.5 * f64::from(a) + 0.5 * f64::from(b)) as f32);
+        assert_eq!(summed.radiance.data()[k], (0.25 * f64::from(a) + 0.75 * f64::from(b)) as f32);
+    }
+}
+
+/// The polynomial of the gains against the gain of every traced pixel.
+#[test]
+fn the_map_of_gains_gains_what_is_traced() {
+    use crate::effect::{Cos4, Effects, Lamp};
+    let lamp = Lamp::new(DVec3::new(-400.0, 300.0, 200.0), 0.9, DVec3::new(0.0, 0.0, 1000.0), DVec3::Z);
+    let effects = Effects { cos4: Some(Cos4 { exponent: 4.0 }), lamp: Some(lamp), ..Effects::default() };
+    let mut fitted = 0;
+    let exact = instruments(Accuracy::exact(), 3);
+    for ((name, exact), (_, mapped)) in exact.into_iter().zip(instruments(Accuracy::standard(), 3)) {
+        let [exact, mapped] = [exact, mapped].map(|system| System { effects: effects.clone(), ..system });
+        let plan = Plan::new(&mapped);
+        fitted += plan.patches.iter().filter(|patch| patch.gain.is_some()).count();
+        let (traced, found) = (render(&exact, &|_| ()), film(&plan));
+        for (k, (a, b)) in traced.radiance.data().iter().zip(found.radiance.data()).enumerate() {
+            // As without gains, which are at most 1.5 here.
+            assert!((a - b).abs() <= 3e-6, "{k}: {a} {b}\n{name}");
+        }
+    }
+    assert!(fitted >= 12, "only {fitted} patches have a polynomial of gains");
+}

@@ -61,7 +61,7 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
             special.retain(|i| border.binary_search(i).is_err());
             widest(Edges { plan, centres: &centres, at, start: start_px, row, special: &special, work });
             if plan.gained {
-                plan.gain_row(start_px, row);
+                plan.gain_row(start_px, row, work);
             }
         }
         for &i in &border {

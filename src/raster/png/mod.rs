@@ -1,10 +1,10 @@
-//! PNG files: 16-bit grey pictures of light and 8-bit figures out, any PNG in.
+//! PNG files: 16-bit pictures of light and 8-bit figures out, any PNG in.
 
 mod read;
 mod write;
 
 pub use read::read;
-pub use write::{write_grey16, write_rgb, write_rgba};
+pub use write::{write_grey16, write_rgb, write_rgb16, write_rgba};
 
 pub(super) use read::read_from;
 

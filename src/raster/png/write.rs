@@ -30,6 +30,27 @@ pub fn write_grey16(
     Ok(clamped)
 }
 
+/// Writes linear red, green and blue light in [0, 1] as 16-bit numbers and returns how many pixels had a channel outside
+/// and were clamped; the rest as [`write_grey16`].
+///
+/// # Errors
+/// Those of [`write_grey16`].
+pub fn write_rgb16(
+    path: &Path,
+    picture: &Raster<[f32; 3]>,
+    transfer: Transfer,
+    notes: &Notes<'_>,
+) -> Result<usize, Problem> {
+    let outside = |light: &f32| !(0.0..=1.0).contains(light);
+    let clamped = picture.data().iter().filter(|pixel| pixel.iter().any(outside)).count();
+    let channels = picture.data().as_flattened();
+    let levels: Vec<[u8; 2]> = channels.par_iter().map(|&light| level16(light, transfer).to_be_bytes()).collect();
+    let size = (picture.width(), picture.height());
+    let form = Form { color: ColorType::Rgb, depth: BitDepth::Sixteen, transfer };
+    write(path, size, form, levels.as_flattened(), notes)?;
+    Ok(clamped)
+}
+
 /// Writes a figure of 8-bit sRGB red, green and blue.
 ///
 /// # Errors
@@ -146,6 +167,21 @@ mod tests {
         for (&light, level) in picture.data().iter().zip(levels) {
             assert_eq!(level16(light, Transfer::Linear), level);
         }
+    }
+
+    #[test]
+    fn colours_keep_their_channels() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.png");
+        let pixels = vec![[0.0, 0.25, 1.0], [1.5, 0.5, -1.0], [0.75, 0.75, 0.75]];
+        let picture = Raster::from_data(3, 1, pixels);
+        assert_eq!(write_rgb16(&path, &picture, Transfer::Linear, &Notes::default()).unwrap(), 1);
+        let decoder = ::png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap()));
+        let mut reader = decoder.read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut bytes).unwrap();
+        let levels: Vec<u16> = bytes.chunks_exact(2).map(|b| u16::from_be_bytes([b[0], b[1]])).collect();
+        assert_eq!(levels, [0, 16384, 65535, 65535, 32768, 0, 49151, 49151, 49151]);
     }
 
     #[test]
