@@ -2,9 +2,12 @@
 
 pub mod bernstein;
 pub mod chebyshev;
+pub mod deviates;
 pub mod exact;
 pub mod lsq;
 pub mod ode;
+pub mod philox;
 pub mod poly2;
+pub mod quadrature;
 pub mod simd;
 pub mod stats;
