@@ -28,9 +28,11 @@
 //!    not nothing.
 
 pub mod cos4;
+pub mod diffraction;
 pub mod journey;
 pub mod lamp;
 pub mod quadrature;
+pub mod sensor;
 pub mod thin_lens;
 
 pub use cos4::Cos4;

@@ -165,8 +165,7 @@ mod tests {
             let (mut classes, mut start, mut expected, mut total) = (Vec::new(), 0.0, 0.0, 0.0);
             let mut k = first;
             while k <= last {
-                expected +=
-                    f64::from(DRAWN) * libm::exp(k * libm::log(mean) - mean - libm::lgamma(k + 1.0));
+                expected += f64::from(DRAWN) * libm::exp(k * libm::log(mean) - mean - libm::lgamma(k + 1.0));
                 if expected >= 5.0 {
                     classes.push((start, k, expected));
                     total += expected;
@@ -198,7 +197,9 @@ mod tests {
     fn streams_differ_by_each_of_their_names() {
         let first = |seed, purpose, frame, place| Stream::new(seed, purpose, frame, place).uniform();
         let one = first(7, 0, 0, 0);
-        for other in [first(8, 0, 0, 0), first(7 + (1 << 32), 0, 0, 0), first(7, 1, 0, 0), first(7, 0, 1, 0), first(7, 0, 0, 1)] {
+        for other in
+            [first(8, 0, 0, 0), first(7 + (1 << 32), 0, 0, 0), first(7, 1, 0, 0), first(7, 0, 1, 0), first(7, 0, 0, 1)]
+        {
             assert_ne!(one, other);
         }
         assert_eq!(one, first(7, 0, 0, 0));

@@ -33,8 +33,7 @@ mod tests {
     fn monomials_up_to_twice_the_count_are_exact() {
         for n in [1, 2, 3, 8, 33, 200] {
             for power in [0, 1, n, 2 * n - 1] {
-                let sum: f64 =
-                    gauss_legendre(n).iter().map(|[x, w]| w * libm::pow(*x, power as f64)).sum();
+                let sum: f64 = gauss_legendre(n).iter().map(|[x, w]| w * libm::pow(*x, power as f64)).sum();
                 // n terms of size up to 1/n, each rounded a few times.
                 assert!((sum * (power as f64 + 1.0) - 1.0).abs() < 1e-13 * n as f64, "{n} {power}: {sum}");
             }

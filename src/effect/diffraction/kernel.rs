@@ -1,0 +1,176 @@
+//! The weights by which diffraction mixes pixels.
+
+use super::{encircled_energy, mtf};
+use crate::num::quadrature::gauss_legendre;
+use std::f64::consts::{PI, TAU};
+
+/// Wavelength times f-number is at most this many px: above, more than 4 % of the light would fall beyond
+/// [`MAX_RADIUS`].
+pub const LARGEST_SCALE_PX: f64 = 16.0;
+/// The share of the pattern's light that may fall beyond the kernel, as long as [`MAX_RADIUS`] is not reached.
+const LOST: f64 = 0.01;
+/// The largest radius of a kernel, in px.
+const MAX_RADIUS: usize = 80;
+/// The finest samples within a pixel.
+const MAX_SAMPLES: usize = 4;
+/// Frequencies from here on, in waves a sample, count for nothing: the spline's response and the sample's sinc leave as
+/// nu^-4, and what is left out is 1e-5 of the whole.
+const HIGHEST: f64 = 6.0;
+
+/// How much of the light of each sample reaches a pixel.
+///
+/// The picture before diffraction is known by the means of its samples, `samples` x `samples` a pixel. Between their
+/// centres the running mean is taken for the cubic spline through them, which for a picture of sharp edges is the best
+/// linear guess (their spectrum falls as nu^-4, and the spline's response is that over its aliases). The Airy pattern
+/// spreads the light, and the pixel's active square collects what falls on it. The samples are told apart within `core`
+/// px of the pixel, and whole pixels further out, where the pattern is low.
+///
+/// The spline would make some weights negative, by little: they are 0, so that the picture keeps between its darkest and
+/// its brightest. The Airy pattern never ends and the kernel does, at `radius` px: the light beyond, a share of `lost`,
+/// is put back evenly over the far pixels (over the core where there are none), as it would fall far away and almost
+/// evenly. The weights sum to 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kernel {
+    pub(super) samples: usize,
+    pub(super) core: usize,
+    pub(super) radius: usize,
+    /// Of the samples, from the first row of the core: (2 core + 1) samples a side.
+    pub(super) fine: Vec<f64>,
+    /// Of the pixels: 2 radius + 1 a side; 0 in the core.
+    pub(super) far: Vec<f64>,
+    lost: f64,
+}
+
+impl Kernel {
+    /// The kernel for wavelength times f-number in px, and for pixels whose active part is a square in their middle with a
+    /// side of `active` px.
+    ///
+    /// # Panics
+    /// When the scale is not within (0, [`LARGEST_SCALE_PX`]], or `active` not within (0, 1].
+    pub fn new(scale_px: f64, active: f64) -> Self {
+        // An edge is wrong by as much as the pattern is curved over a sample: samples of a quarter of it, or of a pixel.
+        let samples = ((MAX_SAMPLES as f64 / scale_px.max(1.0)).ceil() as usize).clamp(1, MAX_SAMPLES);
+        Self::with_samples(scale_px, active, samples)
+    }
+
+    pub(super) fn with_samples(scale_px: f64, active: f64, samples: usize) -> Self {
+        assert!(scale_px > 0.0 && scale_px <= LARGEST_SCALE_PX, "wavelength x f-number of {scale_px} px");
+        assert!(active > 0.0 && active <= 1.0, "an active side of {active} px");
+        let far_enough = |radius: &usize| 1.0 - encircled_energy(*radius as f64 / scale_px) <= LOST;
+        let radius = (1..MAX_RADIUS).find(far_enough).unwrap_or(MAX_RADIUS);
+        // Past its third ring the pattern is lower than 1e-3 of its middle.
+        let core = if samples == 1 { radius } else { radius.min(1 + (4.2 * scale_px).ceil() as usize) };
+        let side = (2 * core + 1) * samples;
+        let step = 1.0 / samples as f64;
+        let first = 0.5 * step - 0.5 - core as f64;
+        let mut fine = quarter(scale_px, [active, step], first, side.div_ceil(2));
+        spread(&mut fine, side);
+        let far_side = 2 * radius + 1;
+        let mut far = vec![0.0; far_side * far_side];
+        if radius > core {
+            far = quarter(scale_px, [active, 1.0], -(radius as f64), radius + 1);
+            spread(&mut far, far_side);
+            let within = radius - core..=radius + core;
+            for (k, w) in far.iter_mut().enumerate() {
+                if within.contains(&(k % far_side)) && within.contains(&(k / far_side)) {
+                    *w = 0.0;
+                }
+            }
+        }
+        let sum = |weights: &[f64]| weights.iter().sum::<f64>();
+        let kept = sum(&fine) + sum(&far);
+        fine.iter_mut().chain(&mut far).for_each(|w| *w = w.max(0.0));
+        // Of the smallest patterns 1e-5 is lost by HIGHEST, or gained.
+        let lost = (1.0 - kept).max(0.0);
+        let scale = (1.0 - lost) / (sum(&fine) + sum(&far));
+        fine.iter_mut().chain(&mut far).for_each(|w| *w *= scale);
+        put_back(if radius > core { &mut far } else { &mut fine }, lost);
+        Self { samples, core, radius, fine, far, lost }
+    }
+
+    /// Samples a pixel, along each side, of the pictures that it is for.
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// Pixels that it reaches, to each side.
+    pub fn radius(&self) -> usize {
+        self.radius
+    }
+
+    /// The share of the light that falls beyond the kernel and was put back into it.
+    pub fn lost(&self) -> f64 {
+        self.lost
+    }
+}
+
+/// Spreads `lost` evenly over the weights that are not 0.
+fn put_back(weights: &mut [f64], lost: f64) {
+    let share = lost / weights.iter().filter(|w| **w > 0.0).count() as f64;
+    weights.iter_mut().filter(|w| **w > 0.0).for_each(|w| *w += share);
+}
+
+/// The weights at (first + i step, first + j step), i and j in 0..n, of samples with a side of step px, before the loss
+/// is put back:
+///
+/// step^2 times the integral of the transfer function, of the active square's sinc and the spline's response on both axes,
+/// and of the waves of the place, over the frequencies nu up to the cut-off: in polar coordinates about frequency 0,
+/// where the transfer function has its peak.
+fn quarter(scale_px: f64, [active, step]: [f64; 2], first: f64, n: usize) -> Vec<f64> {
+    // The waves turn this often over the radius; the rules below resolve them (a rule of n nodes holds n / pi waves).
+    let highest = (1.0 / scale_px).min(HIGHEST / step);
+    let phase = TAU * highest * (first.abs() + 1.0) * 2f64.sqrt();
+    let radial = gauss_legendre(phase.ceil() as usize + 32);
+    let turns = (0.3 * phase).ceil() as usize + 16;
+    let mut sum = vec![0.0; n * n];
+    let (mut along_x, mut along_y) = (vec![0.0; n], vec![0.0; n]);
+    for [w, weight] in radial {
+        // t = 1 - (1 - w)^2 smooths the end of the transfer function, which leaves as (1 - t)^(3/2).
+        let (t, dt) = (w * (2.0 - w), 2.0 * (1.0 - w) * weight);
+        let reach = step * highest;
+        let ring = mtf(t * highest * scale_px) * t * dt * reach * reach * TAU / turns as f64;
+        for k in 0..turns {
+            let (sin, cos) = libm::sincos(0.5 * PI * (k as f64 + 0.5) / turns as f64);
+            let nu = [cos, sin].map(|c| t * c * highest);
+            waves(nu[0], first, step, &mut along_x);
+            waves(nu[1], first, step, &mut along_y);
+            let boxes = nu.map(|nu| sinc(active * nu) * spline(step * nu));
+            let value = ring * boxes[0] * boxes[1];
+            for (row, y) in sum.chunks_exact_mut(n).zip(&along_y) {
+                let value = value * y;
+                row.iter_mut().zip(&along_x).for_each(|(s, x)| *s += value * x);
+            }
+        }
+    }
+    // The two axes are alike.
+    (0..n * n).map(|k| 0.5 * (sum[k] + sum[(k % n) * n + k / n])).collect()
+}
+
+/// cos(2 pi nu (first + k step)), by the recurrence of Chebyshev.
+fn waves(nu: f64, first: f64, step: f64, out: &mut [f64]) {
+    let twice = 2.0 * libm::cos(TAU * nu * step);
+    let (mut now, mut next) = (libm::cos(TAU * nu * first), libm::cos(TAU * nu * (first + step)));
+    for v in out {
+        *v = now;
+        (now, next) = (next, twice * next - now);
+    }
+}
+
+/// The response at `nu` waves a sample of the cubic spline through samples, without the response sinc(nu) of the samples
+/// themselves: nu^-4 / sum over m of (nu + m)^-4, over sinc(nu).
+fn spline(nu: f64) -> f64 {
+    let s = sinc(nu);
+    s * s * s * 3.0 / (2.0 + libm::cos(TAU * nu))
+}
+
+fn sinc(x: f64) -> f64 {
+    let v = PI * x;
+    if v.abs() < 1e-8 { 1.0 } else { libm::sin(v) / v }
+}
+
+/// From the first quarter to the whole square of `side` weights a side, symmetric about its middle.
+fn spread(weights: &mut Vec<f64>, side: usize) {
+    let n = side.div_ceil(2);
+    let fold = |k: usize| k.min(side - 1 - k);
+    *weights = (0..side * side).map(|k| weights[fold(k / side) * n + fold(k % side)]).collect();
+}
