@@ -29,7 +29,7 @@ pub(super) fn run(args: &GoldenArgs) -> Result<Outcome, Problem> {
 pub fn check(folders: &Folders<'_>, mode: Mode) -> Result<GoldenReport, Problem> {
     let render = |path: &Path| {
         let (picture, record) = record(&scene::load(path)?)?;
-        Ok(GoldenOutput { picture, record })
+        Ok(GoldenOutput { picture, record, noise: None })
     };
     golden::run(folders, mode, &tolerance, &render)
 }

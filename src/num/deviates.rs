@@ -101,6 +101,7 @@ impl Stream {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::num::stats::normal_beyond as z_of;
 
     /// A right program fails a test here once in 1e6 times over all seeds; the seed is fixed, so it does not at all.
     const FALSE_ALARM: f64 = 1e-6;
@@ -115,17 +116,6 @@ mod tests {
         let freedom = counts.len() as f64 - 1.0;
         let spread = 2.0 / (9.0 * freedom);
         (libm::cbrt(chi / freedom) - (1.0 - spread)) / spread.sqrt()
-    }
-
-    /// The z beyond which a standard normal number lies, on one side, with the given probability.
-    fn z_of(probability: f64) -> f64 {
-        let (mut low, mut high) = (0.0, 40.0);
-        for _ in 0..60 {
-            let z: f64 = 0.5 * (low + high);
-            let tail = 0.5 * libm::erfc(z / 2f64.sqrt());
-            if tail > probability { low = z } else { high = z }
-        }
-        low
     }
 
     #[test]

@@ -3,7 +3,11 @@
 //! Each case is a scene `<case>.toml`; its golden is `<case>.png` (16-bit grey, linear) and `<case>.json` (numbers) in
 //! another folder. A case without a golden fails, and so does a golden without a case. A failing case leaves
 //! `<case>.strip.png` (expected | difference | actual) and `<case>.diff.txt` in a third folder.
+//!
+//! What is random is drawn several times with different seeds; the golden picture is then the mean, and means and
+//! variances are judged region by region ([`noise`]). Everything else must be as it was.
 
+pub mod noise;
 pub mod record;
 
 use crate::problem::Problem;
@@ -11,6 +15,7 @@ use crate::raster::compare::{self, Difference};
 use crate::raster::safe::write_bytes;
 use crate::raster::transfer::Transfer;
 use crate::raster::{Notes, Raster, png};
+use noise::Regions;
 use record::{RecordDifference, Tolerance};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -29,11 +34,23 @@ const TOLD: usize = 10;
 /// What a case gives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GoldenOutput {
-    /// Linear light in [0, 1].
+    /// Linear light in [0, 1]: the picture, or the mean of random ones.
     pub picture: Raster<f32>,
     /// Corners, residuals, fates, counts: nothing that changes from run to run.
     pub record: Value,
+    /// What the pictures of a case with random effects are like.
+    pub noise: Option<Regions>,
 }
+
+impl GoldenOutput {
+    /// The output of a case that is drawn at random, from its pictures (at least two) by different seeds.
+    pub fn of_random(pictures: &[Raster<f32>], record: Value) -> Self {
+        Self { picture: noise::mean_picture(pictures), record, noise: Some(Regions::of(pictures)) }
+    }
+}
+
+/// The key under which a golden record keeps the noise.
+const NOISE: &str = "noise";
 
 /// Where things are.
 #[derive(Debug, Clone, Copy)]
@@ -192,8 +209,8 @@ fn judge(
             return Ok(case);
         }
     };
-    let expected_picture = compare_picture(folders, &actual.picture, &mut case);
-    compare_record(folders, &actual.record, tolerance, &mut case);
+    let expected_picture = compare_picture(folders, &actual, &mut case);
+    compare_record(folders, &actual, tolerance, &mut case);
 
     if case.reasons.is_empty() {
         case.outcome = Outcome::Passed;
@@ -212,8 +229,9 @@ fn judge(
     Ok(case)
 }
 
-/// Adds to `case` what is wrong with the picture, and returns the golden one.
-fn compare_picture(folders: &Folders<'_>, actual: &Raster<f32>, case: &mut CaseResult) -> Option<Raster<f32>> {
+/// Adds to `case` what is wrong with the picture, and returns the golden one. Of random pictures only the size is asked
+/// for; the rest is the record's.
+fn compare_picture(folders: &Folders<'_>, actual: &GoldenOutput, case: &mut CaseResult) -> Option<Raster<f32>> {
     let path = file(folders.golden, &case.name, "png");
     if !path.exists() {
         case.reasons.push(format!("it has no golden picture {}", path.display()));
@@ -226,7 +244,8 @@ fn compare_picture(folders: &Folders<'_>, actual: &Raster<f32>, case: &mut CaseR
             return None;
         }
     };
-    match compare::compare(&expected, actual, PIXEL_TOLERANCE) {
+    let tolerance = if actual.noise.is_some() { f64::INFINITY } else { PIXEL_TOLERANCE };
+    match compare::compare(&expected, &actual.picture, tolerance) {
         Ok(difference) => {
             if let (false, Some([i, j])) = (difference.passes(), difference.worst_px) {
                 case.reasons.push(format!(
@@ -250,7 +269,12 @@ fn compare_picture(folders: &Folders<'_>, actual: &Raster<f32>, case: &mut CaseR
 }
 
 /// Adds to `case` what is wrong with the record.
-fn compare_record(folders: &Folders<'_>, actual: &Value, tolerance: &dyn Fn(&str) -> Tolerance, case: &mut CaseResult) {
+fn compare_record(
+    folders: &Folders<'_>,
+    output: &GoldenOutput,
+    tolerance: &dyn Fn(&str) -> Tolerance,
+    case: &mut CaseResult,
+) {
     let path = file(folders.golden, &case.name, "json");
     let text = match fs::read_to_string(&path) {
         Ok(text) => text,
@@ -260,8 +284,12 @@ fn compare_record(folders: &Folders<'_>, actual: &Value, tolerance: &dyn Fn(&str
         }
     };
     // Both go through the same text and parser, so that equal numbers stay equal.
-    match (serde_json::from_str(&text), serde_json::from_str(&actual.to_string())) {
-        (Ok(expected), Ok(actual)) => {
+    match (serde_json::from_str::<Value>(&text), serde_json::from_str(&output.record.to_string())) {
+        (Ok(mut expected), Ok(actual)) => {
+            if let Some(actual) = &output.noise {
+                let kept = expected.as_object_mut().and_then(|o| o.shift_remove(NOISE)).unwrap_or_default();
+                compare_noise(kept, actual, case);
+            }
             let difference = record::compare(&expected, &actual, tolerance);
             case.reasons.extend(difference.mismatches.iter().take(TOLD).cloned());
             if difference.mismatches.len() > TOLD {
@@ -278,12 +306,28 @@ fn compare_record(folders: &Folders<'_>, actual: &Value, tolerance: &dyn Fn(&str
     }
 }
 
+/// Adds to `case` what chance does not explain.
+fn compare_noise(expected: Value, actual: &Regions, case: &mut CaseResult) {
+    let found = match serde_json::from_value::<Regions>(expected) {
+        Ok(expected) => expected.mismatches(actual),
+        Err(error) => vec![format!("its golden record has no noise to compare with: {error}")],
+    };
+    case.reasons.extend(found.iter().take(TOLD).cloned());
+    if found.len() > TOLD {
+        case.reasons.push(format!("and {} more regions changed", found.len() - TOLD));
+    }
+}
+
 /// Writes the golden of one case.
 fn update(folders: &Folders<'_>, name: &str, actual: &GoldenOutput) -> Result<(), Problem> {
     make(folders.golden)?;
     let picture = file(folders.golden, name, "png");
     png::write_grey16(&picture, &actual.picture, Transfer::Linear, &Notes::default())?;
-    let text = format!("{:#}\n", actual.record);
+    let mut record = actual.record.clone();
+    if let (Some(noise), Some(record)) = (&actual.noise, record.as_object_mut()) {
+        record.insert(NOISE.to_owned(), json!(noise));
+    }
+    let text = format!("{record:#}\n");
     write_bytes(&file(folders.golden, name, "json"), text.as_bytes())
 }
 

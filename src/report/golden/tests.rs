@@ -59,7 +59,7 @@ fn render(path: &Path) -> Result<GoldenOutput, Problem> {
         text.parse().map_err(|_| Problem::new(path.display(), format!("{text} is no number"), "write one"))?;
     let light = (0..16 * 12).map(|k| (edge - f64::from(k % 16)).clamp(0.0, 1.0) as f32).collect();
     let record = json!({"found": 1, "corners": [{"x_px": edge, "y_px": 6.0}], "fates": {"missed": 0}});
-    Ok(GoldenOutput { picture: Raster::from_data(16, 12, light), record })
+    Ok(GoldenOutput { picture: Raster::from_data(16, 12, light), record, noise: None })
 }
 
 fn reasons(report: &GoldenReport, name: &str) -> String {
@@ -218,4 +218,42 @@ fn a_folder_without_cases_is_a_problem() {
         let folders = Folders { cases, golden: cases, failures: cases };
         assert!(run(&folders, Mode::Check, &tolerance, &render).is_err());
     }
+}
+
+/// The stand-in's picture with noise of 1 %, drawn from a seed.
+fn noisy(output: &GoldenOutput, seed: u64) -> GoldenOutput {
+    let draw = |replicate: u64, k: usize| {
+        let normal = crate::num::deviates::Stream::new(seed + replicate, 0, 0, k as u32).normals()[0];
+        0.2 + 0.5 * output.picture.data()[k] + 0.01 * normal as f32
+    };
+    let picture = |r: u64| Raster::from_data(16, 12, (0..192).map(|k| draw(r, k)).collect());
+    let pictures: Vec<_> = (0..noise::REPLICATES as u64).map(picture).collect();
+    GoldenOutput::of_random(&pictures, output.record.clone())
+}
+
+#[test]
+fn random_pictures_are_judged_by_mean_and_variance() {
+    let room = Room::new();
+    assert!(room.run(Mode::Update, &|output| noisy(&output, 1)).passed());
+    let golden = fs::read(room.golden("one.json")).unwrap();
+    for seed in [1, 1000, 2000] {
+        let report = room.check(&|output| noisy(&output, seed));
+        assert!(report.passed(), "{report}");
+    }
+    // An edge that moves by 0.05 px; a deterministic picture; a changed count: each fails.
+    room.case("one", 7.35);
+    let moved = room.check(&|output| noisy(&output, 3000));
+    assert!(reasons(&moved, "one").contains("the light of the region at pixel (0, 0)"), "{moved}");
+    assert!(room.evidence("one.strip.png").exists() && !reasons(&moved, "one").contains("pixels changed"));
+    room.case("one", 7.3);
+    assert!(!room.check(&|output| output).passed());
+    let count = room.check(&|mut output| {
+        output.record["found"] = json!(2);
+        noisy(&output, 1)
+    });
+    assert_eq!(reasons(&count, "one"), "/found was 1 and is 2");
+    // A case that becomes random has no noise in its golden.
+    let deterministic = Room::new();
+    assert!(reasons(&deterministic.check(&|o| noisy(&o, 1)), "one").contains("no noise to compare with"));
+    assert_eq!(fs::read(room.golden("one.json")).unwrap(), golden);
 }
