@@ -5,7 +5,7 @@
 mod instruments;
 
 use biprism::effect::thin_lens::Aperture;
-use biprism::effect::{Effects, Hook, Quadrature, TABLE, ThinLens};
+use biprism::effect::{Effects, Hook, Quadrature, Sensor, TABLE, ThinLens};
 use biprism::raster::Raster;
 use biprism::render::{Class, Film, Wanted, render, render_wanted};
 use biprism::scene::{self, Scene};
@@ -20,10 +20,14 @@ const NO_GLASS: &str = "kind = \"none\"";
 type Zero = fn(&mut Effects);
 
 /// A zero for every effect.
-const ZEROES: [(&str, Zero); 3] = [
+const ZEROES: [(&str, Zero); 5] = [
     ("thin_lens", |e| e.thin_lens.iter_mut().for_each(|e| e.radius_mm = 0.0)),
     ("cos4", |e| e.cos4.iter_mut().for_each(|e| e.exponent = 0.0)),
     ("lamp", |e| e.lamp.iter_mut().for_each(|e| e.share = 0.0)),
+    ("diffraction", |e| e.diffraction.iter_mut().for_each(|e| e.f_number = 0.0)),
+    ("sensor", |e| {
+        e.sensor.iter_mut().for_each(|e| *e = Sensor { seed: e.seed, white_e: e.white_e, ..Sensor::IDEAL });
+    }),
 ];
 
 fn picture(system: &System) -> Raster<f32> {
@@ -99,6 +103,10 @@ fn a_white_furnace_stays_white() {
         scene.board.black = 0.7;
         scene.board.white = 0.7;
         scene.board.background = 0.7;
+        // Of a sensor's picture only the mean is even, and that is judged with its noise.
+        if scene.effects.is_random() {
+            continue;
+        }
         for value in picture(&built(&scene)).data() {
             // Each of the passes rounds to f32, and so does their sum.
             assert!((value - 0.7).abs() <= 2.0 * f32::EPSILON, "{}: {value}", row.key);

@@ -5,21 +5,28 @@ use super::view::{HalfView, see};
 use crate::metrics::Both;
 use crate::problem::Problem;
 use crate::raster::Raster;
+use crate::render::Wanted;
 use crate::scene::Scene;
+use crate::system::System;
 use crate::{render, system};
 use serde_json::{Value, json};
 
-/// The picture of a scene, and its corners, residuals, fates and operation counts.
+/// The picture of a scene, and its corners, residuals, fates and operation counts; what of these depends on random
+/// numbers is left out.
 ///
 /// # Errors
 /// When the instrument cannot be built.
 pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Problem> {
     let system = system::build(scene)?;
+    let random = system.effects.is_random();
     let film = render::render(&system, &|_| ());
     let view = see(&system, &film.radiance, true, &mut |_| ());
     let judgement = measure(scene, &system, view, &[]);
     let half = |k: usize| {
         let (view, figures) = (&judgement.view.halves[k], &judgement.halves[k]);
+        if random {
+            return json!({ "visible": view.detected.visible, "true_px": truth(view) });
+        }
         json!({
             "visible": view.detected.visible,
             "wrong": view.detected.wrong,
@@ -32,7 +39,7 @@ pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Problem> {
             },
         })
     };
-    let value = json!({
+    let mut value = json!({
         "pixel_centre": "(i + 0.5, j + 0.5), from the half's own origin",
         "fates": fates(&film),
         "counts": film.counts,
@@ -40,7 +47,23 @@ pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Problem> {
         "right": half(1),
         "residuals": { "vertical_disparity_rms_px": rms(&judgement.stereo.disparity, |d| d.vertical_rms_px) },
     });
+    if random {
+        value.as_object_mut().and_then(|value| value.shift_remove("residuals"));
+    }
     Ok((film.radiance, value))
+}
+
+/// The pictures that the scene gives with as many different seeds; its own is the first.
+///
+/// # Errors
+/// When the instrument cannot be built.
+pub fn redrawn(scene: &Scene, count: usize) -> Result<Vec<Raster<f32>>, Problem> {
+    let system = system::build(scene)?;
+    let picture = |replicate: u64| {
+        let system = System { effects: system.effects.redrawn(replicate), ..system.clone() };
+        render::render_wanted(&system, Wanted { truth: false }, &|_| ()).radiance
+    };
+    Ok((0..count as u64).map(picture).collect())
 }
 
 fn found(view: &HalfView) -> Value {

@@ -2,8 +2,9 @@
 
 use super::args::GoldenArgs;
 use super::{Outcome, say};
-use crate::analysis::record::record;
+use crate::analysis::record::{record, redrawn};
 use crate::problem::Problem;
+use crate::report::golden::noise::REPLICATES;
 use crate::report::golden::record::Tolerance;
 use crate::report::golden::{self, Folders, GoldenOutput, GoldenReport, Mode};
 use crate::scene;
@@ -28,7 +29,11 @@ pub(super) fn run(args: &GoldenArgs) -> Result<Outcome, Problem> {
 /// As [`golden::run`].
 pub fn check(folders: &Folders<'_>, mode: Mode) -> Result<GoldenReport, Problem> {
     let render = |path: &Path| {
-        let (picture, record) = record(&scene::load(path)?)?;
+        let scene = scene::load(path)?;
+        let (picture, record) = record(&scene)?;
+        if scene.effects.is_random() {
+            return Ok(GoldenOutput::of_random(&redrawn(&scene, REPLICATES)?, record));
+        }
         Ok(GoldenOutput { picture, record, noise: None })
     };
     golden::run(folders, mode, &tolerance, &render)

@@ -9,7 +9,8 @@
 //! - **Transport** effects weaken light on its way by a smooth factor: [`Effects::gain`] multiplies the factors of one
 //!   ray, given its [`Journey`]; `render` asks for it at every pixel, or at every piece of a pixel that a border cuts.
 //! - **Film** effects act on the whole picture after all passes: [`Effects::develop`] applies them in the order of the
-//!   light, optics before sensor.
+//!   light, optics before sensor. They may ask for a picture that is sampled finer than its pixels
+//!   ([`Effects::samples`]), or over a part of each pixel ([`Effects::active_side`]).
 //!
 //! A scene without effects is rendered by the loops that were there before any effect.
 //!
@@ -36,12 +37,16 @@ pub mod sensor;
 pub mod thin_lens;
 
 pub use cos4::Cos4;
+pub use diffraction::Diffraction;
 pub use journey::{Journey, Landing};
 pub use lamp::Lamp;
 pub use quadrature::Quadrature;
+pub use sensor::Sensor;
 pub use thin_lens::ThinLens;
 
 use crate::raster::Raster;
+use crate::raster::transfer::luminance;
+use diffraction::{Kernel, blur};
 use glam::DVec2;
 
 /// The effects that a scene calls for, with their settings; `None` is absent.
@@ -53,6 +58,10 @@ pub struct Effects {
     pub cos4: Option<Cos4>,
     /// The board lit by a lamp.
     pub lamp: Option<Lamp>,
+    /// Diffraction at the aperture.
+    pub diffraction: Option<Diffraction>,
+    /// A sensor that is not ideal.
+    pub sensor: Option<Sensor>,
     /// How ray effects are sampled.
     pub quadrature: Quadrature,
 }
@@ -87,7 +96,7 @@ pub struct Row {
 }
 
 /// Every effect, in the order in which light meets them.
-pub const TABLE: [Row; 3] = [
+pub const TABLE: [Row; 5] = [
     Row {
         key: "lamp",
         hook: Hook::Transport,
@@ -112,6 +121,22 @@ pub const TABLE: [Row; 3] = [
         cost: "one ray a pixel",
         acts: |effects| effects.cos4.is_some_and(|e| !e.is_nothing()),
     },
+    Row {
+        key: "diffraction",
+        hook: Hook::Film,
+        what: "the Airy pattern of a round aperture in place of a point",
+        source: "Born & Wolf, Principles of Optics, 8.5.2; Goodman, Introduction to Fourier Optics, 7.3",
+        cost: "a picture of up to 4 x 4 samples a pixel, convolved",
+        acts: |effects| effects.diffraction.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "sensor",
+        hook: Hook::Film,
+        what: "from light to numbers: fill factor, colour filters, fixed pattern, shot and read noise, full well, ADC, gamma",
+        source: "EMVA Standard 1288, linear model",
+        cost: "some random numbers a pixel",
+        acts: |effects| effects.sensor.is_some_and(|e| !e.is_nothing()),
+    },
 ];
 
 /// One variant of the instrument, a pinhole like the plain one, and its share of the picture.
@@ -133,6 +158,32 @@ pub struct Picture {
     pub grey: Raster<f32>,
     /// Red, green and blue of each pixel, where the sensor tells them apart.
     pub colour: Option<Raster<[f32; 3]>>,
+}
+
+impl Picture {
+    /// A picture without colours.
+    pub fn of_grey(grey: Raster<f32>) -> Self {
+        Self { grey, colour: None }
+    }
+
+    /// A picture of colours; its grey is their luminance.
+    pub fn of_colours(colour: Raster<[f32; 3]>) -> Self {
+        let grey = colour.map(|[r, g, b]| luminance(r.into(), g.into(), b.into()) as f32);
+        Self { grey, colour: Some(colour) }
+    }
+
+    /// Each channel changed by `f`, which may change its size.
+    #[must_use]
+    pub fn each_channel(&self, f: impl Fn(&Raster<f32>) -> Raster<f32>) -> Self {
+        let colour = |colour: &Raster<[f32; 3]>| merged([0, 1, 2].map(|c| f(&colour.map(|v| v[c]))));
+        Self { grey: f(&self.grey), colour: self.colour.as_ref().map(colour) }
+    }
+}
+
+/// One picture of three channels of one size.
+fn merged([r, g, b]: [Raster<f32>; 3]) -> Raster<[f32; 3]> {
+    let pixels = r.data().iter().zip(g.data()).zip(b.data());
+    Raster::from_data(r.width(), r.height(), pixels.map(|((r, g), b)| [*r, *g, *b]).collect())
 }
 
 impl Effects {
@@ -181,9 +232,51 @@ impl Effects {
         gain
     }
 
-    /// The picture after all film effects, in the order of the light.
-    pub fn develop(&self, picture: Picture) -> Picture {
-        picture
+    /// Samples along each side of a pixel that a picture of the given size must have before [`Effects::develop`]; 1 is
+    /// its pixels.
+    pub fn samples(&self, size_px: [usize; 2]) -> usize {
+        self.diffracting().map_or(1, |diffraction| diffraction.samples(size_px))
+    }
+
+    /// The side of the square in the middle of a pixel over which its light is to be taken, in px. Diffraction lets light
+    /// cross its border, so that the whole pixel is asked for, and collects over the square by itself.
+    pub fn active_side(&self) -> f64 {
+        if self.diffracting().is_some() { 1.0 } else { self.collecting_side() }
+    }
+
+    /// Whether the picture is drawn at random.
+    pub fn is_random(&self) -> bool {
+        self.sensor.is_some_and(|sensor| sensor.is_random())
+    }
+
+    /// The same effects with other random numbers, by other seeds; themselves for 0.
+    #[must_use]
+    pub fn redrawn(&self, replicate: u64) -> Self {
+        let sensor = self.sensor.map(|sensor| Sensor { seed: sensor.seed.wrapping_add(replicate), ..sensor });
+        Self { sensor, ..self.clone() }
+    }
+
+    /// The picture after all film effects, in the order of the light, from one with `samples` along each side of a pixel.
+    pub fn develop(&self, light: Picture, samples: usize) -> Picture {
+        let light = match self.diffracting() {
+            Some(diffraction) => {
+                let kernel = Kernel::with_samples(diffraction.scale_px(), self.collecting_side(), samples);
+                light.each_channel(|channel| blur(channel, &kernel))
+            }
+            None => light,
+        };
+        match &self.sensor {
+            Some(sensor) => sensor.expose(&light),
+            None => light,
+        }
+    }
+
+    fn diffracting(&self) -> Option<&Diffraction> {
+        self.diffraction.as_ref().filter(|diffraction| !diffraction.is_nothing())
+    }
+
+    fn collecting_side(&self) -> f64 {
+        self.sensor.map_or(1.0, |sensor| sensor.active_side())
     }
 }
 

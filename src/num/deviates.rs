@@ -4,6 +4,9 @@ use super::philox::philox4x32;
 
 /// The mean from which [`Stream::poisson`] rejects rather than adds up: the least for which Hörmann's constants hold.
 const REJECTION_FROM: f64 = 10.0;
+/// The mean from which a Poisson number is a rounded normal one: rejection compares numbers of this size times 20, whose
+/// rounding is then 1e-6, and the skewness that a normal number lacks is 1e-4.
+const NORMAL_FROM: f64 = 1e8;
 /// Beyond it a Poisson number of mean below [`REJECTION_FROM`] has a probability below 1e-180.
 const SUM_TO: u32 = 200;
 
@@ -51,10 +54,12 @@ impl Stream {
     /// A Poisson number of the given mean (0 where that is not above 0), exactly distributed but for the rounding of f64:
     /// by adding up probabilities below a mean of 10, by transformed rejection from there on (W. Hörmann, "The
     /// transformed rejection method for generating Poisson random variables", Insurance: Mathematics and Economics 12,
-    /// 1993, 39: algorithm PTRS).
+    /// 1993, 39: algorithm PTRS). From a mean of 1e8 on it is a normal number, rounded.
     #[inline]
     pub fn poisson(&mut self, mean: f64) -> f64 {
-        if mean >= REJECTION_FROM {
+        if mean >= NORMAL_FROM {
+            (mean + mean.sqrt() * self.normals()[0]).round()
+        } else if mean >= REJECTION_FROM {
             self.poisson_by_rejection(mean)
         } else if mean > 0.0 {
             self.poisson_by_sum(mean)

@@ -19,6 +19,22 @@ pub(super) struct Jet {
     pub(super) dyy: DVec2,
 }
 
+impl Jet {
+    /// The same map by steps of `side` px.
+    #[inline(always)]
+    pub(super) fn by_steps_of(self, side: f64) -> Self {
+        let square = side * side;
+        Self {
+            seen: self.seen,
+            dx: self.dx * side,
+            dy: self.dy * side,
+            dxx: self.dxx * square,
+            dxy: self.dxy * square,
+            dyy: self.dyy * square,
+        }
+    }
+}
+
 /// [`LANES`] jets; each field holds its first and its second component.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Jets {

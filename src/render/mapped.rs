@@ -24,7 +24,8 @@ pub(super) fn render(plan: &Plan, patch: &Patch, band: &mut Band) -> Work {
 /// Coefficients of a polynomial in s, by rising power.
 type Line = [f64; MAX_DEGREE + 1];
 
-/// The map along one row: u and v as polynomials in s, with their first and second derivatives down the picture.
+/// The map along one row: u and v as polynomials in s, with their first and second derivatives by steps of a pixel's
+/// active side down the picture.
 struct RowMap {
     degree: [usize; 2],
     value: [Line; 2],
@@ -34,8 +35,8 @@ struct RowMap {
 
 impl RowMap {
     #[inline(always)]
-    fn new(patch: &Patch, y: f64) -> Self {
-        let (t, step) = (patch.t(y), patch.steps().y);
+    fn new(patch: &Patch, y: f64, active: f64) -> Self {
+        let (t, step) = (patch.t(y), patch.steps().y * active);
         let mut row = Self {
             degree: [0, 1].map(|axis| patch.powers[axis].len() - 1),
             value: [[0.0; MAX_DEGREE + 1]; 2],
@@ -104,7 +105,7 @@ impl Kernel for Rows<'_, '_, '_> {
         let mut special = Vec::new();
         for j in rows {
             let y = j as f64 + 0.5;
-            let row = RowMap::new(patch, y);
+            let row = RowMap::new(patch, y, plan.active);
             let start = (j - band.first_row) * band.width;
             let out = &mut band.radiance[start + columns.start..start + columns.end];
             special.clear();
@@ -195,7 +196,8 @@ fn plain(pattern: &Pattern, patch: &Patch, row: &RowMap, out: &mut [f32], specia
 #[inline(always)]
 fn edges(plan: &Plan, patch: &Patch, row: &RowMap, y: f64, out: &mut [f32], special: &[u32], work: &mut Work) {
     let accuracy = &plan.system.accuracy;
-    let step = patch.steps().x;
+    // What a pixel sees of a jet is its active square: steps of its side.
+    let step = patch.steps().x * plan.active;
     let first_x = patch.region.columns.start as f64 + 0.5;
     for few in special.chunks(LANES) {
         let at = |k: usize| first_x + f64::from(few[k.min(few.len() - 1)]);

@@ -2,6 +2,7 @@
 
 pub mod coverage;
 mod cover;
+mod film;
 mod looks;
 mod map;
 mod mapped;
@@ -12,7 +13,7 @@ pub mod supersample;
 mod tile;
 
 use crate::accuracy::Level;
-use crate::effect::{Hook, Picture};
+use crate::effect::Hook;
 use crate::optics::fate::Fate;
 use crate::raster::Raster;
 use crate::system::System;
@@ -221,17 +222,20 @@ pub fn render(system: &System, progress: &(dyn Fn(usize) + Sync)) -> Film {
 
 /// The picture that `system` takes, with what is wanted of it; `progress` as in [`render`].
 pub fn render_wanted(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    let effects = &system.effects;
-    let film = if effects.act_by(Hook::Ray) {
-        passes::sum(system, &effects.variants(), wanted, progress)
+    if system.effects.act_by(Hook::Film) {
+        film::developed(system, wanted, progress)
+    } else {
+        light(system, wanted, progress)
+    }
+}
+
+/// The light that reaches the film; arguments as of [`render_wanted`].
+fn light(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
+    if system.effects.act_by(Hook::Ray) {
+        passes::sum(system, &system.effects.variants(), wanted, progress)
     } else {
         picture(&Plan::new(system), wanted, progress)
-    };
-    if !effects.act_by(Hook::Film) {
-        return film;
     }
-    let developed = effects.develop(Picture { grey: film.radiance, colour: film.colour });
-    Film { radiance: developed.grey, colour: developed.colour, ..film }
 }
 
 /// The picture of a plan, one pass without film effects, with what is wanted of it; `progress` as in [`render`].

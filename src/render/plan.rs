@@ -41,6 +41,8 @@ pub struct Plan<'a> {
     pub(super) mirrored: bool,
     /// Whether transport effects change what pixels receive.
     pub(super) gained: bool,
+    /// The side of the square in the middle of a pixel that receives light, in px.
+    pub(super) active: f64,
 }
 
 impl<'a> Plan<'a> {
@@ -72,6 +74,7 @@ impl<'a> Plan<'a> {
             rays: cover.rays,
             mirrored,
             gained: false,
+            active: system.effects.active_side(),
         }
     }
 

@@ -158,9 +158,10 @@ impl Kernel for Edges<'_> {
     fn run(self) {
         let Self { plan, centres, at, start, row, special, work } = self;
         for few in special.chunks(LANES) {
-            let mut jets = Jets::splat(&centres.jet(at + few[0] as usize, plan.pattern.squares_per_mm()));
+            let jet = |i: u32| centres.jet(at + i as usize, plan.pattern.squares_per_mm()).by_steps_of(plan.active);
+            let mut jets = Jets::splat(&jet(few[0]));
             for (k, &i) in few.iter().enumerate().skip(1) {
-                jets.set_lane(k, &centres.jet(at + i as usize, plan.pattern.squares_per_mm()));
+                jets.set_lane(k, &jet(i));
             }
             let covers = cover(&plan.pattern, &jets, &plan.system.accuracy);
             for (k, &i) in few.iter().enumerate() {
@@ -179,7 +180,8 @@ fn pixel(plan: &Plan, px: DVec2, centres: &Centres, at: usize, work: &mut Work) 
     if !matches!(own, Class::Left | Class::Right) {
         return dark(plan, own) * plan.gain(px);
     }
-    whole_pixel(plan, px, &centres.jet(at, plan.pattern.squares_per_mm()), work) * plan.gain(px)
+    let jet = centres.jet(at, plan.pattern.squares_per_mm()).by_steps_of(plan.active);
+    whole_pixel(plan, px, &jet, work) * plan.gain(px)
 }
 
 impl Centres {
@@ -239,10 +241,11 @@ pub(super) fn settle(plan: &Plan, px: DVec2, covered: Cover, work: &mut Work) ->
     }
 }
 
-/// The mean over n x n parts of the pixel at `px`, each traced, and multiplied by `gain` of its place. Mirror images are
+/// The mean over n x n parts of the active square of the pixel at `px`, each traced, and multiplied by `gain` of its place. Mirror images are
 /// summed in pairs.
 pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, gain: impl Fn(DVec2) -> f64, work: &mut Work) -> f64 {
-    let side = 1.0 / f64::from(n);
+    let share = 1.0 / f64::from(n);
+    let side = plan.active * share;
     let outline = square(0.5 * side);
     let place = |k: u32| (f64::from(2 * k + 1) - f64::from(n)) * (0.5 * side);
     let mut sum = 0.0;
@@ -258,7 +261,7 @@ pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, gain: impl Fn(DVec2)
             sum += part(n / 2);
         }
     }
-    sum * (side * side)
+    sum * (share * share)
 }
 
 /// A square about the origin, of side 2 `half`.
@@ -297,7 +300,7 @@ const MAX_VERTICES: usize = 8;
 /// A pixel beside or under the ridge or the border of a fate. Where that passes through it, it is cut along the straight
 /// line through the places where its outline changes class, and each piece is seen by itself.
 fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) -> f64 {
-    let corners = square(0.5);
+    let corners = square(0.5 * plan.active);
     let looks = corners.map(|c| alone(plan.system, px + c * (1.0 - 2.0 * INSET_PX)));
     let classes = looks.map(|(_, class)| class);
     work.counts.rays += 4;
@@ -354,7 +357,7 @@ fn plain_between(plan: &Plan, px: DVec2, corners_mm: [DVec2; 4]) -> Option<f64> 
 /// nothing itself.
 fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Jet> {
     work.counts.rays += 5;
-    let reach = 0.5 - INSET_PX;
+    let reach = 0.5 * plan.active - INSET_PX;
     let scale = plan.pattern.squares_per_mm();
     let jacobian = |step: DVec2| plan.system.footprint(px + step).map(|f| f.jacobian * scale).ok();
     let here = plan.system.footprint(px).ok()?;
@@ -362,14 +365,15 @@ fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Jet> {
     let along_x = (jacobian(x)? - jacobian(-x)?) * (0.5 / reach);
     let along_y = (jacobian(y)? - jacobian(-y)?) * (0.5 / reach);
     let tangent = here.jacobian * scale;
-    Some(Jet {
+    let jet = Jet {
         seen: here.sight.board_mm * scale,
         dx: tangent.x_axis,
         dy: tangent.y_axis,
         dxx: along_x.x_axis,
         dxy: along_y.x_axis,
         dyy: along_y.y_axis,
-    })
+    };
+    Some(jet.by_steps_of(plan.active))
 }
 
 /// The place between the corners `a` (of class `class`) and `b` (of another) where the class changes.
@@ -382,7 +386,7 @@ fn border(plan: &Plan, px: DVec2, a: DVec2, b: DVec2, class: Class) -> DVec2 {
     a + (b - a) * (0.5 * (near + far))
 }
 
-/// The light that a convex piece of a pixel receives, times its share of the pixel.
+/// The light that a convex piece of a pixel's active square receives, times its share of it.
 fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
     let n = outline.len();
     let twice_area: f64 = (0..n).map(|k| outline[k].perp_dot(outline[(k + 1) % n])).sum();
@@ -391,5 +395,6 @@ fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
     }
     let middle = outline.iter().copied().sum::<DVec2>() / n as f64;
     let about_middle: Vec<DVec2> = outline.iter().map(|p| *p - middle).collect();
-    0.5 * twice_area * part(plan, px + middle, &about_middle, work) * plan.gain(px + middle)
+    let share = 0.5 * twice_area / (plan.active * plan.active);
+    share * part(plan, px + middle, &about_middle, work) * plan.gain(px + middle)
 }

@@ -2,9 +2,11 @@
 
 use super::document::Document;
 use super::limits::*;
+use super::sensor::{SensorFile, sensor};
 use super::{Board, Camera};
+use crate::effect::diffraction::LARGEST_SCALE_PX;
 use crate::effect::thin_lens::{Aperture, ThinLens};
-use crate::effect::{Cos4, Effects, Lamp, Quadrature};
+use crate::effect::{Cos4, Diffraction, Effects, Lamp, Quadrature};
 use crate::problem::Problem;
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -27,6 +29,10 @@ pub(super) struct EffectTables {
     pub(super) cos4: Option<Cos4File>,
     /// A point lamp that lights the board.
     pub(super) lamp: Option<LampFile>,
+    /// Diffraction at a round aperture: the picture is convolved with the Airy pattern.
+    pub(super) diffraction: Option<DiffractionFile>,
+    /// A sensor that is not ideal: what a key does not ask for is left out.
+    pub(super) sensor: Option<SensorFile>,
 }
 
 /// How effects that are averages are sampled.
@@ -88,8 +94,24 @@ pub(super) struct LampFile {
     pub(super) share: f64,
 }
 
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DiffractionFile {
+    /// Distance from the lens's exit pupil to the sensor over the diameter of the pupil.
+    #[schemars(range(min = 0, max = LARGEST_F_NUMBER))]
+    pub(super) f_number: f64,
+    /// Wavelength of the light, in nm.
+    #[serde(default = "green")]
+    #[schemars(range(min = SHORTEST_WAVE_NM, max = LONGEST_WAVE_NM))]
+    pub(super) wavelength_nm: f64,
+}
+
 fn whole() -> f64 {
     1.0
+}
+
+fn green() -> f64 {
+    550.0
 }
 
 /// The effects that are to be simulated.
@@ -108,6 +130,8 @@ pub(super) fn effects(
         thin_lens: file.thin_lens.as_ref().map(|lens| thin_lens(lens, camera)),
         cos4: file.cos4.as_ref().map(|cos4| Cos4 { exponent: cos4.exponent }),
         lamp: file.lamp.as_ref().map(|file| lamp(document, file, camera, board)).transpose()?,
+        diffraction: file.diffraction.as_ref().map(|file| diffraction(document, file, camera)).transpose()?,
+        sensor: file.sensor.as_ref().map(|file| sensor(document, file)).transpose()?,
         quadrature: Quadrature { points: quadrature.points },
     };
     // A table that is not simulated must be right all the same.
@@ -121,6 +145,23 @@ fn thin_lens(file: &ThinLensFile, camera: &Camera) -> ThinLens {
     let rotation_rad = file.rotation_deg.to_radians();
     let aperture = file.blades.map_or(Aperture::Circle, |blades| Aperture::Polygon { blades, rotation_rad });
     ThinLens::new(file.f_number, file.focus_mm, aperture, camera.focal_length_mm)
+}
+
+/// A pattern must not be much larger than what is kept of it.
+fn diffraction(document: &Document, file: &DiffractionFile, camera: &Camera) -> Result<Diffraction, Problem> {
+    let diffraction =
+        Diffraction { wavelength_nm: file.wavelength_nm, f_number: file.f_number, pitch_mm: camera.pitch_mm };
+    let scale_px = diffraction.scale_px();
+    if scale_px > LARGEST_SCALE_PX {
+        let rule = format!(
+            "`effect.diffraction.f_number` is {}, and wavelength times f-number is then {scale_px:.3} px, above the \
+             {LARGEST_SCALE_PX} px up to which the pattern's light is kept",
+            file.f_number
+        );
+        let help = "give a smaller `f_number`, or larger pixels";
+        return Err(document.problem(document.span("effect.diffraction.f_number"), rule, help));
+    }
+    Ok(diffraction)
 }
 
 /// A lamp must stand on the side of the board that the camera sees.

@@ -62,5 +62,23 @@ pub(super) const LARGEST_F_NUMBER: f64 = 1e9;
 pub(super) const BLADES: usize = 64;
 /// The largest power of a cosine.
 pub(super) const EXPONENT: f64 = 100.0;
+/// The shortest wavelength, in nm.
+pub(super) const SHORTEST_WAVE_NM: f64 = 10.0;
+/// The longest wavelength, in nm.
+pub(super) const LONGEST_WAVE_NM: f64 = 1e6;
+/// The largest seed and the largest number of a frame.
+pub(super) const SEED: u32 = u32::MAX;
+/// The most electrons that radiance 1 frees, that a pixel holds, or that come in the dark.
+pub(super) const ELECTRONS: f64 = 1e9;
+/// The largest spread of the pixels' gain, of 1.
+pub(super) const UNEVENNESS: f64 = 1.0;
+/// Bits of a converter.
+pub(super) const ADC_BITS: u32 = 24;
+/// The largest black level, in numbers.
+pub(super) const BLACK_LEVEL: f64 = (1u32 << ADC_BITS) as f64;
+/// The largest gain, in numbers an electron.
+pub(super) const GAIN: f64 = 1e9;
+/// The largest gamma; the smallest is its inverse.
+pub(super) const GAMMA: f64 = 10.0;
 /// Points of a pupil.
 pub(super) const POINTS: usize = 1 << 16;

@@ -12,6 +12,7 @@ pub mod mesh;
 mod ply;
 mod document;
 mod effects;
+mod sensor;
 mod limits;
 mod schema;
 mod structure;

@@ -47,6 +47,18 @@ impl Camera {
         }
     }
 
+    /// The same camera with `n` x `n` pixels in place of each.
+    #[must_use]
+    pub fn sampled(&self, n: usize) -> Self {
+        let [width, height] = self.size_px;
+        Self {
+            tangent_per_px: self.tangent_per_px / n as f64,
+            centre_px: self.centre_px * n as f64,
+            size_px: [width * n, height * n],
+            ..*self
+        }
+    }
+
     /// Whether mirror images in the plane x = 0 have mirrored rays, bit for bit, and no pixel lies across it.
     pub fn keeps_mirror_images(&self) -> bool {
         let width = self.size_px[0];

@@ -1,9 +1,15 @@
-//! The variants of an instrument that ray effects average over.
+//! The variants of an instrument that effects ask for.
 
 use super::System;
 use crate::effect::Variant;
 
 impl System {
+    /// The instrument with `n` x `n` pixels in place of each.
+    #[must_use]
+    pub fn sampled(&self, n: usize) -> Self {
+        Self { camera: self.camera.sampled(n), ..self.clone() }
+    }
+
     /// The instrument of one variant.
     #[must_use]
     pub fn varied(&self, variant: &Variant) -> Self {

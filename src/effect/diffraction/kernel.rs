@@ -41,19 +41,27 @@ pub struct Kernel {
     lost: f64,
 }
 
+/// Samples a pixel, along each side, that a pattern of the given scale takes: an edge is wrong by as much as the pattern is
+/// curved over a sample, so they are a quarter of it, or of a pixel.
+pub(super) fn samples(scale_px: f64) -> usize {
+    ((MAX_SAMPLES as f64 / scale_px.max(1.0)).ceil() as usize).clamp(1, MAX_SAMPLES)
+}
+
 impl Kernel {
     /// The kernel for wavelength times f-number in px, and for pixels whose active part is a square in their middle with a
-    /// side of `active` px.
+    /// side of `active` px, from as many samples a pixel as it takes.
     ///
     /// # Panics
     /// When the scale is not within (0, [`LARGEST_SCALE_PX`]], or `active` not within (0, 1].
     pub fn new(scale_px: f64, active: f64) -> Self {
-        // An edge is wrong by as much as the pattern is curved over a sample: samples of a quarter of it, or of a pixel.
-        let samples = ((MAX_SAMPLES as f64 / scale_px.max(1.0)).ceil() as usize).clamp(1, MAX_SAMPLES);
-        Self::with_samples(scale_px, active, samples)
+        Self::with_samples(scale_px, active, samples(scale_px))
     }
 
-    pub(super) fn with_samples(scale_px: f64, active: f64, samples: usize) -> Self {
+    /// The same from a given number of samples a pixel, along each side.
+    ///
+    /// # Panics
+    /// As [`Kernel::new`].
+    pub fn with_samples(scale_px: f64, active: f64, samples: usize) -> Self {
         assert!(scale_px > 0.0 && scale_px <= LARGEST_SCALE_PX, "wavelength x f-number of {scale_px} px");
         assert!(active > 0.0 && active <= 1.0, "an active side of {active} px");
         let far_enough = |radius: &usize| 1.0 - encircled_energy(*radius as f64 / scale_px) <= LOST;

@@ -2,7 +2,7 @@
 //!
 //! B. E. Bayer, "Color imaging array", US patent 3971065 (1976).
 
-use super::Picture;
+use crate::effect::Picture;
 use crate::raster::Raster;
 
 /// A mosaic of red, green and blue filters that repeats every two pixels.
@@ -60,8 +60,8 @@ impl Bayer {
     /// The picture of a raw mosaic.
     pub(super) fn developed(&self, raw: Raster<f32>) -> Picture {
         match self.demosaic {
-            Demosaic::Raw => Picture::Grey(raw),
-            Demosaic::Bilinear => Picture::Colour(self.bilinear(&raw)),
+            Demosaic::Raw => Picture::of_grey(raw),
+            Demosaic::Bilinear => Picture::of_colours(self.bilinear(&raw)),
         }
     }
 

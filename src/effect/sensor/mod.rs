@@ -5,18 +5,10 @@ mod bayer;
 
 pub use bayer::{Bayer, Demosaic, Order};
 
+use super::{Picture, merged};
 use crate::num::deviates::Stream;
 use crate::raster::Raster;
 use rayon::prelude::*;
-
-/// A picture in linear light, of full scale 1: of one channel, or of red, green and blue.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Picture {
-    /// One value a pixel.
-    Grey(Raster<f32>),
-    /// Red, green and blue of each pixel.
-    Colour(Raster<[f32; 3]>),
-}
 
 /// A sensor. [`Sensor::IDEAL`] leaves a picture as it is; each field adds one thing.
 ///
@@ -103,32 +95,48 @@ impl Sensor {
         gamma: 1.0,
     };
 
+    /// Whether it leaves a picture as it is.
+    pub fn is_nothing(&self) -> bool {
+        let Self { seed, frame, white_e, .. } = *self;
+        // Electrons alone, and numbers for what is not drawn, change nothing.
+        *self == Self { seed, frame, white_e, ..Self::IDEAL }
+    }
+
+    /// Whether another seed makes another picture.
+    pub fn is_random(&self) -> bool {
+        self.prnu > 0.0 || self.dsnu_e > 0.0 || self.shot_noise || self.read_noise_e > 0.0
+    }
+
     /// The side of a pixel's active square, of the pitch: the square root of the fill factor. It is no matter of this
     /// chain: the mean of the picture over each pixel must be taken over that square.
     pub fn active_side(&self) -> f64 {
         self.fill_factor.sqrt()
     }
 
-    /// What the sensor makes of `light`. With colour filters and no demosaicking the result is grey: the raw mosaic. The
-    /// bits depend on the light, the seed and the frame, and on nothing else.
+    /// What the sensor makes of `light`. With colour filters it sees one colour a pixel (grey light is all of them), and
+    /// the raw mosaic is grey; without filters it sees what there is. The bits depend on the light, the seed and the
+    /// frame, and on nothing else.
     pub fn expose(&self, light: &Picture) -> Picture {
-        let size = light.size();
-        let radiance = |k: usize| match light {
-            Picture::Grey(light) => [light.data()[k]; 3],
-            Picture::Colour(light) => light.data()[k],
-        };
-        let raw = match (light, &self.bayer) {
-            (_, Some(bayer)) => {
+        if (Self { fill_factor: 1.0, ..*self }).is_nothing() {
+            return light.clone();
+        }
+        let (grey, size) = (&light.grey, [light.grey.width(), light.grey.height()]);
+        let radiance = |k: usize| light.colour.as_ref().map_or([grey.data()[k]; 3], |colour| colour.data()[k]);
+        let raw = match (&self.bayer, &light.colour) {
+            (Some(bayer), _) => {
                 bayer.developed(self.channel(0, size, |k| bayer.through(k % size[0], k / size[0], radiance(k))))
             }
-            (Picture::Grey(_), None) => Picture::Grey(self.channel(0, size, |k| f64::from(radiance(k)[0]))),
-            (Picture::Colour(_), None) => {
-                let [r, g, b] = [0, 1, 2].map(|c| self.channel(c as u32, size, |k| f64::from(radiance(k)[c])));
-                let pixels = r.data().iter().zip(g.data()).zip(b.data());
-                Picture::Colour(Raster::from_data(size[0], size[1], pixels.map(|((r, g), b)| [*r, *g, *b]).collect()))
+            (None, None) => Picture::of_grey(self.channel(0, size, |k| f64::from(grey.data()[k]))),
+            (None, Some(colour)) => {
+                let channel = |c: usize| self.channel(c as u32, size, |k| f64::from(colour.data()[k][c]));
+                Picture::of_colours(merged([0, 1, 2].map(channel)))
             }
         };
-        self.encoded(raw)
+        match raw {
+            linear if self.gamma == 1.0 => linear,
+            Picture { colour: Some(colour), .. } => Picture::of_colours(colour.map(|v| v.map(|v| self.encoded(v)))),
+            Picture { grey, colour: None } => Picture::of_grey(grey.map(|v| self.encoded(v))),
+        }
     }
 
     /// One channel of pixels, read out.
@@ -156,23 +164,8 @@ impl Sensor {
         }
     }
 
-    fn encoded(&self, picture: Picture) -> Picture {
-        let encode = |v: f32| libm::pow(f64::from(v).max(0.0), 1.0 / self.gamma) as f32;
-        match picture {
-            same if self.gamma == 1.0 => same,
-            Picture::Grey(raw) => Picture::Grey(raw.map(encode)),
-            Picture::Colour(raw) => Picture::Colour(raw.map(|v| v.map(encode))),
-        }
-    }
-}
-
-impl Picture {
-    /// Columns and rows.
-    pub fn size(&self) -> [usize; 2] {
-        match self {
-            Self::Grey(picture) => [picture.width(), picture.height()],
-            Self::Colour(picture) => [picture.width(), picture.height()],
-        }
+    fn encoded(&self, value: f32) -> f32 {
+        libm::pow(f64::from(value).max(0.0), 1.0 / self.gamma) as f32
     }
 }
 

@@ -27,14 +27,12 @@ fn real() -> Sensor {
 }
 
 fn grey(picture: Picture) -> Raster<f32> {
-    match picture {
-        Picture::Grey(picture) => picture,
-        Picture::Colour(_) => panic!("a grey picture is asked for"),
-    }
+    assert!(picture.colour.is_none(), "a grey picture is asked for");
+    picture.grey
 }
 
 fn flat(sensor: &Sensor, radiance: f32, side: usize) -> Raster<f32> {
-    grey(sensor.expose(&Picture::Grey(Raster::filled(side, side, radiance))))
+    grey(sensor.expose(&Picture::of_grey(Raster::filled(side, side, radiance))))
 }
 
 /// In DN of the given converter.
@@ -55,12 +53,12 @@ fn z_of_variance(found: f64, expected: f64, n: usize) -> f64 {
 #[test]
 fn the_ideal_sensor_leaves_every_bit() {
     let light = Raster::from_data(64, 4, (0..256).map(|k| (k as f32 / 255.0).sqrt()).collect());
-    assert_eq!(Sensor::IDEAL.expose(&Picture::Grey(light.clone())), Picture::Grey(light.clone()));
+    assert_eq!(Sensor::IDEAL.expose(&Picture::of_grey(light.clone())), Picture::of_grey(light.clone()));
     // Also in electrons: each strength 0 alone.
     for white_e in [7.0, 1e4, 123_456.7] {
         let sensor = Sensor { seed: 3, frame: 9, white_e, full_well_e: 1e9, ..Sensor::IDEAL };
-        assert_eq!(sensor.expose(&Picture::Grey(light.clone())), Picture::Grey(light.clone()), "{white_e}");
-        let colour = Picture::Colour(light.map(|v| [v, 0.5 * v, 0.1]));
+        assert_eq!(sensor.expose(&Picture::of_grey(light.clone())), Picture::of_grey(light.clone()), "{white_e}");
+        let colour = Picture::of_colours(light.map(|v| [v, 0.5 * v, 0.1]));
         assert_eq!(sensor.expose(&colour), colour);
     }
 }
@@ -68,7 +66,7 @@ fn the_ideal_sensor_leaves_every_bit() {
 #[test]
 fn each_thing_alone_changes_the_picture() {
     let ideal = Sensor { white_e: 1000.0, ..Sensor::IDEAL };
-    let light = Picture::Grey(Raster::filled(16, 16, 0.6f32));
+    let light = Picture::of_grey(Raster::filled(16, 16, 0.6f32));
     let adc = Adc { bits: 8, gain_dn_per_e: 0.2, black_level_dn: 5.0 };
     let bayer = Bayer { order: Order::Rggb, transmission: [0.9, 1.0, 0.8], demosaic: Demosaic::Raw };
     let changes = [
@@ -149,7 +147,7 @@ fn quantisation_has_a_variance_of_a_twelfth() {
     let n = 40_000;
     // Steps of an irrational part of a DN fill a step evenly.
     let light: Vec<f32> = (0..n).map(|k| ((k as f64 * 0.618_033_988_75).fract() * 0.9) as f32).collect();
-    let seen = grey(sensor.expose(&Picture::Grey(Raster::from_data(n, 1, light.clone()))));
+    let seen = grey(sensor.expose(&Picture::of_grey(Raster::from_data(n, 1, light.clone()))));
     let errors: Vec<f64> = dn(&seen, &adc).iter().zip(&light).map(|(dn, v)| dn - 3.0 - 200.0 * f64::from(*v)).collect();
     // Of n even numbers the variance of the variance is 1/180 of the step^4; f32 keeps a DN of 255 to 1e-5.
     assert!((variance(&errors) - 1.0 / 12.0).abs() < Z * (1.0 / 180.0 / n as f64).sqrt());
@@ -195,9 +193,10 @@ fn noise_is_white_in_space_time_and_colour() {
     for (name, other) in [("frame", &b[..]), ("right", &a[1..]), ("below", &a[side..])] {
         assert!(correlation(&a, other).abs() < Z / side as f64, "{name}");
     }
-    let Picture::Colour(colour) = sensor.expose(&Picture::Colour(Raster::filled(side, side, [0.5f32; 3]))) else {
-        panic!("colour stays colour")
-    };
+    let colour = sensor
+        .expose(&Picture::of_colours(Raster::filled(side, side, [0.5f32; 3])))
+        .colour
+        .expect("colour stays colour");
     let channels = [0, 1, 2].map(|c| noise(&colour.map(|v| v[c])));
     for (i, j) in [(0, 1), (0, 2), (1, 2)] {
         assert!(correlation(&channels[i], &channels[j]).abs() < Z / side as f64, "{i} {j}");
@@ -226,7 +225,7 @@ fn gamma_bends_the_converters_numbers() {
     let adc = Adc { bits: 4, gain_dn_per_e: 0.15, black_level_dn: 0.0 };
     let sensor = Sensor { white_e: 100.0, adc: Some(adc), gamma: 2.2, ..Sensor::IDEAL };
     let light = Raster::from_data(100, 1, (0..100).map(|k| k as f32 / 99.0).collect());
-    for v in grey(sensor.expose(&Picture::Grey(light))).data() {
+    for v in grey(sensor.expose(&Picture::of_grey(light))).data() {
         let dn = libm::pow(f64::from(*v), 2.2) * 15.0;
         // An error of f32 in v is 2.2 times that of its power.
         assert!((dn - dn.round()).abs() < 15.0 * 2.2 * 1e-7, "{v} {dn}");
@@ -240,7 +239,8 @@ fn the_mosaic_comes_before_the_electrons() {
     let bayer = Bayer { order: Order::Gbrg, transmission: [0.25, 1.0, 0.5], demosaic: Demosaic::Raw };
     let sensor = Sensor { seed: 8, bayer: Some(bayer), white_e: 4000.0, shot_noise: true, ..Sensor::IDEAL };
     let side = 200;
-    for light in [Picture::Grey(Raster::filled(side, side, 0.5)), Picture::Colour(Raster::filled(side, side, [0.5; 3]))]
+    for light in
+        [Picture::of_grey(Raster::filled(side, side, 0.5)), Picture::of_colours(Raster::filled(side, side, [0.5; 3]))]
     {
         let raw = grey(sensor.expose(&light));
         for (colour, share) in bayer.transmission.iter().enumerate() {
@@ -253,9 +253,10 @@ fn the_mosaic_comes_before_the_electrons() {
         }
     }
     let developed = Sensor { bayer: Some(Bayer { demosaic: Demosaic::Bilinear, ..bayer }), ..sensor };
-    let Picture::Colour(colour) = developed.expose(&Picture::Grey(Raster::filled(side, side, 0.5))) else {
-        panic!("a demosaicked picture has colours")
-    };
+    let colour = developed
+        .expose(&Picture::of_grey(Raster::filled(side, side, 0.5)))
+        .colour
+        .expect("a demosaicked picture has colours");
     // The mean of four pixels has a quarter of the variance: red at the place of blue.
     let red: Vec<f64> = (0..side * side)
         .filter(|k| bayer.colour(k % side, k / side) == 2 && k % side > 0 && k / side > 0)
@@ -267,7 +268,7 @@ fn the_mosaic_comes_before_the_electrons() {
 
 #[test]
 fn the_bits_do_not_depend_on_the_threads() {
-    let light = Picture::Grey(Raster::from_data(97, 61, (0..97 * 61).map(|k| k as f32 / 6000.0).collect()));
+    let light = Picture::of_grey(Raster::from_data(97, 61, (0..97 * 61).map(|k| k as f32 / 6000.0).collect()));
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a few threads");
         pool.install(|| real().expose(&light))

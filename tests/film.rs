@@ -1,0 +1,174 @@
+//! Does the film show what diffraction, a pixel's active area and a sensor do, in rendered pictures?
+
+#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
+
+mod instruments;
+
+use biprism::accuracy::Accuracy;
+use biprism::effect::diffraction::{Kernel, mtf};
+use biprism::effect::{Diffraction, Effects, Sensor};
+use biprism::num::quadrature::gauss_legendre;
+use biprism::num::stats::mean;
+use biprism::raster::Raster;
+use biprism::render::{Wanted, render_wanted};
+use biprism::scene::{self, Scene};
+use biprism::system::System;
+use instruments::{BOARD, FLAT, FREEFORM, built, scene, scene_from};
+use std::f64::consts::PI;
+use std::path::Path;
+
+const NO_GLASS: &str = "kind = \"none\"";
+/// One upright edge, black to its left, white to its right.
+const EDGE: &str = "columns = 2\nrows = 1\nsquare_mm = 2000.0\nmargin_mm = 0\nblack = 0\nwhite = 1";
+
+fn picture(system: &System) -> Raster<f32> {
+    render_wanted(system, Wanted { truth: false }, &|_| ()).radiance
+}
+
+fn with(scene: &Scene, effects: Effects) -> System {
+    built(&Scene { effects, ..scene.clone() })
+}
+
+/// A lens of the wavelength times f-number in px, before the pixels of `scene`.
+fn lens(scene: &Scene, scale_px: f64) -> Option<Diffraction> {
+    let pitch_mm = scene.camera.pitch_mm;
+    Some(Diffraction { wavelength_nm: 500.0, f_number: scale_px * pitch_mm / 500e-6, pitch_mm })
+}
+
+fn sinc(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { libm::sin(PI * x) / (PI * x) }
+}
+
+/// The picture of an edge is the integral over its waves of what the lens and the pixel leave of them.
+#[test]
+fn a_rendered_edge_is_blurred_as_the_transfer_function_says() {
+    for (scale, fill_factor) in [(0.5, 1.0), (1.0, 1.0), (1.0, 0.5), (2.5, 1.0)] {
+        for shift_px in [0.0, 0.31, 0.77] {
+            let pitch_um = 55.0;
+            let x_mm = shift_px * pitch_um * 1e-3 * 1000.0 / 35.0;
+            let plain = scene(192, 6, NO_GLASS, &format!("{EDGE}\nposition_mm = [{x_mm}, 0.0, 1000.0]"));
+            let diffraction = lens(&plain, scale);
+            let sensor = Some(Sensor { fill_factor, ..Sensor::IDEAL });
+            let found = picture(&with(&plain, Effects { diffraction, sensor, ..Effects::default() }));
+            let (rule, active) = (gauss_legendre(300), fill_factor.sqrt());
+            let lost = Kernel::new(scale, active).lost();
+            for (i, value) in found.row(3).iter().enumerate().skip(76).take(40) {
+                let x = i as f64 + 0.5 - 96.0 - shift_px;
+                let wave = |t: f64| {
+                    let nu = t / scale;
+                    mtf(t) * sinc(active * nu) * libm::sin(2.0 * PI * nu * x) / (PI * nu) / scale
+                };
+                let expected = 0.5 + rule.iter().map(|[t, w]| w * wave(*t)).sum::<f64>();
+                // Half of what falls beyond the kernel, and 1.2 % for an edge known by its samples: see the bound in the
+                // tests of the kernel itself, which is at most that from 0.5 px on.
+                let bound = 0.5 * lost + 0.012;
+                assert!((f64::from(*value) - expected).abs() < bound, "{scale} {fill_factor} {i}: {value} {expected}");
+            }
+        }
+    }
+}
+
+/// The slanted-edge method of ISO 12233 on a rendered edge finds the closed form of the transfer function.
+#[test]
+fn a_slanted_edge_measures_the_transfer_function() {
+    const BINS_PER_PX: f64 = 10.0;
+    const REACH_PX: f64 = 24.0;
+    // A slope of 1 in 10: ten rows fill a pixel's phases.
+    let slope = 0.1f64;
+    let tilt_deg = libm::atan(slope).to_degrees();
+    let board = format!("{EDGE}\nposition_mm = [0.0, 0.0, 1000.0]\ntilt_deg = [0.0, 0.0, {tilt_deg}]");
+    let plain = scene(96, 60, NO_GLASS, &board);
+    for scale in [0.6, 1.0, 2.0] {
+        let effects = Effects { diffraction: lens(&plain, scale), ..Effects::default() };
+        let found = picture(&with(&plain, effects));
+        // The edge's profile, by the distance of pixels from it.
+        let cos = 1.0 / (1.0 + slope * slope).sqrt();
+        let bins = (2.0 * REACH_PX * BINS_PER_PX) as usize;
+        let (mut sums, mut counts) = (vec![0.0; bins], vec![0.0; bins]);
+        for (j, i) in (0..60).flat_map(|j| (0..96).map(move |i| (j, i))) {
+            let (x, y) = (i as f64 + 0.5 - 48.0, j as f64 + 0.5 - 30.0);
+            let place = ((x + slope * y) * cos + REACH_PX) * BINS_PER_PX;
+            if place >= 0.0 && place < bins as f64 {
+                sums[place as usize] += f64::from(found.get(i, j));
+                counts[place as usize] += 1.0;
+            }
+        }
+        assert!(counts.iter().all(|n| *n > 0.0), "every bin is met");
+        let profile: Vec<f64> = sums.iter().zip(&counts).map(|(s, n)| s / n).collect();
+        for nu in [0.1, 0.2, 0.3, 0.4] {
+            let (mut re, mut im) = (0.0, 0.0);
+            for (k, pair) in profile.windows(2).enumerate() {
+                let (sin, cos) = libm::sincos(2.0 * PI * nu * (k as f64 + 1.0) / BINS_PER_PX);
+                re += (pair[1] - pair[0]) * cos;
+                im += (pair[1] - pair[0]) * sin;
+            }
+            // Means over bins, and their differences, damp a wave.
+            let binned = sinc(nu / BINS_PER_PX) * sinc(nu / BINS_PER_PX);
+            let measured = (re * re + im * im).sqrt() / binned;
+            // The pixel's own sinc, along the normal of the edge: its sides are seen at an angle.
+            let pixel = sinc(nu * cos) * sinc(nu * slope * cos);
+            let expected = mtf(nu * scale) * pixel;
+            // Of the edge's light 2 scale / (pi^2 24 px) falls beyond the profile, and as much beyond the kernel.
+            assert!((measured - expected).abs() < 0.012, "{scale} {nu}: {measured} {expected}");
+        }
+    }
+}
+
+/// A pixel whose active square has half its side is the middle four of sixteen: at the edges of squares, on the ridge, at
+/// the border of the plate, at every level of accuracy.
+#[test]
+fn the_active_square_is_the_middle_of_the_pixel() {
+    let tilted = format!("{FLAT}\ntilt_deg = [2.0, 3.0, 5.0]");
+    for (prism, accuracy) in [
+        (FREEFORM, Accuracy::standard()),
+        (FLAT, Accuracy::exact()),
+        (&tilted, Accuracy::standard()),
+        (FLAT, Accuracy::draft()),
+        (FLAT, Accuracy::reference()),
+    ] {
+        let mut plain = scene(64, 36, prism, BOARD);
+        plain.accuracy = accuracy;
+        let sensor = Some(Sensor { fill_factor: 0.25, ..Sensor::IDEAL });
+        let found = picture(&with(&plain, Effects { sensor, ..Effects::default() }));
+        let fine = picture(&built(&plain).sampled(4));
+        let mut worst = 0.0f64;
+        for (j, i) in (0..36).flat_map(|j| (0..64).map(move |i| (j, i))) {
+            let middle = |k: usize| f64::from(fine.get(4 * i + 1 + k % 2, 4 * j + 1 + k / 2));
+            let expected = 0.25 * (0..4).map(middle).sum::<f64>();
+            worst = worst.max((f64::from(found.get(i, j)) - expected).abs());
+        }
+        // A level may move each of up to four lines in a square by its promise, which is twice as much of half a pixel's
+        // width, and in the fine picture by a quarter of that; of a contrast of 0.8.
+        let bound = 1e-6 + 4.0 * 2.0 * 1.25 * 0.8 * accuracy.promise_px;
+        assert!(worst < bound, "{prism} {:?}: {worst}", accuracy.level);
+    }
+}
+
+/// Even light stays even on average, and as noisy as its electrons: shot noise of half a full well of 10000.
+#[test]
+fn a_rendered_wall_shows_the_noise_of_its_electrons() {
+    let wall = format!("{BOARD}\nblack = 0.5\nwhite = 0.5\nbackground = 0.5");
+    let sensor = "[effect.sensor]\nseed = 9\nwhite_e = 10000.0\nread_noise_e = 20.0\n";
+    let noisy = scene_from(160, 90, "", FLAT, &format!("{wall}\n{sensor}"));
+    let electrons: Vec<f64> = picture(&built(&noisy)).data().iter().map(|v| 1e4 * f64::from(*v)).collect();
+    let (n, expected) = (electrons.len() as f64, 5000.0 + 400.0);
+    let average = mean(&electrons);
+    // z-tests of 5 standard deviations: a right picture would fail once in a million seeds.
+    assert!((average - 5000.0).abs() < 5.0 * (expected / n).sqrt(), "{average}");
+    let variance = electrons.iter().map(|e| (e - average) * (e - average)).sum::<f64>() / (n - 1.0);
+    assert!((variance / expected - 1.0).abs() < 5.0 * (2.0 / n).sqrt(), "{variance}");
+}
+
+#[test]
+fn film_effects_have_the_same_bits_from_any_number_of_threads() {
+    for case in ["effect_diffraction", "effect_sensor"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/cases/{case}.toml"));
+        let system = built(&scene::load(&path).unwrap_or_else(|problem| panic!("{problem}")));
+        let with = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| picture(&system))
+        };
+        let one = with(1);
+        assert!(one == with(2) && one == with(5), "{case}");
+    }
+}
