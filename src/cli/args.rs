@@ -34,6 +34,8 @@ pub enum Verb {
     Trace(TraceArgs),
     /// Study the program or an instrument.
     Analyse(AnalyseArgs),
+    /// Measure what accuracy costs in time: every knob turned, against the reference, as table, JSON, CSV and charts.
+    Cost(CostArgs),
     /// Compare scenes with their goldens: pictures, corners, residuals, fates and counts. UPDATE_GOLDEN=1 rewrites
     /// those that fail.
     Golden(GoldenArgs),
@@ -176,6 +178,25 @@ pub struct StabilityArgs {
     #[arg(long)]
     pub only: Option<String>,
     /// Print JSON, with what is hard and where each bound comes from.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `cost`.
+#[derive(Debug, clap::Args)]
+pub struct CostArgs {
+    /// Scene file; without it, the design paper's scene.
+    pub scene: Option<PathBuf>,
+    /// Folder for cost.json, cost.csv, cost.png, cost.svg and, of a designed prism, cost_design.png and .svg.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// How often each setting is timed, all of them in turn.
+    #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub repetitions: u16,
+    /// Fewer and cheaper settings: a look within seconds.
+    #[arg(long)]
+    pub quick: bool,
+    /// Print cost.json instead of the table.
     #[arg(long)]
     pub json: bool,
 }

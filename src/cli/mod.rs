@@ -8,10 +8,12 @@ pub mod args;
 mod check;
 mod compare;
 mod corners;
+mod cost;
 mod design;
 mod expect;
 mod files;
 pub mod golden;
+mod machine;
 mod measure;
 mod progress;
 mod render;
@@ -45,6 +47,7 @@ pub fn run() -> ExitCode {
         Verb::Check(args) => check::run(&args),
         Verb::Trace(args) => trace::run(&args),
         Verb::Analyse(args) => analyse::run(&args),
+        Verb::Cost(args) => cost::run(&args),
         Verb::Golden(args) => golden::run(&args),
     };
     match outcome {

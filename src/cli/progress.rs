@@ -33,6 +33,13 @@ impl Progress {
         self.started = Some((name, Instant::now()));
     }
 
+    /// The step `name` of `total` parts begins, with the bar at its start.
+    pub(super) fn begin_anew(&mut self, what: &str, name: &'static str, total: usize) {
+        self.bar.set_length(total as u64);
+        self.bar.set_position(0);
+        self.begin(what, name);
+    }
+
     fn end(&mut self) {
         if let Some((name, at)) = self.started.take() {
             *self.seconds.entry(name.to_owned()).or_insert(0.0) += at.elapsed().as_secs_f64();

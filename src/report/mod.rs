@@ -2,6 +2,7 @@
 
 pub mod cloud;
 pub mod corners;
+pub mod cost;
 pub mod design;
 pub mod figure;
 pub mod golden;

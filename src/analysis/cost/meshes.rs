@@ -1,26 +1,33 @@
 //! The prism as triangles: what a renderer of meshes pays and loses.
 
 use super::corners::{Corners, Mark};
-use super::time::{Spread, timed};
+use super::eye::rms_px;
+use super::time::{Spread, Taken, timed};
 use super::{Settings, Shifts, shift_px};
+use crate::analysis::nominal::{Frame, virtual_camera};
 use crate::optics::mesh::Normals;
 use crate::system::mesh::Tessellated;
 use crate::system::{Side, System};
+use crate::vision::half::Half;
 use glam::DVec2;
 
 /// A tessellation of the right side of the prism.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Meshed {
     /// Triangles of front and back together.
     pub triangles: usize,
-    /// Which normals refract.
-    pub normals: Normals,
-    /// Time to tessellate and to build the hierarchies, in ms.
+    /// Which normals refract: `flat` or `smooth`.
+    pub normals: &'static str,
+    /// CPU time to tessellate and to build the hierarchies, in ms, taken once.
     pub build_ms: f64,
     /// CPU time of one ray a pixel, over both halves, in ms: from a sample of pixels.
     pub time_ms: Spread,
+    /// The same, over that of the yardstick at one ray a pixel.
+    pub yardsticks: Spread,
     /// Shifts of the corners in the right half; `None` where some ray is lost.
     pub corners_px: Option<Shifts>,
+    /// RMS distance of the corners in the right half from where the designed virtual camera sees them, in px.
+    pub reprojection_rms_px: Option<f64>,
     /// Rays of the sample that met no triangle.
     pub lost: usize,
 }
@@ -28,38 +35,65 @@ pub struct Meshed {
 /// Pixels along each side of the sample that is timed.
 const SAMPLE: usize = 128;
 
-/// Every tessellation, with flat and with smooth normals; none without a prism.
-pub(super) fn all(system: &System, corners: &Corners, settings: &Settings) -> Vec<Meshed> {
-    let kinds = [Normals::Flat, Normals::Smooth];
-    let sizes = settings.triangles.iter().flat_map(|&n| kinds.map(|normals| (n, normals)));
-    sizes.filter_map(|(n, normals)| one(system, corners, settings, n, normals)).collect()
+/// A mesh to be studied.
+#[derive(Debug)]
+pub(super) struct Mesh<'a> {
+    system: &'a System,
+    tessellated: Tessellated<'a>,
+    normals: Normals,
+    build_ms: f64,
 }
 
-fn one(system: &System, corners: &Corners, settings: &Settings, triangles: usize, normals: Normals) -> Option<Meshed> {
-    let (build_ms, mesh) = timed(|| Tessellated::new(system, triangles, normals));
-    let mesh = mesh?;
-    let [width, height] = system.camera.size_px().map(|n| n as f64);
-    let at = |k: usize| {
-        let place = DVec2::new((k % SAMPLE) as f64 + 0.5, (k / SAMPLE) as f64 + 0.5) / SAMPLE as f64;
-        DVec2::new(0.5 * width * (1.0 + place.x), height * place.y)
+/// Every tessellation, with flat and with smooth normals; none without a prism.
+pub(super) fn all<'a>(system: &'a System, settings: &Settings) -> Vec<Mesh<'a>> {
+    let kinds = [Normals::Flat, Normals::Smooth];
+    let sizes = settings.triangles.iter().flat_map(|&n| kinds.map(|normals| (n, normals)));
+    let mesh = |(n, normals)| {
+        let (build_ms, tessellated) = timed(|| Tessellated::new(system, n, normals));
+        Some(Mesh { system, tessellated: tessellated?, normals, build_ms })
     };
-    let mut lost = 0;
-    let times: Vec<f64> = (0..settings.repetitions.max(1))
-        .map(|_| {
-            let (ms, missed) = timed(|| (0..SAMPLE * SAMPLE).filter(|&k| mesh.look(at(k)).is_err()).count());
-            lost = missed;
-            ms
-        })
-        .collect();
-    let shift = |m: &Mark| mesh.look(m.px).ok().map(|seen| shift_px(m.jacobian, seen - m.board_mm));
-    let right = corners.marks.iter().filter(|m| m.side == Side::Right);
-    let shifts = right.map(shift).collect::<Option<Vec<f64>>>();
-    Some(Meshed {
-        triangles: mesh.triangles(),
-        normals,
-        build_ms,
-        time_ms: Spread::of(&times).scaled(width * height / (SAMPLE * SAMPLE) as f64),
-        corners_px: shifts.and_then(|s| Shifts::of(&s)),
-        lost,
-    })
+    sizes.filter_map(mesh).collect()
+}
+
+impl Mesh<'_> {
+    /// Traces the sample; returns how many of its rays are lost.
+    pub(super) fn trace(&self) -> usize {
+        let [width, height] = self.system.camera.size_px().map(|n| n as f64);
+        let at = |k: usize| {
+            let place = DVec2::new((k % SAMPLE) as f64 + 0.5, (k / SAMPLE) as f64 + 0.5) / SAMPLE as f64;
+            DVec2::new(0.5 * width * (1.0 + place.x), height * place.y)
+        };
+        (0..SAMPLE * SAMPLE).filter(|&k| self.tessellated.look(at(k)).is_err()).count()
+    }
+
+    /// What it costs, given the times of [`Mesh::trace`], and what it loses.
+    pub(super) fn judged(&self, corners: &Corners, taken: &Taken) -> Meshed {
+        let [width, height] = self.system.camera.size_px();
+        let pixels = (width * height) as f64;
+        let seen = |m: &Mark| self.tessellated.look(m.px).ok();
+        let right: Vec<&Mark> = corners.marks.iter().filter(|m| m.side == Side::Right).collect();
+        let shifts = right.iter().map(|m| Some(shift_px(m.jacobian, seen(m)? - m.board_mm)));
+        let frame = Frame::new(self.system, Half::Right);
+        let residuals = |camera: crate::metrics::pinhole::Pinhole| {
+            let residual = |m: &&Mark| {
+                // Where the mesh shows the corner, to first order.
+                let px = m.px - m.jacobian.inverse() * (seen(m)? - m.board_mm);
+                Some(frame.own(px) - camera.project(self.system.board.world(m.board_mm))?)
+            };
+            right.iter().map(residual).collect::<Option<Vec<DVec2>>>()
+        };
+        Meshed {
+            triangles: self.tessellated.triangles(),
+            normals: match self.normals {
+                Normals::Flat => "flat",
+                Normals::Smooth => "smooth",
+            },
+            build_ms: self.build_ms,
+            time_ms: taken.spread_ms(pixels / (SAMPLE * SAMPLE) as f64),
+            yardsticks: taken.in_yardsticks((SAMPLE * SAMPLE) as f64),
+            corners_px: shifts.collect::<Option<Vec<f64>>>().and_then(|s| Shifts::of(&s)),
+            reprojection_rms_px: virtual_camera(self.system, &frame).ok().and_then(residuals).and_then(|r| rms_px(&r)),
+            lost: self.trace(),
+        }
+    }
 }

@@ -6,6 +6,7 @@
 
 mod corners;
 mod designs;
+mod eye;
 mod lines;
 mod meshes;
 mod time;
@@ -13,14 +14,18 @@ mod ways;
 
 use crate::accuracy::Accuracy;
 use crate::raster::Raster;
-use crate::render::{Account, Counts, render};
+use crate::render::{Account, Counts, Wanted, render_wanted};
 use crate::scene::Scene;
 use crate::system::System;
 use corners::Corners;
+use eye::Eye;
 use glam::DVec2;
 use lines::line_shifts;
+use time::{Job, Taken};
+use ways::Way;
 
 pub use designs::Design;
+pub use eye::Measured;
 pub use meshes::Meshed;
 pub use time::{Spread, calibration};
 
@@ -55,16 +60,30 @@ impl Default for Settings {
     }
 }
 
+impl Settings {
+    /// A look within seconds: the cheap end of each range.
+    pub fn quick() -> Self {
+        Self {
+            patience_s: 0.5,
+            supersampling: vec![1, 2, 4],
+            steps_um: vec![91.0, 22.0],
+            degrees: vec![3, 5],
+            triangles: vec![1_000, 100_000],
+            ..Self::default()
+        }
+    }
+}
+
 /// The study.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Study {
     /// The yardstick: ns of CPU time for one ray of [`calibration`].
-    pub calibration_ns: Spread,
-    /// Pixels of a picture.
-    pub pixels: usize,
+    pub yardstick_ns: Spread,
+    /// Columns and rows of a picture.
+    pub size_px: [usize; 2],
     /// What the reference says of itself.
     pub reference: Account,
-    /// Corners whose positions were compared.
+    /// Corners whose exact positions were compared.
     pub corners: usize,
     /// Settings of the simulator.
     pub pictures: Vec<Setting>,
@@ -75,7 +94,7 @@ pub struct Study {
 }
 
 /// One setting of the simulator.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Setting {
     /// What was turned.
     pub knob: &'static str,
@@ -83,8 +102,10 @@ pub struct Setting {
     pub value: String,
     /// To what, as a number, to be put on an axis.
     pub number: f64,
-    /// CPU time of a picture, in ms: wall time on one thread.
+    /// CPU time of a picture on one thread, in ms.
     pub time_ms: Spread,
+    /// The same, over that of the yardstick at one ray a pixel.
+    pub yardsticks: Spread,
     /// How much work a picture was; of point samples only the rays are counted.
     pub counts: Counts,
     /// Root of the mean square of the pixels' difference from the reference, of full scale 1.
@@ -95,6 +116,8 @@ pub struct Setting {
     /// Shifts of the board's corners: the distance of what a corner's exact position is said to see from the corner.
     /// `None` of point samples, which say nothing between them.
     pub corners_px: Option<Shifts>,
+    /// What the corner detector finds in the picture.
+    pub measured: Measured,
     /// What the level says of itself; `None` of point samples.
     pub account: Option<Account>,
 }
@@ -122,59 +145,92 @@ impl Shifts {
     }
 }
 
-/// Turns the knobs of `system`, the instrument of `scene`. `stage` hears what is done next.
-pub fn cost(scene: &Scene, system: &System, settings: &Settings, stage: &mut dyn FnMut(&str)) -> Study {
-    stage("reference");
-    let exact = System { accuracy: Accuracy::reference(), ..system.clone() };
-    let reference = render(&exact, &|_| ());
-    let corners = Corners::of(&exact);
-    stage("pictures");
-    let ways = ways::all(settings);
-    let pool = time::one_thread();
-    let mut makers: Vec<Box<dyn Fn() + Sync + '_>> = vec![Box::new(|| {
-        std::hint::black_box(calibration(std::hint::black_box(time::CALIBRATION_RAYS)));
-    })];
-    for way in &ways {
-        makers.push(Box::new(|| {
-            std::hint::black_box(way.picture(system));
-        }));
-    }
-    let mut times = pool.install(|| time::interleaved(&makers, settings.repetitions, settings.patience_s));
-    drop(makers);
-    let calibration_ns = times.remove(0).scaled(1e6 / time::CALIBRATION_RAYS as f64);
-    let board = &system.board.pattern;
-    let contrast = board.white - board.black;
-    let pictures = ways
-        .iter()
-        .zip(times)
-        .map(|(way, time_ms)| {
-            let made = way.picture(system);
-            Setting {
-                knob: way.knob,
-                value: way.value.clone(),
-                number: way.number,
-                time_ms,
-                counts: made.counts,
-                rmse: rmse(&made.radiance, &reference.radiance),
-                lines_px: Shifts::of(&line_shifts(&made.radiance, &reference.radiance, contrast)),
-                corners_px: way.accuracy().and_then(|accuracy| corners.shifts(system, accuracy)),
-                account: made.account,
-            }
-        })
-        .collect();
-    stage("meshes");
-    let meshes = meshes::all(&exact, &corners, settings);
-    stage("designs");
-    let designs = designs::all(scene, settings);
+/// What the study does next, and how much of it there is.
+pub type Stage<'a> = dyn FnMut(&'static str, usize) + 'a;
+
+/// Turns the knobs of `system`, the instrument of `scene`. `stage` hears what is done next and of how many steps it is,
+/// `done` how many of these are done.
+pub fn cost(
+    scene: &Scene,
+    system: &System,
+    settings: &Settings,
+    stage: &mut Stage<'_>,
+    done: &(dyn Fn(usize) + Sync),
+) -> Study {
     let [width, height] = system.camera.size_px();
+    stage("reference", width * height);
+    let exact = System { accuracy: Accuracy::reference(), ..system.clone() };
+    let reference = render_wanted(&exact, Wanted { truth: false }, done);
+    let corners = Corners::of(&exact);
+    let eye = Eye::new(system, &reference.radiance);
+
+    let pool = time::one_thread();
+    let ways = ways::all(settings);
+    let meshes = pool.install(|| meshes::all(&exact, settings));
+    let designs = designs::all(scene, settings);
+    let pictures = ways.iter().map(|way| job(|| way.picture(system)));
+    let traces = meshes.iter().map(|mesh| job(|| mesh.trace()));
+    let jobs: Vec<Job> = pictures.chain(traces).chain(designs.iter().map(|plan| job(|| plan.make()))).collect();
+    stage("times", jobs.len() * settings.repetitions.max(1));
+    let times = pool.install(|| time::interleaved(&jobs, settings.repetitions, settings.patience_s, done));
+    let (of_pictures, rest) = times.split_at(ways.len());
+    let (of_meshes, of_designs) = rest.split_at(meshes.len());
+
+    stage("errors", jobs.len());
+    let judge = Judge { system, reference: &reference.radiance, corners: &corners, eye: &eye };
+    let heard = |_: &_| done(1);
+    let pictures = ways.iter().zip(of_pictures).map(|(way, taken)| judge.setting(way, taken)).inspect(heard).collect();
+    let heard = |_: &_| done(1);
+    let meshes =
+        meshes.iter().zip(of_meshes).map(|(mesh, taken)| mesh.judged(&corners, taken)).inspect(heard).collect();
+    let heard = |_: &_| done(1);
+    let designs = designs.iter().zip(of_designs).map(|(plan, taken)| plan.judged(scene, taken)).inspect(heard);
+    let designs = designs.flatten().collect();
     Study {
-        calibration_ns,
-        pixels: width * height,
+        yardstick_ns: time::yardstick_ns(&times),
+        size_px: [width, height],
         reference: reference.account,
         corners: corners.count(),
         pictures,
         meshes,
         designs,
+    }
+}
+
+/// Work whose result is of no interest, and may not be left out for that.
+fn job<'a, T>(work: impl Fn() -> T + Sync + 'a) -> Job<'a> {
+    Box::new(move || {
+        std::hint::black_box(work());
+    })
+}
+
+/// What pictures are held against.
+struct Judge<'a> {
+    system: &'a System,
+    reference: &'a Raster<f32>,
+    corners: &'a Corners,
+    eye: &'a Eye,
+}
+
+impl Judge<'_> {
+    /// A setting, given the times of its pictures.
+    fn setting(&self, way: &Way, taken: &Taken) -> Setting {
+        let Self { system, reference, corners, eye } = self;
+        let made = way.picture(system);
+        let contrast = system.board.pattern.white - system.board.pattern.black;
+        Setting {
+            knob: way.knob,
+            value: way.value.clone(),
+            number: way.number,
+            time_ms: taken.spread_ms(1.0),
+            yardsticks: taken.in_yardsticks(reference.data().len() as f64),
+            counts: made.counts,
+            rmse: rmse(&made.radiance, reference),
+            lines_px: Shifts::of(&line_shifts(&made.radiance, reference, contrast)),
+            corners_px: way.accuracy().and_then(|accuracy| corners.shifts(system, accuracy)),
+            measured: eye.measure(system, &made.radiance),
+            account: made.account,
+        }
     }
 }
 

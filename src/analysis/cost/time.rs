@@ -1,9 +1,9 @@
 //! The clock.
 
-use std::time::Instant;
+use std::hint::black_box;
 
 /// Rays of one run of the calibration kernel.
-pub(super) const CALIBRATION_RAYS: usize = 500_000;
+pub(super) const CALIBRATION_RAYS: usize = 200_000;
 
 /// How long something took, over its repetitions.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -24,11 +24,6 @@ impl Spread {
         let quantile = |q: f64| crate::num::stats::quantile(times, q).unwrap_or(f64::NAN);
         Self { min: quantile(0.0), median: quantile(0.5), p90: quantile(0.9), n: times.len() }
     }
-
-    /// In another unit.
-    pub(super) fn scaled(self, factor: f64) -> Self {
-        Self { min: self.min * factor, median: self.median * factor, p90: self.p90 * factor, n: self.n }
-    }
 }
 
 /// Threads on which wall time is CPU time: one.
@@ -36,25 +31,91 @@ pub(super) fn one_thread() -> rayon::ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a machine that runs this has a thread to give")
 }
 
-/// How long `work` takes, in ms, and its result.
-pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
-    let start = Instant::now();
-    let result = work();
-    (start.elapsed().as_secs_f64() * 1e3, result)
+/// CPU time of this thread since some moment, in ms: what other programs take of the processor meanwhile is not in it, but
+/// for what they do to its caches and its clock.
+#[cfg(target_os = "linux")]
+fn now_ms() -> f64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
 }
 
-/// The times of all `makers` in ms, each taken once a repetition; those that have taken longer than `patience_s`
-/// altogether sit out.
-pub(super) fn interleaved(makers: &[Box<dyn Fn() + Sync + '_>], repetitions: usize, patience_s: f64) -> Vec<Spread> {
-    let mut times = vec![Vec::new(); makers.len()];
+/// Wall time, where the system is not asked for CPU time.
+#[cfg(not(target_os = "linux"))]
+fn now_ms() -> f64 {
+    static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+    START.get_or_init(std::time::Instant::now).elapsed().as_secs_f64() * 1e3
+}
+
+/// CPU time that `work` takes on this thread, in ms, and its result. Work that goes to other threads is not counted.
+pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
+    let start = now_ms();
+    let result = work();
+    (now_ms() - start, result)
+}
+
+/// CPU time of one run of the yardstick, in ms.
+fn yardstick_ms() -> f64 {
+    timed(|| black_box(calibration(black_box(CALIBRATION_RAYS)))).0
+}
+
+/// The times of something that was repeated.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Taken {
+    /// In ms.
+    pub(super) ms: Vec<f64>,
+    /// Of the yardstick, right before each, in ms.
+    pub(super) yardstick_ms: Vec<f64>,
+}
+
+impl Taken {
+    /// Runs `work` once more.
+    pub(super) fn again<T>(&mut self, work: impl FnOnce() -> T) -> T {
+        self.yardstick_ms.push(yardstick_ms());
+        let (ms, result) = timed(work);
+        self.ms.push(ms);
+        result
+    }
+
+    /// The times, in ms, times `factor`.
+    pub(super) fn spread_ms(&self, factor: f64) -> Spread {
+        Spread::of(&self.ms.iter().map(|ms| factor * ms).collect::<Vec<f64>>())
+    }
+
+    /// The times as multiples of `rays` rays of the yardstick, each of the one right before it.
+    pub(super) fn in_yardsticks(&self, rays: f64) -> Spread {
+        let scale = CALIBRATION_RAYS as f64 / rays;
+        let ratios: Vec<f64> = self.ms.iter().zip(&self.yardstick_ms).map(|(ms, yard)| scale * ms / yard).collect();
+        Spread::of(&ratios)
+    }
+}
+
+/// The yardstick itself, over all its runs: ns a ray.
+pub(super) fn yardstick_ns(times: &[Taken]) -> Spread {
+    let runs = times.iter().flat_map(|taken| &taken.yardstick_ms);
+    Spread::of(&runs.map(|ms| 1e6 * ms / CALIBRATION_RAYS as f64).collect::<Vec<f64>>())
+}
+
+/// Something that is timed.
+pub(super) type Job<'a> = Box<dyn Fn() + Sync + 'a>;
+
+/// The times of all jobs, each taken once a repetition; those that have taken longer than `patience_s` altogether sit out.
+/// `done` hears how many jobs are done.
+pub(super) fn interleaved(
+    jobs: &[Job<'_>],
+    repetitions: usize,
+    patience_s: f64,
+    done: &(dyn Fn(usize) + Sync),
+) -> Vec<Taken> {
+    let mut times = vec![Taken::default(); jobs.len()];
     for _ in 0..repetitions.max(1) {
-        for (maker, taken) in makers.iter().zip(&mut times) {
-            if taken.iter().sum::<f64>() < 1e3 * patience_s {
-                taken.push(timed(maker).0);
+        for (job, taken) in jobs.iter().zip(&mut times) {
+            if taken.ms.iter().sum::<f64>() < 1e3 * patience_s {
+                taken.again(job);
             }
+            done(1);
         }
     }
-    times.iter().map(|t| Spread::of(t)).collect()
+    times
 }
 
 /// The yardstick: `rays` rays of plain scalar code through the flat biprism of the design paper to a board 1 m away, in
@@ -113,10 +174,15 @@ mod tests {
 
     #[test]
     fn the_impatient_sits_out() {
-        let slow = || std::thread::sleep(std::time::Duration::from_millis(3));
-        let makers: Vec<Box<dyn Fn() + Sync>> = vec![Box::new(slow), Box::new(|| ())];
-        let times = interleaved(&makers, 4, 0.002);
-        assert_eq!((times[0].n, times[1].n), (1, 4));
-        assert!(times[0].min >= 3.0 && times[0].median <= times[0].p90);
+        let slow = || {
+            black_box(calibration(black_box(100 * CALIBRATION_RAYS)));
+        };
+        let jobs: Vec<Job> = vec![Box::new(slow), Box::new(|| ())];
+        let times = interleaved(&jobs, 4, 0.05, &|_| ());
+        assert_eq!((times[0].ms.len(), times[1].yardstick_ms.len()), (1, 4));
+        let (time, ratio) = (times[0].spread_ms(1.0), times[0].in_yardsticks(CALIBRATION_RAYS as f64));
+        assert!(time.min > 0.0 && time.min <= time.median && time.median <= time.p90);
+        // A hundred yardsticks; half and twice leave room for a clock that changes its speed.
+        assert!((50.0..200.0).contains(&ratio.median), "{ratio:?}");
     }
 }

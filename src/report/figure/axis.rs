@@ -126,7 +126,8 @@ fn signed(number: &str) -> String {
     number.replace('-', "−")
 }
 
-fn superscript(exponent: i32) -> String {
+/// A power in words: ⁻¹².
+pub fn superscript(exponent: i32) -> String {
     let raised = |c| match c {
         '-' => '⁻',
         digit => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize - '0' as usize],

@@ -1,5 +1,6 @@
 //! Charts of y over x: series of points and lines on linear or logarithmic axes.
 
+mod labels;
 mod legend;
 mod marks;
 
@@ -52,6 +53,9 @@ pub struct Series {
     pub look: Look,
     /// Its points.
     pub points: Vec<Point>,
+    /// Words beside the points, in their order; none where it ends or is empty. One that would cover a marker or other
+    /// words is left out.
+    pub labels: Vec<String>,
 }
 
 /// An axis as asked for.
@@ -80,6 +84,8 @@ pub enum Front {
 pub struct ChartInput {
     /// Heading.
     pub title: String,
+    /// A line in smaller letters below it; none when empty.
+    pub note: String,
     /// Horizontal axis.
     pub x: AxisInput,
     /// Vertical axis.
@@ -103,7 +109,10 @@ pub fn draw(input: &ChartInput) -> Drawing {
 
     let heading = text::shortened(&input.title, title, sheet.x - 2.0 * em);
     drawing.text(heading, title, INK, DVec2::new(em, em + title.size_px), Align::Start);
-    let [top, bottom] = [2.0 * em + title.size_px, sheet.y - style.room_below() - 1.8 * em];
+    let note = text::shortened(&input.note, style.values, sheet.x - 2.0 * em);
+    let below = if note.is_empty() { 0.0 } else { text::LINE_HEIGHT * em };
+    drawing.text(note, style.values, GREY, DVec2::new(em, em + title.size_px + below), Align::Start);
+    let [top, bottom] = [2.0 * em + title.size_px + below, sheet.y - style.room_below() - 1.8 * em];
     let legend = Legend::of(input, style.values, 0.3 * sheet.x);
     let area = Rect {
         min: DVec2::new(style.room_left(&y, bottom - top) + 0.8 * em, top),
@@ -120,6 +129,7 @@ pub fn draw(input: &ChartInput) -> Drawing {
     for (k, series) in input.series.iter().enumerate() {
         left_out += marks::draw_series(&mut drawing, &frame, em, series, k);
     }
+    labels::draw(&mut drawing, &frame, em, &input.series);
     legend.draw(&mut drawing, DVec2::new(area.max.x + em, area.min.y), bottom);
 
     let count: usize = input.series.iter().map(|series| series.points.len()).sum();
@@ -197,12 +207,14 @@ mod tests {
     }
 
     fn series(name: &str, look: Look, points: &[(f64, f64)]) -> Series {
-        Series { name: name.into(), look, points: points.iter().map(|&(x, y)| Point::new(x, y)).collect() }
+        let labels = points.iter().map(|(x, _)| format!("at {x}")).collect();
+        Series { name: name.into(), look, points: points.iter().map(|&(x, y)| Point::new(x, y)).collect(), labels }
     }
 
     fn cost() -> ChartInput {
         ChartInput {
             title: "What accuracy costs: one frame of 1920 × 1080 px".into(),
+            note: "on a machine of that name".into(),
             x: axis("time for one frame, s (2 threads)", Scale::Log),
             y: axis("largest corner error, px", Scale::Log),
             series: vec![
@@ -229,6 +241,7 @@ mod tests {
         };
         ChartInput {
             title: "Distance of the back-extended rays from the virtual centre".into(),
+            note: String::new(),
             x: axis("step, µm", Scale::Log),
             y: axis("mean distance, mm", Scale::Log),
             series: vec![order("Euler", 0.4, 1), order("midpoint", 2e-4, 2), order("RK4", 3e-9, 4)],
@@ -252,6 +265,7 @@ mod tests {
                     Point { x: f64::from(k), y, y_range: Some([y - 0.4, y + 0.25]) }
                 })
                 .collect(),
+            labels: Vec::new(),
         }];
         for (name, input) in [("chart_cost", cost()), ("chart_convergence", convergence()), ("chart_bars", bars)] {
             let drawing = draw(&input);
@@ -303,6 +317,21 @@ mod tests {
     }
 
     #[test]
+    fn points_are_named_where_there_is_room() {
+        let mut input = cost();
+        let drawing = draw(&input);
+        for words in ["at 0.9", "at 0.04", "at 36"] {
+            assert!(samples::says(&drawing, words), "{words}");
+        }
+        assert!(!samples::says(&drawing, "at 60"), "a line has no markers to name");
+        // A hundred points in one place: words beside the first few, none over another.
+        input.series = vec![series("crowd", Look::Markers, &[(1.0, 1.0); 100])];
+        let drawing = draw(&input);
+        samples::examine("chart_crowd", &drawing);
+        assert!(samples::says(&drawing, "at 1"));
+    }
+
+    #[test]
     fn an_empty_chart_is_labelled() {
         let mut input = cost();
         input.series.clear();
@@ -319,13 +348,15 @@ mod tests {
         let values = [f64::NAN, f64::INFINITY, -1e300, 0.0, 1e-300, 1.0, f64::MAX];
         let points: Vec<Point> =
             values.iter().flat_map(|&x| values.map(|y| Point { x, y, y_range: Some([y, x]) })).collect();
-        let one = Series { name: long.clone(), look: Look::MarkersAndLine, points };
+        let labels = vec![long.clone(), "short".to_owned(), String::new()];
+        let one = Series { name: long.clone(), look: Look::MarkersAndLine, points, labels };
         for size_px in [[0, 0], [300, 900], [900, 300], [640, 480]] {
             for scale in [Scale::Linear, Scale::Log] {
                 for range in [None, Some([f64::NAN, 1.0]), Some([5.0, -5.0])] {
                     let axis = AxisInput { name: long.clone(), scale, range };
                     let input = ChartInput {
                         title: long.clone(),
+                        note: long.clone(),
                         x: axis.clone(),
                         y: axis,
                         series: vec![one.clone(); 60],

@@ -1,0 +1,49 @@
+//! `biprism cost`: what accuracy costs in time, as numbers and as a curve.
+
+use super::args::CostArgs;
+use super::machine::machine;
+use super::progress::Progress;
+use super::{Outcome, files, say};
+use crate::analysis::cost::{Settings, cost};
+use crate::problem::Problem;
+use crate::raster::{Notes, png};
+use crate::report::cost::{Report, chart, csv, table};
+use crate::report::figure::drawing::Drawing;
+use crate::report::figure::{canvas, svg};
+use std::path::{Path, PathBuf};
+
+pub(super) fn run(args: &CostArgs) -> Result<Outcome, Problem> {
+    let scene = files::scene(args.scene.as_deref())?;
+    files::folder(&args.out)?;
+    let preset = if args.quick { Settings::quick() } else { Settings::default() };
+    let settings = Settings { repetitions: usize::from(args.repetitions), ..preset };
+    let mut progress = Progress::new(1);
+    progress.begin(&scene.name, "design");
+    let system = files::build(&scene, args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")))?;
+    let done = progress.handle();
+    let study = cost(&scene, &system, &settings, &mut |step, n| progress.begin_anew(&scene.name, step, n), &done);
+    drop(progress);
+
+    let machine = machine();
+    let json = Report::new(&scene.name, &machine, &study).to_json();
+    let mut written = vec![args.out.join("cost.json"), args.out.join("cost.csv")];
+    files::text(&written[0], &json)?;
+    files::text(&written[1], &csv::text(&study))?;
+    let drawing = chart::pictures(&scene.name, &machine, &study);
+    written.extend(figure(&args.out, "cost", &drawing, &chart::title(&scene.name, &study))?);
+    if !study.designs.is_empty() {
+        let drawing = chart::designs(&scene.name, &machine, &study);
+        written.extend(figure(&args.out, "cost_design", &drawing, &chart::design_title(&scene.name))?);
+    }
+    say::data(&if args.json { json } else { table::text(&scene.name, &machine, &study) })?;
+    written.iter().for_each(|path| say::words(&format!("wrote {}", path.display())));
+    Ok(Outcome::Done)
+}
+
+/// Writes a figure as PNG and as SVG.
+fn figure(folder: &Path, name: &str, drawing: &Drawing, title: &str) -> Result<[PathBuf; 2], Problem> {
+    let paths = ["png", "svg"].map(|ending| folder.join(format!("{name}.{ending}")));
+    png::write_rgb(&paths[0], &canvas::raster(drawing), &Notes::default())?;
+    files::text(&paths[1], &svg::write(drawing, title))?;
+    Ok(paths)
+}

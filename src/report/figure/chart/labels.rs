@@ -1,0 +1,73 @@
+//! Words beside the points of a chart, where they cover nothing.
+
+use super::super::colour::{INK, SERIES, mixed};
+use super::super::drawing::{Drawing, clipped};
+use super::super::frame::Frame;
+use super::super::text::{self, Align, CAP_HEIGHT, Direction, Font};
+use super::{Look, Series};
+use crate::geom::Rect;
+use glam::DVec2;
+
+/// Half the room that a marker takes, in em.
+const MARKER: f64 = 0.45;
+
+/// Draws the labels of all series, in their order: each where it crosses fewest lines among the places around its point
+/// at which it covers neither a marker nor other words nor the frame.
+pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, em: f64, series: &[Series]) {
+    let font = Font::regular(0.85 * em);
+    let marked = |s: &&Series| matches!(s.look, Look::Markers | Look::MarkersAndLine);
+    let places = |s: &Series| s.points.iter().map(|p| frame.place(p.x, p.y)).collect::<Vec<Option<DVec2>>>();
+    let inside = |p: &DVec2| frame.area.grown(0.01).contains(*p);
+    let markers = series.iter().filter(marked).flat_map(places).flatten().filter(inside);
+    let mut taken: Vec<Rect> = markers.map(|p| around(p, MARKER * em)).collect();
+    let lines: Vec<Vec<DVec2>> = series
+        .iter()
+        .filter(|s| s.look != Look::Markers)
+        .map(|s| places(s).into_iter().map(|place| place.unwrap_or(DVec2::NAN)).collect())
+        .collect();
+    for (k, s) in series.iter().enumerate().filter(|(_, s)| marked(s)) {
+        let colour = mixed(SERIES[k % SERIES.len()], INK, 0.35);
+        for (label, at) in s.labels.iter().zip(places(s)) {
+            let Some(at) = at.filter(inside).filter(|_| !label.is_empty()) else { continue };
+            let free = |(anchor, align): &(DVec2, Align)| {
+                let bounds = text::bounds(label, font, *anchor, *align, Direction::Right);
+                let within = frame.area.contains(bounds.min) && frame.area.contains(bounds.max);
+                within && !taken.iter().any(|other| overlap(&bounds, other))
+            };
+            let crossed = |(anchor, align): &(DVec2, Align)| {
+                let bounds = text::bounds(label, font, *anchor, *align, Direction::Right);
+                lines.iter().map(|line| clipped(&bounds, line).len()).sum::<usize>()
+            };
+            let Some((anchor, align)) = around_point(at, em, font).into_iter().filter(free).min_by_key(crossed) else {
+                continue;
+            };
+            taken.push(text::bounds(label, font, anchor, align, Direction::Right));
+            drawing.text(label.clone(), font, colour, anchor, align);
+        }
+    }
+}
+
+/// Anchors of a label of the point at `at`, the best first.
+fn around_point(at: DVec2, em: f64, font: Font) -> [(DVec2, Align); 8] {
+    let (gap, beside, half) = (0.62 * em, 1.05 * MARKER * em, 0.5 * CAP_HEIGHT * font.size_px);
+    let (up, down) = (-gap - text::DESCENT * font.size_px, gap + text::ASCENT * font.size_px);
+    [
+        (gap, half, Align::Start),
+        (-gap, half, Align::End),
+        (0.0, up, Align::Middle),
+        (0.0, down, Align::Middle),
+        (beside, 0.8 * up, Align::Start),
+        (beside, 0.8 * down, Align::Start),
+        (-beside, 0.8 * up, Align::End),
+        (-beside, 0.8 * down, Align::End),
+    ]
+    .map(|(x, y, align)| (at + DVec2::new(x, y), align))
+}
+
+fn around(p: DVec2, reach: f64) -> Rect {
+    Rect { min: p - reach, max: p + reach }
+}
+
+fn overlap(a: &Rect, b: &Rect) -> bool {
+    a.min.x < b.max.x && b.min.x < a.max.x && a.min.y < b.max.y && b.min.y < a.max.y
+}
