@@ -41,6 +41,7 @@ fn study() -> Study {
         bend_px: 1e-9,
         patches: 0,
         mapped: 0.0,
+        passes: 1,
     };
     let mesh = Meshed {
         triangles: 1000,
