@@ -61,6 +61,9 @@ fn the_ideal_sensor_leaves_every_bit() {
         let colour = Picture::of_colours(light.map(|v| [v, 0.5 * v, 0.1]));
         assert_eq!(sensor.expose(&colour), colour);
     }
+    // The grey of a spectrum need not be the luminance of its colours.
+    let spectral = Picture { grey: light.clone(), colour: Some(light.map(|v| [v, 0.5 * v, 0.1])) };
+    assert_eq!(Sensor { fill_factor: 0.5, ..Sensor::IDEAL }.expose(&spectral), spectral);
 }
 
 #[test]
