@@ -5,7 +5,7 @@ use crate::num::quadrature::gauss_legendre;
 use std::f64::consts::{PI, TAU};
 
 /// Wavelength times f-number is at most this many px: above, more than 4 % of the light would fall beyond
-/// [`MAX_RADIUS`].
+/// `MAX_RADIUS`.
 pub const LARGEST_SCALE_PX: f64 = 16.0;
 /// The share of the pattern's light that may fall beyond the kernel, as long as [`MAX_RADIUS`] is not reached.
 const LOST: f64 = 0.01;
