@@ -133,9 +133,9 @@ impl Mesh {
     /// # Errors
     /// [`Fate::Missed`].
     pub fn meet(&self, ray: &Ray) -> Result<Meeting, Fate> {
-        // The f32 of the hierarchy is finest near its own origin.
+        // The f32 of the hierarchy is finest near its own origin. A ray that runs back towards -z starts where it is.
         let ahead = ((self.first_z - ray.origin.z) / ray.direction.z).max(0.0);
-        let ahead = if ahead.is_finite() { ahead } else { 0.0 };
+        let ahead = if ahead.is_finite() && ray.direction.z > 0.0 { ahead } else { 0.0 };
         let near = Ray { origin: ray.at(ahead), direction: ray.direction };
         let axes = Axes::new(near.direction);
         let mut best: Option<(f64, usize, [f64; 3])> = None;

@@ -2,6 +2,10 @@
 
 pub mod crossing;
 pub mod fate;
+pub mod fresnel;
+pub mod medium;
 pub mod mesh;
+pub mod polarisation;
 pub mod snell;
+pub mod spectrum;
 pub mod surface;
