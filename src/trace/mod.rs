@@ -1,5 +1,6 @@
 //! A ray's trip through interfaces.
 
 pub mod carry;
+pub mod nonsequential;
 pub mod packet;
 pub mod sequential;
