@@ -81,6 +81,11 @@ impl Interface {
         Self { n_in, n_out, layer: None }
     }
 
+    /// Whether there is nothing to meet: the same medium on both sides and no layer.
+    pub fn is_absent(&self) -> bool {
+        self.n_in == self.n_out && self.layer.is_none_or(|(layer, _)| layer.thickness_nm == 0.0)
+    }
+
     /// The cosine of refraction of light that comes in at `cos_in`; `None` for total reflection.
     pub fn cos_out(&self, cos_in: f64) -> Option<f64> {
         let square = self.square_of_cos_out(cos_in);

@@ -77,25 +77,46 @@ impl Beam {
         reflected: DVec3,
         refracted: Option<DVec3>,
     ) -> Split {
-        let cos_in = normal.dot(incoming).abs().min(1.0);
-        let cos_out = refracted.map(|refracted| normal.dot(refracted).abs().min(1.0));
-        let [s, p] = [Polarisation::S, Polarisation::P].map(|of| interface.amplitudes(of, cos_in, cos_out));
+        let [s, p] = amplitudes(interface, normal, incoming, refracted);
         let across = across(incoming, normal);
-        let (front, back) = (across.cross(incoming), across.cross(reflected));
-        let field = |field: &[DVec3; 2], pick: fn(&Amplitudes) -> Complex<f64>, p_out: DVec3| {
-            let part = |axis: DVec3, amplitudes: &Amplitudes| {
-                Complex::new(field[0].dot(axis), field[1].dot(axis)) * pick(amplitudes)
-            };
-            let (along_s, along_p) = (part(across, &s), part(front, &p));
-            [across * along_s.re + p_out * along_p.re, across * along_s.im + p_out * along_p.im]
+        let frame = Frame { across, p_in: across.cross(incoming) };
+        let transmitted = match refracted {
+            Some(refracted) => self.sent([s.transmitted, p.transmitted], &frame, across.cross(refracted)),
+            None => Self { fields: [[DVec3::ZERO; 2]; 2] },
         };
-        let reflected = Self { fields: [0, 1].map(|k| field(&self.fields[k], |a| a.reflected, back)) };
-        let transmitted = refracted.map_or(Self { fields: [[DVec3::ZERO; 2]; 2] }, |refracted| {
-            let onward = across.cross(refracted);
-            Self { fields: [0, 1].map(|k| field(&self.fields[k], |a| a.transmitted, onward)) }
-        });
-        Split { reflected, transmitted }
+        Split { reflected: self.sent([s.reflected, p.reflected], &frame, across.cross(reflected)), transmitted }
     }
+
+    /// What is let through of [`Beam::split`].
+    #[must_use]
+    pub fn through(&self, interface: &Interface, normal: DVec3, incoming: DVec3, refracted: DVec3) -> Self {
+        let [s, p] = amplitudes(interface, normal, incoming, Some(refracted));
+        let across = across(incoming, normal);
+        let frame = Frame { across, p_in: across.cross(incoming) };
+        self.sent([s.transmitted, p.transmitted], &frame, across.cross(refracted))
+    }
+
+    /// The fields times the amplitudes of s and p, the latter along `p_out` afterwards.
+    fn sent(&self, [s, p]: [Complex<f64>; 2], frame: &Frame, p_out: DVec3) -> Self {
+        let field = |field: &[DVec3; 2]| {
+            let along = |axis: DVec3| Complex::new(field[0].dot(axis), field[1].dot(axis));
+            let (s, p) = (along(frame.across) * s, along(frame.p_in) * p);
+            [frame.across * s.re + p_out * p.re, frame.across * s.im + p_out * p.im]
+        };
+        Self { fields: [field(&self.fields[0]), field(&self.fields[1])] }
+    }
+}
+
+/// The directions of s and p of light that comes in.
+struct Frame {
+    across: DVec3,
+    p_in: DVec3,
+}
+
+fn amplitudes(interface: &Interface, normal: DVec3, incoming: DVec3, refracted: Option<DVec3>) -> [Amplitudes; 2] {
+    let cos_in = normal.dot(incoming).abs().min(1.0);
+    let cos_out = refracted.map(|refracted| normal.dot(refracted).abs().min(1.0));
+    [Polarisation::S, Polarisation::P].map(|of| interface.amplitudes(of, cos_in, cos_out))
 }
 
 /// The unit vector across the plane of incidence; along the normal, where there is no such plane, any one across the ray.

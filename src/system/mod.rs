@@ -7,6 +7,7 @@ mod gain;
 pub mod mesh;
 pub mod prism;
 mod vary;
+mod reflections;
 
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;

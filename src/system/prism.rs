@@ -41,13 +41,13 @@ pub enum Side {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prism {
     /// Between the world and the prism's frame; `None` where the two are the same, so that no rounding enters.
-    poses: Option<[Pose; 2]>,
+    pub(super) poses: Option<[Pose; 2]>,
     /// Front and back of the left, then of the right side.
-    sides: [[Surface; 2]; 2],
+    pub(super) sides: [[Surface; 2]; 2],
     /// n_outer / n_glass
     eta_in: f64,
     /// n_glass / n_outer
-    eta_out: f64,
+    pub(super) eta_out: f64,
 }
 
 impl Prism {

@@ -172,30 +172,34 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>> Solid<M> {
         if !branch.inside && branch.from.is_some_and(|face| face.which == 1) {
             return Next::Escapes;
         }
-        let facets = [0, 1].map(|side| Face { side, which: 0 });
-        let back = branch.inside.then_some(Face { side: branch.side, which: 1 });
-        let mut nearest: Option<(Face, Meeting)> = None;
-        for face in facets.into_iter().chain(back) {
-            let itself = match branch.from {
-                Some(from) if from.which == 1 => face.which == 1,
-                from => from == Some(face),
-            };
+        // The nearest facet on its own half, the right one at the same distance; a ray through the ridge itself, which to
+        // within rounding is on neither half, meets the right one.
+        let mut nearest: Option<(Half, Face, Meeting)> = None;
+        let faces = [Face { side: 1, which: 0 }, Face { side: 0, which: 0 }, Face { side: branch.side, which: 1 }];
+        let back = if branch.inside { 3 } else { 2 };
+        for face in &faces[..back] {
+            let itself = branch.from.is_some_and(|from| if face.which == 1 { from.which == 1 } else { from == *face });
             if itself {
                 continue;
             }
-            match (self.meet)(face, &branch.ray) {
-                Ok(meeting)
-                    if counts(&branch.ray, branch.inside, face, &meeting)
-                        && nearest.is_none_or(|(_, n)| meeting.t_mm < n.t_mm) =>
-                {
-                    nearest = Some((face, meeting));
-                }
+            let meeting = match (self.meet)(*face, &branch.ray) {
+                Ok(meeting) => meeting,
                 Err(Fate::NotConverged) => return Next::Lost,
-                _ => {}
+                Err(_) => continue,
+            };
+            let Some(half) = half(&branch.ray, branch.inside, *face, &meeting) else { continue };
+            let nearer = nearest.is_none_or(|(other, met, m)| match (other, half) {
+                (Half::Ridge, Half::Own) if met.which == face.which => true,
+                (Half::Own, Half::Ridge) if met.which == face.which => false,
+                (Half::Ridge, Half::Ridge) => false,
+                _ => meeting.t_mm < m.t_mm,
+            });
+            if nearer {
+                nearest = Some((half, *face, meeting));
             }
         }
         match nearest {
-            Some((face, meeting)) => Next::Meets(face, meeting),
+            Some((_, face, meeting)) => Next::Meets(face, meeting),
             // Inside, the rim of the glass.
             None if branch.inside => Next::Lost,
             None => Next::Escapes,
@@ -203,22 +207,33 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>> Solid<M> {
     }
 }
 
-/// Whether a face is there where it was met, and is met from the side on which the light is. This, and not a least
-/// distance, keeps light from meeting again what it has just left.
-fn counts(ray: &Ray, inside: bool, face: Face, meeting: &Meeting) -> bool {
+/// Where a face was met.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Half {
+    /// Where it counts.
+    Own,
+    /// In the ridge, to within rounding.
+    Ridge,
+}
+
+/// Where a face was met, if it is there and is met from the side on which the light is. This, and not a least distance,
+/// keeps light from meeting again what it has just left.
+fn half(ray: &Ray, inside: bool, face: Face, meeting: &Meeting) -> Option<Half> {
     let upwards: DVec3 = meeting.normal * meeting.normal.z.signum();
     let along = ray.direction.dot(upwards);
     // Glass is behind the facets, in +z, and in front of the backs.
     let into_glass = if face.which == 0 { along } else { -along };
-    if (into_glass < 0.0) != inside || along == 0.0 {
-        return false;
+    if along == 0.0 || (into_glass < 0.0) != inside {
+        return None;
     }
-    if face.which == 1 {
-        return true;
-    }
-    let slack = RIDGE_ROUNDINGS * (ray.origin.x.abs() + meeting.t_mm);
     let x = ray.at(meeting.t_mm).x;
-    if face.side == 1 { x >= -slack } else { x <= slack }
+    let own = match face {
+        Face { which: 1, .. } => true,
+        Face { side: 1, .. } => x >= 0.0,
+        _ => x < 0.0,
+    };
+    let slack = RIDGE_ROUNDINGS * (ray.origin.x.abs() + meeting.t_mm);
+    if own { Some(Half::Own) } else { (x.abs() <= slack).then_some(Half::Ridge) }
 }
 
 #[cfg(test)]
