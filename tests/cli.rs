@@ -143,6 +143,25 @@ fn a_bad_scene_is_one_error_with_its_line_and_exit_code_2() {
     assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 1, "nothing is written");
 }
 
+/// The design paper's slip: n_d stands for the index at 486 nm.
+#[test]
+fn an_index_at_another_wavelength_is_noted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let glass = |index: f64, nm: f64| {
+        let keys = format!("index = {index}\nglass = \"N-BK7\"\nwavelength_nm = {nm}");
+        move |text: String| text.replace("index = 1.48", &keys)
+    };
+    small_scene(folder.path(), glass(1.5168, 486.0));
+    let out = biprism(folder.path(), &["check", "scene.toml"]);
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+    let told = text(&out.stderr);
+    assert!(told.contains("N-BK7 has 1.52239 at 486 nm") && told.contains("1.5168 is its index at 588 nm"), "{told}");
+    for right in [glass(1.5168, 587.6), glass(1.5224, 486.0)] {
+        small_scene(folder.path(), right);
+        assert!(biprism(folder.path(), &["check", "scene.toml"]).stderr.is_empty());
+    }
+}
+
 #[test]
 fn missing_files_and_bad_names_are_told() {
     let folder = tempfile::tempdir().expect("a folder");

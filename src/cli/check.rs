@@ -18,6 +18,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
             Err(fate) => json!({ "central_ray": fate.name() }),
         }
     };
+    let doubt = scene.prism.body().and_then(scene::Body::index_doubt);
     let found = json!({
         "scene": scene.name,
         "prism": files::prism_name(&scene.prism),
@@ -26,6 +27,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
             "squares": [scene.board.columns, scene.board.rows],
             "centre_mm": scene.board.world_from_board.translation_mm.to_array(),
         },
+        "doubts": doubt.iter().collect::<Vec<_>>(),
         "halves": { "left": half(Half::Left), "right": half(Half::Right) },
     });
     if args.json {
@@ -56,6 +58,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
             text += &format!("{:7} virtual camera {said}\n", half.name());
         }
         say::data(&text)?;
+        if let Some(doubt) = doubt {
+            say::words(&format!("note: {doubt}"));
+        }
     }
     Ok(Outcome::Done)
 }

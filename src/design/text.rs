@@ -9,6 +9,10 @@ use std::fmt::Write;
 pub fn scene_prism(front: &Patch, back: &Patch, body: &Body) -> String {
     let mut text =
         format!("[prism]\nkind = \"polynomial\"\nindex = {:?}\nouter_index = {:?}\n", body.index, body.outer_index);
+    if let Some(glass) = body.glass {
+        writeln!(text, "glass = {:?}\nwavelength_nm = {:?}", glass.name, body.wavelength_nm)
+            .expect("writing to a string cannot fail");
+    }
     text.push_str(&patch("prism.front", front));
     text.push_str(&patch("prism.back", back));
     text
@@ -32,7 +36,7 @@ fn patch(name: &str, patch: &Patch) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::{Pose, Rect};
+    use crate::geom::Rect;
     use crate::num::poly2::Poly2;
     use glam::DVec2;
 
@@ -50,7 +54,7 @@ mod tests {
     }
 
     fn body() -> Body {
-        Body { index: 1.48, outer_index: 1.0, world_from_prism: Pose::IDENTITY }
+        Body::new(1.48, 1.0)
     }
 
     #[test]

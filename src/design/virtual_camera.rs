@@ -152,7 +152,6 @@ fn positive(place: &str, key: &str, value: f64) -> Result<(), Problem> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::geom::Pose;
     use crate::scene::Body;
 
     /// The camera of the paper.
@@ -162,12 +161,7 @@ pub(super) mod tests {
 
     /// The flat prism that reproduces the flat row of the paper's Table 1.
     pub(in crate::design) fn paper_prism() -> Biprism {
-        Biprism {
-            body: Body { index: 1.48, outer_index: 1.0, world_from_prism: Pose::IDENTITY },
-            ridge_distance_mm: 78.472,
-            thickness_mm: 8.545,
-            facet_angle_rad: None,
-        }
+        Biprism { body: Body::new(1.48, 1.0), ridge_distance_mm: 78.472, thickness_mm: 8.545, facet_angle_rad: None }
     }
 
     #[test]

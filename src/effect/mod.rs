@@ -28,16 +28,26 @@
 //!    tests there that walk [`TABLE`] find a case that is missing, an effect that does nothing, and one whose zero is
 //!    not nothing.
 
+pub mod absorption;
+pub mod coating;
 pub mod cos4;
 pub mod diffraction;
+pub mod dispersion;
+pub mod fresnel;
+pub mod ghosts;
 pub mod journey;
 pub mod lamp;
 pub mod quadrature;
 pub mod sensor;
 pub mod thin_lens;
 
+pub use absorption::Absorption;
+pub use coating::Coating;
 pub use cos4::Cos4;
 pub use diffraction::Diffraction;
+pub use dispersion::Dispersion;
+pub use fresnel::Fresnel;
+pub use ghosts::Ghosts;
 pub use journey::{Journey, Landing};
 pub use lamp::Lamp;
 pub use quadrature::Quadrature;
@@ -58,6 +68,16 @@ pub struct Effects {
     pub cos4: Option<Cos4>,
     /// The board lit by a lamp.
     pub lamp: Option<Lamp>,
+    /// What the surfaces of the glass reflect is missing behind it.
+    pub fresnel: Option<Fresnel>,
+    /// A layer on every surface of the glass; of no use without `fresnel`.
+    pub coating: Option<Coating>,
+    /// What the glass absorbs.
+    pub absorption: Option<Absorption>,
+    /// What the surfaces of the glass reflect arrives elsewhere; of no use without `fresnel`.
+    pub ghosts: Option<Ghosts>,
+    /// Light of many wavelengths.
+    pub dispersion: Option<Dispersion>,
     /// Diffraction at the aperture.
     pub diffraction: Option<Diffraction>,
     /// A sensor that is not ideal.
@@ -96,7 +116,7 @@ pub struct Row {
 }
 
 /// Every effect, in the order in which light meets them.
-pub const TABLE: [Row; 5] = [
+pub const TABLE: [Row; 10] = [
     Row {
         key: "lamp",
         hook: Hook::Transport,
@@ -104,6 +124,46 @@ pub const TABLE: [Row; 5] = [
         source: "inverse square law and Lambert's cosine law",
         cost: "one ray a pixel",
         acts: |effects| effects.lamp.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "fresnel",
+        hook: Hook::Transport,
+        what: "what the surfaces of the glass reflect is missing behind it, polarised or not",
+        source: "Fresnel's formulas (Born & Wolf, Principles of Optics, 1.5.2)",
+        cost: "one ray a pixel",
+        acts: |effects| effects.fresnel.is_some(),
+    },
+    Row {
+        key: "coating",
+        hook: Hook::Transport,
+        what: "a single layer on every surface of the glass",
+        source: "characteristic matrix (Macleod, Thin-Film Optical Filters, 2.6; Born & Wolf, 1.6.2)",
+        cost: "nothing beyond `fresnel`, which it needs",
+        acts: |effects| effects.fresnel.is_some() && effects.coating.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "absorption",
+        hook: Hook::Transport,
+        what: "what the glass absorbs along the way of each ray",
+        source: "Beer and Lambert's law",
+        cost: "one ray a pixel",
+        acts: |effects| effects.absorption.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "ghosts",
+        hook: Hook::Ray,
+        what: "light that reaches the camera after reflections at the surfaces of the glass",
+        source: "rays parted at every surface by Fresnel's formulas, without chance",
+        cost: "samples x samples rays a pixel, each parted about 2 + bounces times; needs `fresnel`",
+        acts: |effects| effects.fresnel.is_some() && effects.ghosts.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "dispersion",
+        hook: Hook::Ray,
+        what: "light of many wavelengths, each bent by its own index",
+        source: "dispersion formulas of the makers and of articles, named with each glass in `optics::medium`",
+        cost: "one picture for each wavelength",
+        acts: |effects| effects.dispersion.as_ref().is_some_and(|e| !e.is_nothing()),
     },
     Row {
         key: "thin_lens",
@@ -144,6 +204,8 @@ pub const TABLE: [Row; 5] = [
 pub struct Variant {
     /// The point of the pupil, from its centre, in mm.
     pub pupil_mm: DVec2,
+    /// The wavelength; `None` for the one to which the scene's index belongs.
+    pub wave: Option<dispersion::Wave>,
     /// Its share of the grey picture; the shares of all variants sum up to 1.
     pub grey: f64,
     /// Its shares of red, green and blue, each of which sums up to 1; `None` in all variants where the sensor tells no
@@ -206,18 +268,34 @@ impl Effects {
     /// The variants of the instrument whose weighted mean is the picture; one that is the instrument itself where no ray
     /// effect acts.
     pub fn variants(&self) -> Vec<Variant> {
-        match self.thin_lens.filter(|lens| !lens.is_nothing()) {
-            None => vec![Variant { pupil_mm: DVec2::ZERO, grey: 1.0, colour: None }],
+        let plain = Variant { pupil_mm: DVec2::ZERO, wave: None, grey: 1.0, colour: None };
+        let points = match self.thin_lens.filter(|lens| !lens.is_nothing()) {
+            None => vec![plain],
             Some(lens) => {
                 let n = self.quadrature.points;
-                let point = |k| Variant {
-                    pupil_mm: lens.pupil_mm(quadrature::unit_square(k, n)),
-                    grey: 1.0 / n as f64,
-                    colour: None,
+                let pupil_mm = |k| lens.pupil_mm(quadrature::unit_square(k, n));
+                (0..n).map(|k| Variant { pupil_mm: pupil_mm(k), grey: 1.0 / n as f64, ..plain }).collect()
+            }
+        };
+        match self.dispersion.as_ref().filter(|dispersion| !dispersion.is_nothing()) {
+            None => points,
+            Some(dispersion) => {
+                let of = |wave: dispersion::Wave, point: &Variant| Variant {
+                    wave: Some(wave),
+                    grey: point.grey * wave.grey(),
+                    colour: dispersion.colour.then(|| wave.weights.map(|weight| point.grey * weight)),
+                    ..*point
                 };
-                (0..n).map(point).collect()
+                dispersion.waves.iter().flat_map(|wave| points.iter().map(|point| of(*wave, point))).collect()
             }
         }
+    }
+
+    /// These effects in light of one wavelength.
+    #[must_use]
+    pub fn at_wavelength(&self, wavelength_nm: f64) -> Self {
+        let coating = self.coating.map(|coating| Coating { wavelength_nm, ..coating });
+        Self { coating, ..self.clone() }
     }
 
     /// The share of its light that is left to a ray after its journey: the product of all transport effects.
@@ -225,6 +303,12 @@ impl Effects {
         let mut gain = 1.0;
         if let Some(lamp) = &self.lamp {
             gain *= lamp.gain(journey);
+        }
+        if let Some(fresnel) = &self.fresnel {
+            gain *= fresnel.gain(journey, self.coating.as_ref());
+        }
+        if let Some(absorption) = &self.absorption {
+            gain *= absorption.gain(journey);
         }
         if let Some(cos4) = &self.cos4 {
             gain *= cos4.gain(journey);
@@ -290,7 +374,10 @@ mod tests {
             assert!(TABLE[..k].iter().all(|other| other.key != row.key), "{}", row.key);
             assert!(!(row.acts)(&Effects::default()), "{}", row.key);
         }
-        assert_eq!(Effects::default().variants(), [Variant { pupil_mm: DVec2::ZERO, grey: 1.0, colour: None }]);
+        assert_eq!(
+            Effects::default().variants(),
+            [Variant { pupil_mm: DVec2::ZERO, wave: None, grey: 1.0, colour: None }]
+        );
     }
 
     #[test]

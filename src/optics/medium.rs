@@ -200,18 +200,6 @@ pub fn named(name: &str) -> Option<&'static Material> {
     MATERIALS.iter().find(|m| m.name == name)
 }
 
-/// The names that `word` most likely stands for, best first, at most three; capitals and hyphens are overlooked.
-pub fn nearest(word: &str) -> Vec<&'static str> {
-    // "bk7" for "N-BK7" scores 0.92, names of unrelated materials below 0.7.
-    const NEAR: f64 = 0.75;
-    let bare = |s: &str| s.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
-    let word = bare(word);
-    let score = |m: &'static Material| strsim::jaro_winkler(&word, &bare(m.name));
-    let mut scored: Vec<_> = MATERIALS.iter().map(|m| (score(m), m.name)).filter(|(s, _)| *s > NEAR).collect();
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    scored.into_iter().take(3).map(|(_, name)| name).collect()
-}
-
 impl Material {
     /// The refractive index at a wavelength in vacuum, in nm.
     ///
@@ -352,15 +340,5 @@ mod tests {
         let told = pc.index(400.0).expect_err("below the range").to_string();
         assert_eq!(told, "the index of polycarbonate is known from 436.8 to 1052 nm, not at 400 nm");
         assert!(pc.index(f64::NAN).is_err());
-    }
-
-    #[test]
-    fn near_names_are_found_and_strange_ones_are_not() {
-        for word in ["bk7", "NBK7", "n_bk7", "N-BK7HT"] {
-            assert_eq!(nearest(word).first(), Some(&"N-BK7"), "{word}");
-        }
-        assert_eq!(nearest("fused silica").first(), Some(&"fused-silica"));
-        assert_eq!(nearest("Policarbonate").first(), Some(&"polycarbonate"));
-        assert_eq!(nearest("diamond"), Vec::<&str>::new());
     }
 }

@@ -3,6 +3,7 @@
 pub mod coverage;
 mod cover;
 mod film;
+mod ghosts;
 mod looks;
 mod map;
 mod mapped;

@@ -1,6 +1,6 @@
 //! The picture of an instrument with ray effects: a mean over passes, each the picture of a plain instrument.
 
-use super::{Account, Film, Plan, Wanted, Work, picture};
+use super::{Account, Film, Plan, Wanted, Work, ghosts, picture};
 use crate::effect::Variant;
 use crate::raster::Raster;
 use crate::system::System;
@@ -25,7 +25,9 @@ pub(super) fn sum(system: &System, variants: &[Variant], wanted: Wanted, progres
     let mut work = Work::default();
     let mut account = Account { passes: variants.len(), ..own.account(0.0) };
     for variant in variants {
-        let film = picture(&Plan::new(&system.varied(variant)), Wanted { truth: false }, &share);
+        let varied = system.varied(variant);
+        let mut film = picture(&Plan::new(&varied), Wanted { truth: false }, &share);
+        ghosts::add(&varied, &mut film);
         let values = film.radiance.data();
         (grey.data_mut().par_iter_mut().zip(values)).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));
         if let (Some(colour), Some(shares)) = (&mut colour, variant.colour) {

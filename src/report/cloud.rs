@@ -65,7 +65,6 @@ pub fn write_ply(cloud: &Cloud, surface: Surface, out: impl Write) -> io::Result
 pub(crate) mod tests {
     use super::*;
     use crate::design::{DesignInput, freeform};
-    use crate::geom::Pose;
     use crate::scene::{Biprism, Body, Camera, DesignSettings, MarchOrder, Method};
     use glam::DVec3;
 
@@ -79,7 +78,7 @@ pub(crate) mod tests {
             pitch_mm: 0.0055 * 40.0,
         };
         let prism = Biprism {
-            body: Body { index: 1.48, outer_index: 1.0, world_from_prism: Pose::IDENTITY },
+            body: Body::new(1.48, 1.0),
             ridge_distance_mm: 78.472,
             thickness_mm: 8.545,
             facet_angle_rad: None,

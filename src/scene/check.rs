@@ -7,6 +7,7 @@ use super::mesh::read_triangles;
 use super::schema::*;
 use super::*;
 use crate::num::poly2::MAX_DEGREE;
+use crate::optics::medium;
 use glam::DVec2;
 use std::path::PathBuf;
 
@@ -15,9 +16,10 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
     name(document, &file.name)?;
     let camera = camera(&file.camera);
     let board = board(&file.board);
+    let prism = prism(document, file.prism, &camera, folder)?;
     Ok(Scene {
-        prism: prism(document, file.prism, &camera, folder)?,
-        effects: effects::effects(document, file.effects, &file.effect, &file.quadrature, &camera, &board)?,
+        effects: effects::effects(document, file.effects, &file.effect, &file.quadrature, &camera, &board, &prism)?,
+        prism,
         camera,
         board,
         accuracy: match file.accuracy {
@@ -93,7 +95,13 @@ fn prism(document: &Document, file: PrismFile, camera: &Camera, folder: Option<&
 }
 
 fn body(file: &BodyFile) -> Body {
-    Body { index: file.index, outer_index: file.outer_index, world_from_prism: pose(file.position_mm, file.tilt_deg) }
+    Body {
+        index: file.index,
+        outer_index: file.outer_index,
+        glass: file.glass.as_deref().and_then(medium::named),
+        wavelength_nm: file.wavelength_nm,
+        world_from_prism: pose(file.position_mm, file.tilt_deg),
+    }
 }
 
 fn biprism(file: &BiprismFile) -> Biprism {

@@ -3,7 +3,7 @@
 use super::document::Document;
 use super::limits::*;
 use super::sensor::{SensorFile, sensor};
-use super::{Board, Camera};
+use super::{Board, Camera, Prism, light};
 use crate::effect::diffraction::LARGEST_SCALE_PX;
 use crate::effect::thin_lens::{Aperture, ThinLens};
 use crate::effect::{Cos4, Diffraction, Effects, Lamp, Quadrature};
@@ -29,6 +29,16 @@ pub(super) struct EffectTables {
     pub(super) cos4: Option<Cos4File>,
     /// A point lamp that lights the board.
     pub(super) lamp: Option<LampFile>,
+    /// What the surfaces of the glass reflect is missing behind it.
+    pub(super) fresnel: Option<light::FresnelFile>,
+    /// A single layer on every surface of the glass, against reflections.
+    pub(super) coating: Option<light::CoatingFile>,
+    /// What the glass absorbs.
+    pub(super) absorption: Option<light::AbsorptionFile>,
+    /// Light that arrives after reflections at the surfaces of the glass.
+    pub(super) ghosts: Option<light::GhostsFile>,
+    /// Light of many wavelengths, each bent by its own index.
+    pub(super) dispersion: Option<light::DispersionFile>,
     /// Diffraction at a round aperture: the picture is convolved with the Airy pattern.
     pub(super) diffraction: Option<DiffractionFile>,
     /// A sensor that is not ideal: what a key does not ask for is left out.
@@ -125,11 +135,22 @@ pub(super) fn effects(
     quadrature: &QuadratureFile,
     camera: &Camera,
     board: &Board,
+    prism: &Prism,
 ) -> Result<Effects, Problem> {
+    for (there, table) in [(file.coating.is_some(), "effect.coating"), (file.ghosts.is_some(), "effect.ghosts")] {
+        if there && file.fresnel.is_none() {
+            return Err(light::needs_fresnel(document, table));
+        }
+    }
     let all = Effects {
         thin_lens: file.thin_lens.as_ref().map(|lens| thin_lens(lens, camera)),
         cos4: file.cos4.as_ref().map(|cos4| Cos4 { exponent: cos4.exponent }),
         lamp: file.lamp.as_ref().map(|file| lamp(document, file, camera, board)).transpose()?,
+        fresnel: file.fresnel.as_ref().map(light::fresnel),
+        coating: file.coating.as_ref().map(|file| light::coating(document, file, prism)).transpose()?,
+        absorption: file.absorption.as_ref().map(|file| light::absorption(document, file)).transpose()?,
+        ghosts: file.ghosts.as_ref().map(light::ghosts),
+        dispersion: file.dispersion.as_ref().map(|file| light::dispersion(document, file, prism)).transpose()?,
         diffraction: file.diffraction.as_ref().map(|file| diffraction(document, file, camera)).transpose()?,
         sensor: file.sensor.as_ref().map(|file| sensor(document, file)).transpose()?,
         quadrature: Quadrature { points: quadrature.points },

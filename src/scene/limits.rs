@@ -82,3 +82,19 @@ pub(super) const GAIN: f64 = 1e9;
 pub(super) const GAMMA: f64 = 10.0;
 /// Points of a pupil.
 pub(super) const POINTS: usize = 1 << 16;
+/// The thickest layer on a surface, in nm.
+pub(super) const THICKEST_LAYER_NM: f64 = 1e5;
+/// The largest absorption coefficient, in 1/mm: a mirror coating is a hundred times as dark.
+pub(super) const ABSORPTION_PER_MM: f64 = 1e3;
+/// Reflections that ghosts are followed through.
+pub(super) const BOUNCES: u32 = 16;
+/// Rays of ghosts along a side of a pixel.
+pub(super) const GHOST_SAMPLES: usize = 16;
+/// Wavelengths that stand for the light.
+pub(super) const WAVES: usize = 1024;
+/// Rows of a sensor's response.
+pub(super) const RESPONSE_ROWS: usize = 4096;
+/// The largest power of a line, and the largest response.
+pub(super) const POWER: f64 = 1e12;
+/// The wavelength to which an index belongs where the scene says nothing: the catalogues' n_d, in nm.
+pub(super) const D_LINE_NM: f64 = crate::optics::medium::D_NM;

@@ -12,6 +12,7 @@ pub mod mesh;
 mod ply;
 mod document;
 mod effects;
+mod light;
 mod sensor;
 mod limits;
 mod schema;
@@ -29,6 +30,7 @@ use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::geom::{Pose, Rect};
 use crate::num::poly2::Poly2;
+use crate::optics::medium::Material;
 use crate::problem::Problem;
 use glam::DVec3;
 use std::path::Path;
@@ -112,6 +114,27 @@ pub enum Prism {
     Mesh(MeshPrism),
 }
 
+impl Body {
+    /// Glass without a name, its index given at the d line, in the world's own frame.
+    pub fn new(index: f64, outer_index: f64) -> Self {
+        let wavelength_nm = limits::D_LINE_NM;
+        Self { index, outer_index, glass: None, wavelength_nm, world_from_prism: Pose::IDENTITY }
+    }
+}
+
+impl Prism {
+    /// What the prism is made of; `None` without one.
+    pub fn body(&self) -> Option<&Body> {
+        match self {
+            Self::None => None,
+            Self::Flat(flat) | Self::Freeform(flat, _) => Some(&flat.body),
+            Self::Polynomial(prism) => Some(&prism.body),
+            Self::PointCloud(prism) => Some(&prism.body),
+            Self::Mesh(prism) => Some(&prism.body),
+        }
+    }
+}
+
 /// The biprism of the paper: a ridge along y at x = 0, nearest to the camera; facets z = D + |x| tan(alpha);
 /// a base plane at z = D + T.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,6 +156,10 @@ pub struct Body {
     pub index: f64,
     /// Refractive index of what surrounds the glass.
     pub outer_index: f64,
+    /// The glass, where its name is given: how its index changes with the wavelength.
+    pub glass: Option<&'static Material>,
+    /// The wavelength in vacuum to which `index` belongs, in nm.
+    pub wavelength_nm: f64,
     /// The prism's frame in the world.
     pub world_from_prism: Pose,
 }

@@ -7,6 +7,7 @@ use super::effects::{EffectTables, EffectsFile, QuadratureFile};
 use super::limits::*;
 use super::tidy::tidy;
 use crate::num::poly2::MAX_DEGREE;
+use crate::optics::medium::MATERIALS;
 use schemars::{JsonSchema, generate::SchemaSettings, transform};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -130,6 +131,13 @@ pub(super) struct BodyFile {
     #[serde(default = "one")]
     #[schemars(range(min = SMALLEST_INDEX, max = LARGEST_INDEX))]
     pub(super) outer_index: f64,
+    /// Name of the glass: how its index changes with the wavelength.
+    #[schemars(extend("enum" = glasses()))]
+    pub(super) glass: Option<String>,
+    /// Wavelength in vacuum to which `index` belongs, in nm. Left out, it is that of the catalogues' n_d.
+    #[serde(default = "d_line")]
+    #[schemars(range(min = SHORTEST_WAVE_NM, max = LONGEST_WAVE_NM))]
+    pub(super) wavelength_nm: f64,
     /// Position [x, y, z] of the prism's frame, in mm.
     #[serde(default)]
     #[schemars(inner(range(min = -LONGEST_MM, max = LONGEST_MM)))]
@@ -138,6 +146,14 @@ pub(super) struct BodyFile {
     #[serde(default)]
     #[schemars(inner(range(min = -TILT_DEG, max = TILT_DEG)))]
     pub(super) tilt_deg: [f64; 3],
+}
+
+fn d_line() -> f64 {
+    D_LINE_NM
+}
+
+fn glasses() -> Vec<&'static str> {
+    MATERIALS.iter().map(|material| material.name).collect()
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

@@ -162,7 +162,9 @@ impl Walk<'_> {
     fn no_choice<'k>(&self, at: &At, word: &str, choices: impl Iterator<Item = &'k str> + Clone) -> Problem {
         let shown = self.document.shown(at.span.clone());
         let rule = format!("`{}` is {shown}, and must be {}", at.path, one_of(choices.clone()));
-        let help = match suggest::nearest(&word.to_lowercase(), choices.clone()) {
+        // The end of a word, as in "BK7" for "N-BK7", stands for the whole one.
+        let end = || choices.clone().find(|c| word.len() > 1 && c.to_lowercase().ends_with(&word.to_lowercase()));
+        let help = match suggest::nearest(word, choices.clone()).or_else(end) {
             Some(meant) => format!("did you mean \"{meant}\"?"),
             None => format!("write {}", one_of(choices)),
         };

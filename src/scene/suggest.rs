@@ -36,11 +36,12 @@ pub(super) fn for_key<'k>(
     format!("take it out, or use one of {}", list.join(", "))
 }
 
-/// The candidate that `word` most likely stands for, when one is near enough.
+/// The candidate that `word` most likely stands for, when one is near enough; capitals do not matter.
 pub(super) fn nearest<'k>(word: &str, candidates: impl Iterator<Item = &'k str>) -> Option<&'k str> {
     // One wrong, missing or swapped letter scores above 0.9; two unrelated keys of the format below 0.8.
     const NEAR: f64 = 0.8;
-    let scored = candidates.map(|c| (strsim::jaro_winkler(word, c), c));
+    let word = word.to_lowercase();
+    let scored = candidates.map(|c| (strsim::jaro_winkler(&word, &c.to_lowercase()), c));
     scored.filter(|(score, _)| *score > NEAR).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, c)| c)
 }
 

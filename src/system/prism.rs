@@ -47,7 +47,9 @@ pub struct Prism {
     /// n_outer / n_glass
     eta_in: f64,
     /// n_glass / n_outer
-    pub(super) eta_out: f64,
+    eta_out: f64,
+    /// n_outer, n_glass
+    indices: [f64; 2],
 }
 
 impl Prism {
@@ -107,7 +109,20 @@ impl Prism {
     fn new(body: &scene::Body, sides: [[Surface; 2]; 2]) -> Self {
         let pose = body.world_from_prism;
         let poses = (!pose.is_identity()).then(|| [pose, pose.inverse()]);
-        Self { poses, sides, eta_in: body.outer_index / body.index, eta_out: body.index / body.outer_index }
+        let indices = [body.outer_index, body.index];
+        Self { poses, sides, eta_in: indices[0] / indices[1], eta_out: indices[1] / indices[0], indices }
+    }
+
+    /// The same glass where its index is greater by `shift`, as it is at another wavelength.
+    #[must_use]
+    pub fn with_index_shift(&self, shift: f64) -> Self {
+        let [outer, glass] = [self.indices[0], self.indices[1] + shift];
+        Self { eta_in: outer / glass, eta_out: glass / outer, indices: [outer, glass], ..self.clone() }
+    }
+
+    /// Refractive indices of the surroundings and of the glass.
+    pub fn indices(&self) -> [f64; 2] {
+        self.indices
     }
 
     /// Whether the two sides are mirror images of each other in the world's plane x = 0, bit for bit. In the prism's own

@@ -1,16 +1,27 @@
 //! The prism as a piece of glass whose surfaces reflect: light that does not go straight through.
 
-use super::Prism;
+use super::{Prism, System};
 use crate::geom::Ray;
 use crate::optics::polarisation::Beam;
 use crate::trace::nonsequential::{Account, Body, Exit, Face, Limits, Solid};
 
-impl Prism {
-    /// Refractive index of the glass over that of its surroundings.
-    pub fn index_ratio(&self) -> f64 {
-        self.eta_out
+impl System {
+    /// What light meets in the glass, with all that the scene's effects say of its surfaces and its substance; `None` without
+    /// a prism.
+    pub fn body(&self) -> Option<Body> {
+        let [n_outer, n_glass] = self.prism.as_ref()?.indices();
+        let effects = &self.effects;
+        Some(Body {
+            n_outer,
+            n_glass,
+            layers: [effects.coating.map(|coating| coating.layer); 2],
+            wavelength_nm: effects.coating.map_or(f64::INFINITY, |coating| coating.wavelength_nm),
+            absorption_per_mm: effects.absorption.map_or(0.0, |absorption| absorption.per_mm),
+        })
     }
+}
 
+impl Prism {
     /// Follows light of power 1 that comes along `ray`, as `start`, through all that the surfaces send back; `leave` hears of
     /// what leaves the glass for good. Everything is in the world. The light that is never reflected takes the way of
     /// [`Prism::pass`], bit for bit.
@@ -42,7 +53,7 @@ mod tests {
     use super::*;
     use crate::optics::polarisation::Light;
     use crate::scene;
-    use crate::system::{Side, System, build};
+    use crate::system::{Side, build};
     use glam::DVec2;
 
     fn system(prism: &str) -> System {
@@ -52,11 +63,6 @@ mod tests {
              rows = 9\nsquare_mm = 20\nposition_mm = [0, 0, 1000]\n"
         );
         build(&scene::parse(&text, "t", None).unwrap()).unwrap()
-    }
-
-    fn body(prism: &Prism) -> Body {
-        let (n_glass, layers) = (prism.index_ratio(), [None; 2]);
-        Body { n_outer: 1.0, n_glass, layers, wavelength_nm: 550.0, absorption_per_mm: 0.0 }
     }
 
     /// Light that no surface reflects goes the way that the picture itself goes.
@@ -71,7 +77,7 @@ mod tests {
                 let ray = system.camera.ray(px);
                 let mut found = Vec::new();
                 let start = Beam::new(ray.direction, Light::Unpolarised);
-                prism.follow(&ray, start, body(prism), limits, 1e-12, &mut |exit| found.push(*exit));
+                prism.follow(&ray, start, system.body().unwrap(), limits, 1e-12, &mut |exit| found.push(*exit));
                 let (wanted, side) = system.exit_ray(px).unwrap();
                 assert_eq!(found.len(), 1, "{px}");
                 assert_eq!((found[0].ray, found[0].face.side), (wanted, side as usize), "{px}");
@@ -92,7 +98,7 @@ mod tests {
                 let start = Beam::new(ray.direction, Light::Unpolarised);
                 let limits = Limits { bounces: 6, least_power: 1e-12 };
                 let mut ghost = 0.0;
-                let account = prism.follow(&ray, start, body(prism), limits, 1e-12, &mut |exit| {
+                let account = prism.follow(&ray, start, system.body().unwrap(), limits, 1e-12, &mut |exit| {
                     if exit.bounces > 0 && exit.face.which == 1 {
                         ghost += exit.power;
                     }

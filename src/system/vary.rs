@@ -17,6 +17,8 @@ impl System {
             Some(lens) => self.camera.through(lens, variant.pupil_mm),
             None => self.camera,
         };
-        Self { camera, ..self.clone() }
+        let Some(wave) = &variant.wave else { return Self { camera, ..self.clone() } };
+        let prism = self.prism.as_ref().map(|prism| prism.with_index_shift(wave.index_shift));
+        Self { camera, prism, effects: self.effects.at_wavelength(wave.wavelength_nm), ..self.clone() }
     }
 }

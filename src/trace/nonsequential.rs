@@ -242,7 +242,7 @@ mod tests {
     use crate::geom::Rect;
     use crate::num::poly2::Poly2;
     use crate::optics::fresnel::Polarisation;
-    use crate::optics::mesh::{Mesh, Normals};
+    use crate::optics::mesh::{Mesh, Normals, Triangles};
     use crate::optics::polarisation::Light;
     use crate::optics::surface::{Freeform, Patch, Surface};
     use glam::DVec2;
@@ -383,9 +383,10 @@ mod tests {
         let meshes = exact.clone().map(|side| {
             side.map(|surface| {
                 let Surface::Plane { point, normal } = surface else { unreachable!("all are planes") };
-                Mesh::new(domain, 17, Normals::Flat, |x, y| {
+                let height = |x: f64, y: f64| {
                     (point.z - (normal.x * (x - point.x) + normal.y * (y - point.y)) / normal.z, normal)
-                })
+                };
+                Mesh::new(Triangles::over(domain, 17, height), Normals::Flat)
             })
         });
         let solid = Solid { body: GLASS, meet: |face: Face, ray: &Ray| meshes[face.side][face.which].meet(ray) };
