@@ -5,11 +5,22 @@ use super::limits::*;
 use super::{Body, Prism};
 use crate::effect::{Absorption, Coating, Dispersion, Fresnel, Ghosts};
 use crate::optics::fresnel::{Layer, absorption_per_mm};
+use crate::optics::medium::MATERIALS;
 use crate::optics::polarisation::Light as Polarised;
 use crate::optics::spectrum::{Band, Illuminant, Light, Line, Response, Sensitivity, nodes};
 use crate::problem::Problem;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+/// The wavelength to which an index belongs where the scene says nothing, in nm.
+pub(super) fn d_line() -> f64 {
+    D_LINE_NM
+}
+
+/// The names that a glass may have.
+pub(super) fn glasses() -> Vec<&'static str> {
+    MATERIALS.iter().map(|material| material.name).collect()
+}
 
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

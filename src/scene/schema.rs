@@ -4,10 +4,10 @@
 //! applies, and of the words in its messages: a field's comment is what an editor shows and what a user reads as help.
 
 use super::effects::{EffectTables, EffectsFile, QuadratureFile};
+use super::light::{d_line, glasses};
 use super::limits::*;
 use super::tidy::tidy;
 use crate::num::poly2::MAX_DEGREE;
-use crate::optics::medium::MATERIALS;
 use schemars::{JsonSchema, generate::SchemaSettings, transform};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -146,14 +146,6 @@ pub(super) struct BodyFile {
     #[serde(default)]
     #[schemars(inner(range(min = -TILT_DEG, max = TILT_DEG)))]
     pub(super) tilt_deg: [f64; 3],
-}
-
-fn d_line() -> f64 {
-    D_LINE_NM
-}
-
-fn glasses() -> Vec<&'static str> {
-    MATERIALS.iter().map(|material| material.name).collect()
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

@@ -4,3 +4,6 @@ pub mod carry;
 pub mod nonsequential;
 pub mod packet;
 pub mod sequential;
+
+#[cfg(test)]
+mod nonsequential_tests;
