@@ -322,8 +322,9 @@ fn a_white_furnace_stays_white_with_ghosts() {
             let found = picture(&with(&plain, effects));
             for (k, value) in found.data().iter().enumerate() {
                 // The pixels of the ridge take their losses piece by piece and their ghosts at their centre: 1e-3 of the
-                // 15 % that are reflected. Elsewhere 13 reflections of 4.2 % are given up, and pictures round to f32.
-                let bound = if (47..49).contains(&(k % 96)) { 2e-4 } else { 4.0 * f32::EPSILON };
+                // 15 % that are reflected. Elsewhere 13 reflections of 4.2 % are given up, pictures round to f32,
+                // and the light of ghosts is straight over a block of pixels to less than a step of 16 bits.
+                let bound = if (47..49).contains(&(k % 96)) { 2e-4 } else { 1e-5 + 4.0 * f32::EPSILON };
                 assert!((value - 0.7).abs() <= bound, "{prism} {k}: {value}");
             }
         }

@@ -9,7 +9,7 @@ use glam::DVec3;
 const BIPRISM: &str = "index = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545";
 const BOARD: &str = "columns = 41\nrows = 41\nsquare_mm = 10.0";
 
-fn scene(width: usize, height: usize, prism: &str, board: &str) -> Scene {
+pub(super) fn scene(width: usize, height: usize, prism: &str, board: &str) -> Scene {
     let pitch_um = 10560.0 / width as f64;
     let text = format!(
         "name = \"test\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = {width}\nheight_px = {height}\n\
@@ -18,7 +18,7 @@ fn scene(width: usize, height: usize, prism: &str, board: &str) -> Scene {
     scene::parse(&text, "test", None).unwrap_or_else(|problem| panic!("{problem}\n{text}"))
 }
 
-fn built(scene: &Scene, accuracy: Accuracy) -> System {
+pub(super) fn built(scene: &Scene, accuracy: Accuracy) -> System {
     System { accuracy, ..system::build(scene).unwrap_or_else(|problem| panic!("{problem}")) }
 }
 
@@ -40,7 +40,7 @@ fn dark_instrument(accuracy: Accuracy, scale: usize) -> System {
 /// Instruments whose pictures are `scale` times as large as the smallest that show everything: prisms and boards that
 /// take every way of the packets: planes, sheets of low, high and odd degree, poses, the ridge
 /// off the centre and aslant, rays that miss, total reflection.
-fn instruments(accuracy: Accuracy, scale: usize) -> Vec<(String, System)> {
+pub(super) fn instruments(accuracy: Accuracy, scale: usize) -> Vec<(String, System)> {
     let straight = format!("{BOARD}\nposition_mm = [0.0, 0.0, 1000.0]");
     let posed = format!("{BOARD}\nposition_mm = [3.0, -7.0, 800.0]\ntilt_deg = [5.0, -12.0, 20.0]");
     let flat = format!("kind = \"flat\"\n{BIPRISM}");

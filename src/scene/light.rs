@@ -105,7 +105,7 @@ pub(super) struct DispersionFile {
     pub(super) response: ResponseFile,
     /// Red, green and blue of the sensor by rows [wavelength in nm, red, green, blue], in place of `response`.
     #[schemars(length(max = RESPONSE_ROWS))]
-    pub(super) response_rows: Vec<SensitivityFile>,
+    pub(super) sensitivities: Vec<SensitivityFile>,
     /// Wavelengths that stand for a band, a picture each.
     #[schemars(range(min = 1, max = WAVES))]
     pub(super) wavelengths: usize,
@@ -119,7 +119,7 @@ impl Default for DispersionFile {
             band_nm: [400.0, 700.0],
             illuminant: IlluminantFile::Even,
             response: ResponseFile::Grey,
-            response_rows: Vec::new(),
+            sensitivities: Vec::new(),
             wavelengths: 16,
         }
     }
@@ -238,7 +238,7 @@ pub(super) fn dispersion(document: &Document, file: &DispersionFile, prism: &Pri
     let nodes = match nodes(&light, &response, file.wavelengths) {
         Ok(nodes) => nodes,
         Err(dark) => {
-            let at = if file.response_rows.is_empty() { "response" } else { "response_rows" };
+            let at = if file.sensitivities.is_empty() { "response" } else { "sensitivities" };
             return fault(
                 at,
                 format!("`{}`: {dark}", key(at)),
@@ -280,19 +280,19 @@ fn light(document: &Document, file: &DispersionFile) -> Result<Light, Problem> {
 }
 
 fn response(document: &Document, file: &DispersionFile) -> Result<Response, Problem> {
-    if file.response_rows.is_empty() {
+    if file.sensitivities.is_empty() {
         return Ok(match file.response {
             ResponseFile::Grey => Response::Flat,
             ResponseFile::NikonD5100 => Response::nikon_d5100(),
         });
     }
-    if let Some(k) = file.response_rows.windows(2).position(|pair| pair[0].0 >= pair[1].0) {
-        let at = format!("effect.dispersion.response_rows[{}]", k + 1);
-        let rule = format!("`{at}` is at {} nm, not beyond the row before", file.response_rows[k + 1].0);
+    if let Some(k) = file.sensitivities.windows(2).position(|pair| pair[0].0 >= pair[1].0) {
+        let at = format!("effect.dispersion.sensitivities[{}]", k + 1);
+        let rule = format!("`{at}` is at {} nm, not beyond the row before", file.sensitivities[k + 1].0);
         return Err(document.problem(document.span(&at), rule, "sort the rows by rising wavelength"));
     }
     let row = |row: &SensitivityFile| Sensitivity { wavelength_nm: row.0, rgb: [row.1, row.2, row.3] };
-    Ok(Response::Rgb(file.response_rows.iter().map(row).collect()))
+    Ok(Response::Rgb(file.sensitivities.iter().map(row).collect()))
 }
 
 impl Body {

@@ -53,6 +53,8 @@ pub struct Exit {
     pub bounces: u32,
     /// The face that it left last.
     pub face: Face,
+    /// All faces that it met, as digits: light by the same route takes a neighbouring way.
+    pub route: u64,
 }
 
 /// What became of the power that came in; the three add up to it.
@@ -93,6 +95,7 @@ struct Branch {
     inside: bool,
     /// The side whose facet it met last.
     side: usize,
+    route: u64,
 }
 
 /// What a ray comes to next.
@@ -111,7 +114,7 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>> Solid<M> {
     pub fn follow(&self, ray: &Ray, start: Beam, limits: Limits, leave: &mut impl FnMut(&Exit)) -> Account {
         let mut account = Account::default();
         let side = usize::from(ray.direction.x >= 0.0);
-        let branch = Branch { ray: *ray, beam: start, bounces: 0, from: None, inside: false, side };
+        let branch = Branch { ray: *ray, beam: start, bounces: 0, from: None, inside: false, side, route: 0 };
         self.walk(branch, limits, &mut account, leave);
         account
     }
@@ -126,7 +129,7 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>> Solid<M> {
             (Next::Meets(face, meeting), _) => (face, meeting),
             (Next::Escapes, Some(face)) => {
                 account.escaped += power;
-                leave(&Exit { ray: branch.ray, power, bounces: branch.bounces, face });
+                leave(&Exit { ray: branch.ray, power, bounces: branch.bounces, face, route: branch.route });
                 return;
             }
             (Next::Lost, _) | (Next::Escapes, None) => {
@@ -146,7 +149,9 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>> Solid<M> {
         let parts = beam.split(&interface, normal, incoming, reflected, refracted);
         let origin = branch.ray.at(meeting.t_mm);
         let side = if face.which == 0 { face.side } else { branch.side };
-        let onward = Branch { from: Some(face), side, ..branch };
+        // Base 8, the highest bit for the digits that are there; the 20 that 64 bits hold are more than light is worth.
+        let route = branch.route.wrapping_mul(8).wrapping_add(4 + 2 * face.side as u64 + face.which as u64);
+        let onward = Branch { from: Some(face), side, route, ..branch };
         if let Some(direction) = refracted {
             let ray = Ray { origin, direction };
             self.walk(
