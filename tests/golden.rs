@@ -44,3 +44,31 @@ fn a_shift_of_a_twentieth_of_a_pixel_fails() {
     assert!((0.03..0.08).contains(&shift.px), "{shift:?}");
     assert!(failures.join("prism_flat.strip.png").exists());
 }
+
+/// A case with noise: other random numbers pass; a shift of 0.05 px, and stronger read noise, do not.
+#[test]
+fn a_random_case_is_judged_by_its_mean_and_its_noise() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(root.join("scenes/cases/effect_sensor.toml")).expect("the case is there");
+    let judged = |old: &str, new: &str| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let (cases, golden) = (folder.path().join("cases"), folder.path().join("golden"));
+        std::fs::create_dir(&cases).and_then(|()| std::fs::create_dir(&golden)).expect("two folders");
+        assert!(text.contains(old));
+        std::fs::write(cases.join("effect_sensor.toml"), text.replace(old, new)).expect("written");
+        for ending in ["png", "json"] {
+            let name = format!("effect_sensor.{ending}");
+            std::fs::copy(root.join("golden").join(&name), golden.join(&name)).expect("the golden is there");
+        }
+        let failures = folder.path().join("failures");
+        let report = check(&Folders { cases: &cases, golden: &golden, failures: &failures }, Mode::Check);
+        report.unwrap_or_else(|p| panic!("{p}"))
+    };
+    let redrawn = judged("seed = 1\n", "seed = 4000000000\n");
+    assert!(redrawn.passed(), "{redrawn}");
+    // What is true of the scene is judged exactly, and moves too; the light must tell by itself.
+    let moved = judged("[0.0, 0.0, 1000.0]", "[0.047, 0.0, 1000.0]").cases[0].reasons.join("\n");
+    assert!(moved.contains("the light of the region"), "{moved}");
+    let noisier = judged("read_noise_e = 8.0", "read_noise_e = 20.0").cases[0].reasons.join("\n");
+    assert!(noisier.contains("the variance of the region") && !noisier.contains("the light of"), "{noisier}");
+}

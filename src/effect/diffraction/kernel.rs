@@ -4,13 +4,12 @@ use super::{encircled_energy, mtf};
 use crate::num::quadrature::gauss_legendre;
 use std::f64::consts::{PI, TAU};
 
-/// Wavelength times f-number is at most this many px: above, more than 4 % of the light would fall beyond
-/// `MAX_RADIUS`.
+/// Wavelength times f-number is at most this many px: the kernel's near part then has 137 x 137 pixels.
 pub const LARGEST_SCALE_PX: f64 = 16.0;
-/// The share of the pattern's light that may fall beyond the kernel, as long as [`MAX_RADIUS`] is not reached.
-const LOST: f64 = 0.01;
-/// The largest radius of a kernel, in px.
-const MAX_RADIUS: usize = 80;
+/// The share of the pattern's light that falls beyond the kernel.
+const LOST: f64 = 0.005;
+/// The near part ends past the third dark ring, at 3.24 times the scale: the pattern is below 1e-3 of its middle there.
+const NEAR: f64 = 4.2;
 /// The finest samples within a pixel.
 const MAX_SAMPLES: usize = 4;
 /// Frequencies from here on, in waves a sample, count for nothing: the spline's response and the sample's sinc leave as
@@ -22,23 +21,32 @@ const HIGHEST: f64 = 6.0;
 /// The picture before diffraction is known by the means of its samples, `samples` x `samples` a pixel. Between their
 /// centres the running mean is taken for the cubic spline through them, which for a picture of sharp edges is the best
 /// linear guess (their spectrum falls as nu^-4, and the spline's response is that over its aliases). The Airy pattern
-/// spreads the light, and the pixel's active square collects what falls on it. The samples are told apart within `core`
-/// px of the pixel, and whole pixels further out, where the pattern is low.
+/// spreads the light, and the pixel's active square collects what falls on it. The spline would make some weights
+/// negative, by little: they are 0, so that the picture keeps between its darkest and its brightest.
 ///
-/// The spline would make some weights negative, by little: they are 0, so that the picture keeps between its darkest and
-/// its brightest. The Airy pattern never ends and the kernel does, at `radius` px: the light beyond, a share of `lost`,
-/// is put back evenly over the far pixels (over the core where there are none), as it would fall far away and almost
-/// evenly. The weights sum to 1.
+/// Further than `core` px from the pixel the pattern is low and its rings are finer than what it shows: there light is
+/// summed up by blocks of pixels, with the mean over the rings, which falls as the cube of the distance. The pattern
+/// never ends and the kernel does, at `radius` px: the light beyond, a share of `lost`, is put back into the far part in
+/// proportion. All weights sum to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Kernel {
     pub(super) samples: usize,
     pub(super) core: usize,
-    pub(super) radius: usize,
     /// Of the samples, from the first row of the core: (2 core + 1) samples a side.
-    pub(super) fine: Vec<f64>,
-    /// Of the pixels: 2 radius + 1 a side; 0 in the core.
-    pub(super) far: Vec<f64>,
+    pub(super) near: Vec<f64>,
+    pub(super) far: Far,
     lost: f64,
+}
+
+/// The far part of a kernel, by blocks of pixels.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Far {
+    /// Pixels along the side of a block, an odd number.
+    pub(super) block: usize,
+    /// Blocks to each side.
+    pub(super) reach: usize,
+    /// Weights of the blocks' means, from the first row: 2 reach + 1 a side.
+    pub(super) weights: Vec<f64>,
 }
 
 /// Samples a pixel, along each side, that a pattern of the given scale takes: an edge is wrong by as much as the pattern is
@@ -64,36 +72,19 @@ impl Kernel {
     pub fn with_samples(scale_px: f64, active: f64, samples: usize) -> Self {
         assert!(scale_px > 0.0 && scale_px <= LARGEST_SCALE_PX, "wavelength x f-number of {scale_px} px");
         assert!(active > 0.0 && active <= 1.0, "an active side of {active} px");
-        let far_enough = |radius: &usize| 1.0 - encircled_energy(*radius as f64 / scale_px) <= LOST;
-        let radius = (1..MAX_RADIUS).find(far_enough).unwrap_or(MAX_RADIUS);
-        // Past its third ring the pattern is lower than 1e-3 of its middle.
-        let core = if samples == 1 { radius } else { radius.min(1 + (4.2 * scale_px).ceil() as usize) };
+        let core = 1 + (NEAR * scale_px).ceil() as usize;
         let side = (2 * core + 1) * samples;
         let step = 1.0 / samples as f64;
         let first = 0.5 * step - 0.5 - core as f64;
-        let mut fine = quarter(scale_px, [active, step], first, side.div_ceil(2));
-        spread(&mut fine, side);
-        let far_side = 2 * radius + 1;
-        let mut far = vec![0.0; far_side * far_side];
-        if radius > core {
-            far = quarter(scale_px, [active, 1.0], -(radius as f64), radius + 1);
-            spread(&mut far, far_side);
-            let within = radius - core..=radius + core;
-            for (k, w) in far.iter_mut().enumerate() {
-                if within.contains(&(k % far_side)) && within.contains(&(k / far_side)) {
-                    *w = 0.0;
-                }
-            }
-        }
-        let sum = |weights: &[f64]| weights.iter().sum::<f64>();
-        let kept = sum(&fine) + sum(&far);
-        fine.iter_mut().chain(&mut far).for_each(|w| *w = w.max(0.0));
-        // Of the smallest patterns 1e-5 is lost by HIGHEST, or gained.
-        let lost = (1.0 - kept).max(0.0);
-        let scale = (1.0 - lost) / (sum(&fine) + sum(&far));
-        fine.iter_mut().chain(&mut far).for_each(|w| *w *= scale);
-        put_back(if radius > core { &mut far } else { &mut fine }, lost);
-        Self { samples, core, radius, fine, far, lost }
+        let mut near = quarter(scale_px, [active, step], first, side.div_ceil(2));
+        spread(&mut near, side);
+        // HIGHEST may make it a little more than all.
+        let kept = near.iter().sum::<f64>().min(1.0);
+        near.iter_mut().for_each(|w| *w = w.max(0.0));
+        scale_to(&mut near, kept);
+        let far = Far::new(scale_px, core, 1.0 - kept);
+        let lost = 1.0 - encircled_energy(far.radius() as f64 / scale_px);
+        Self { samples, core, near, far, lost }
     }
 
     /// Samples a pixel, along each side, of the pictures that it is for.
@@ -103,7 +94,7 @@ impl Kernel {
 
     /// Pixels that it reaches, to each side.
     pub fn radius(&self) -> usize {
-        self.radius
+        self.far.radius()
     }
 
     /// The share of the light that falls beyond the kernel and was put back into it.
@@ -112,14 +103,40 @@ impl Kernel {
     }
 }
 
-/// Spreads `lost` evenly over the weights that are not 0.
-fn put_back(weights: &mut [f64], lost: f64) {
-    let share = lost / weights.iter().filter(|w| **w > 0.0).count() as f64;
-    weights.iter_mut().filter(|w| **w > 0.0).for_each(|w| *w += share);
+impl Far {
+    /// The share `light` of the pattern, beyond `core` px.
+    fn new(scale_px: f64, core: usize, light: f64) -> Self {
+        // What is seen of the far light changes over lengths of the core.
+        let block = 2 * (core / 4) + 1;
+        // Beyond r px falls 2 scale / (pi^2 r) of the light, on average over the rings.
+        let radius = 2.0 * scale_px / (PI * PI * LOST);
+        let reach = ((radius / block as f64).ceil() as usize).max(core / block + 1);
+        let side = 2 * reach + 1;
+        let (half, core) = (block as f64 / 2.0 - 0.5, core as f64);
+        // The mean over a block's pixels of what the mean over the rings, r^-3, has outside of the core.
+        let weight = |m: usize, n: usize| {
+            let offset = |m: usize, k: usize| (m as f64 - reach as f64) * block as f64 + k as f64 - half;
+            let pixels = (0..block * block).map(|k| [offset(m, k % block), offset(n, k / block)]);
+            let outside = pixels.filter(|[x, y]| x.abs().max(y.abs()) > core);
+            outside.map(|[x, y]| 1.0 / ((x * x + y * y) * (x * x + y * y).sqrt())).sum::<f64>()
+        };
+        let mut weights: Vec<f64> = (0..side * side).map(|k| weight(k % side, k / side)).collect();
+        scale_to(&mut weights, light);
+        Self { block, reach, weights }
+    }
+
+    fn radius(&self) -> usize {
+        self.reach * self.block + self.block / 2
+    }
 }
 
-/// The weights at (first + i step, first + j step), i and j in 0..n, of samples with a side of step px, before the loss
-/// is put back:
+/// Makes the weights sum to `sum`.
+fn scale_to(weights: &mut [f64], sum: f64) {
+    let scale = sum / weights.iter().sum::<f64>();
+    weights.iter_mut().for_each(|w| *w *= scale);
+}
+
+/// The weights at (first + i step, first + j step), i and j in 0..n, of samples with a side of step px:
 ///
 /// step^2 times the integral of the transfer function, of the active square's sinc and the spline's response on both axes,
 /// and of the waves of the place, over the frequencies nu up to the cut-off: in polar coordinates about frequency 0,
