@@ -33,7 +33,7 @@ impl Dice {
 }
 
 /// Numbers and words on which readers stumble.
-const DICTIONARY: [&[u8]; 24] = [
+const DICTIONARY: [&[u8]; 26] = [
     b"nan",
     b"inf",
     b"-inf",
@@ -58,6 +58,8 @@ const DICTIONARY: [&[u8]; 24] = [
     b"=",
     b"1e-300",
     b" ",
+    b"1e80",
+    "é".as_bytes(),
 ];
 
 /// A text's number replaced, bytes flipped, dropped, doubled or put in, or the end cut off.

@@ -62,6 +62,18 @@ proptest! {
         }
     }
 
+    /// The bend keeps its digits however alike the media: gamma (n_in cos(in) + n_out cos(out)) / n_out is eta^2 - 1 by
+    /// Snell's law, and eta^2 - 1 is a product of exact factors.
+    #[test]
+    fn the_bend_of_a_small_step_keeps_its_digits(i in unit(), n in unit(), ulps in -4096..=4096i64) {
+        let eta = f64::from_bits((1.0f64.to_bits() as i64 + ulps) as u64);
+        if let Some(r) = refract(i, n, eta) {
+            let wanted = (eta - 1.0) * (eta + 1.0);
+            let found = r.gamma * (eta * r.cos_in + r.cos_out);
+            prop_assert!((found - wanted).abs() <= 4.0 * f64::EPSILON * wanted.abs(), "{found:e} {wanted:e}");
+        }
+    }
+
     /// The refracted ray, reversed, goes back where it came from. Near the critical angle the way back is as badly
     /// conditioned as 1/cos(out), so the bound grows with it.
     #[test]

@@ -156,6 +156,7 @@ fn a_wrong_mesh_is_a_problem() {
     for (text, rule) in [
         ("v 0 0\n", "no z"),
         ("v 0 0 nan\n", "\"nan\""),
+        ("v 0 0 80\nv 0 1e80 80\nv 1 0 80\nf 1 2 3\n", "vertex 2 is [0.0, 1e80, 80.0], and must be within 1e6 mm"),
         ("v 0 0 80\nf 1 2 3\n", "has the corner 1, counted from 0"),
         ("f 0 1 2\n", "\"0\""),
         ("curv 1\n", "\"curv\""),

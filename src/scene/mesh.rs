@@ -12,6 +12,9 @@ use std::path::Path;
 /// Most corners, and most triangles, of a file: about 600 MB in memory, with what orders them for rays.
 pub const MAX_TRIANGLES: u64 = 4_000_000;
 
+/// Largest magnitude of a vertex' coordinate: a kilometre, far above any prism and far below what an f32 can hold.
+pub const MAX_COORDINATE_MM: f64 = 1e6;
+
 /// How the triangles are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
@@ -27,7 +30,8 @@ pub enum Format {
 ///
 /// # Errors
 /// A [`Problem`] with file, line, value and rule when the file cannot be read, breaks its format, holds a number that is
-/// not finite, names a corner that it has not, has no triangle or more than [`MAX_TRIANGLES`], or is no graph over (x, y).
+/// not finite, names a corner that it has not, has no triangle or more than [`MAX_TRIANGLES`], goes beyond [`MAX_COORDINATE_MM`], or is
+/// no graph over (x, y).
 pub fn read_triangles(path: &Path) -> Result<Triangles, Problem> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let format = match extension.as_str() {
@@ -55,6 +59,11 @@ pub fn parse_triangles(name: &str, format: Format, input: impl BufRead, bytes: u
         Format::Ply => ply(&mut lines, bytes)?,
         Format::Obj => obj(&mut lines)?,
     };
+    if let Some(k) = points_mm.iter().position(|p| !p.abs().cmple(DVec3::splat(MAX_COORDINATE_MM)).all()) {
+        let rule =
+            format!("vertex {} is {:?}, and must be within {MAX_COORDINATE_MM:e} mm", k + 1, points_mm[k].to_array());
+        return Err(Problem::new(name, rule, "give the surface in mm, near the camera's axis"));
+    }
     if triangles.is_empty() {
         let help = "write the surface with its faces; points alone are a scene's `kind = \"point_cloud\"`";
         return Err(Problem::new(name, "the file has no triangles", help));

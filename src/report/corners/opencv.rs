@@ -185,7 +185,7 @@ fn matrix_of(body: &str, key: &str, place: &str) -> Result<Matrix, Problem> {
     };
     let (rows, columns) = (size("rows")?, size("cols")?);
     let kind = field("dt")?;
-    let (count, letter) = kind.split_at(kind.len().saturating_sub(1).min(kind.len()));
+    let (count, letter) = kind.split_at(kind.char_indices().next_back().map_or(0, |(at, _)| at));
     let depth: Option<usize> = if count.is_empty() { Some(1) } else { count.parse().ok() };
     let Some(depth) = depth.filter(|d| (1..=64).contains(d) && ["d", "f", "i"].contains(&letter)) else {
         return Err(broken(place, format!("`dt` of `{key}` is {kind:?}, and must be like \"2d\", \"2f\" or \"2i\"")));

@@ -100,6 +100,7 @@ fn bad_files_are_refused_with_place_and_rule() {
         (yaml("rows: 2", "rows: 99999999999"), "a:4", "more than 1000000 corners"),
         (yaml("rows: 2", "rows: -1"), "a:4", "`rows` of `left_corners` is \"-1\""),
         (yaml("\"2d\"", "\"2x\""), "a:4", "`dt` of `left_corners`"),
+        (yaml("\"2d\"", "é"), "a:4", "`dt` of `left_corners`"),
         (yaml("6.75", "6,75"), "a:4", "holds 5 numbers"),
         (yaml("6.75", ".Nan"), "a:4", "must hold numbers"),
     ];
