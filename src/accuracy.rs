@@ -1,10 +1,16 @@
 //! What accuracy is asked of a computation. A leaf: plain numbers, each with what it buys.
 
+/// The coarsest accuracy that may be asked for, in px.
+pub const COARSEST_TARGET_PX: f64 = 1.0;
+
+/// Radiances are kept as f32: a line of the whole contrast cannot be told apart from one this far from it, in px.
+const FINEST_TARGET_PX: f64 = 1e-7;
+
 /// A promise about positions in a picture, by name. Each level is cheaper than the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
-    /// A coarse map, edges in closed form.
+    /// A coarse map, edges to first order in f32.
     Draft,
     /// A certified map, edges in closed form.
     Standard,
@@ -47,8 +53,18 @@ pub enum Sampling {
     Map,
     /// Every pixel's centre traced, by packets of rays.
     Packets,
-    /// Every pixel's centre traced, ray by ray, and each edge divided until its value settles.
+    /// Every pixel's centre traced, ray by ray, and each edge divided until the map is straight in its parts.
     SingleRays,
+}
+
+/// Which numbers the pixels of a map are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Arithmetic {
+    /// f32, and coverage to first order, wherever both keep to the bend allowed inside pixels.
+    Single,
+    /// f64, and coverage in closed form.
+    Double,
 }
 
 /// The knobs of the simulator. The presets are promises about positions in px; any field may be changed.
@@ -66,6 +82,8 @@ pub struct Accuracy {
     pub map_px: f64,
     /// The degree of its polynomials; `None` takes the lowest of 4, 8, 12 and 16 that the rays vouch for.
     pub map_degree: Option<usize>,
+    /// Which numbers the pixels of the map are made of. Positions that are traced are f64 in any case.
+    pub arithmetic: Arithmetic,
     /// Largest side of one patch of the map, in px.
     pub patch_px: usize,
     /// A freeform surface's intersection is accepted when the ray's distance to it along z is below this, in mm.
@@ -80,9 +98,16 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// A quick look: polynomials of low degree, from few rays, and pixels divided only where the map bends strongly.
+    /// A quick look: polynomials of low degree, from few rays, pixels in f32, and divided only where the map bends strongly.
     pub const fn draft() -> Self {
-        Self { level: Level::Draft, promise_px: 1e-2, map_px: 1e-3, bend_px: 1e-3, ..Self::standard() }
+        Self {
+            level: Level::Draft,
+            promise_px: 1e-2,
+            map_px: 1e-3,
+            bend_px: 1e-3,
+            arithmetic: Arithmetic::Single,
+            ..Self::standard()
+        }
     }
 
     /// A certified map. It adds less than 1e-8 px to the errors of [`Accuracy::exact`].
@@ -99,6 +124,7 @@ impl Accuracy {
             sampling: Sampling::Packets,
             map_px: 1e-8,
             map_degree: None,
+            arithmetic: Arithmetic::Double,
             patch_px: usize::MAX,
             surface_residual_mm: 1e-12,
             bend_px: 5e-6,
@@ -107,8 +133,8 @@ impl Accuracy {
         }
     }
 
-    /// Slow and simple: ray by ray, and every pixel that holds an edge divided until its value settles. Judges the other
-    /// levels.
+    /// Slow and simple: ray by ray, and every pixel that holds an edge divided until the map is straight in its parts. Judges
+    /// the other levels.
     pub const fn reference() -> Self {
         Self {
             level: Level::Reference,
@@ -117,18 +143,27 @@ impl Accuracy {
             sampling: Sampling::SingleRays,
             map_px: 0.0,
             map_degree: None,
+            arithmetic: Arithmetic::Double,
             patch_px: usize::MAX,
             surface_residual_mm: 1e-13,
             bend_px: 1e-7,
-            max_division: 64,
+            max_division: 1024,
             aim_px: 1e-12,
         }
     }
 
-    /// The cheapest preset that promises `target_px`; the reference when none does.
+    /// The cheapest level that keeps to `target_px`. Between the presets it is [`Accuracy::standard`] with map and bend held to
+    /// that; the reference below what an f32 radiance can tell.
     pub fn for_target(target_px: f64) -> Self {
-        let levels = Level::ALL.map(Level::accuracy);
-        let cheapest = levels.into_iter().find(|a| a.promise_px <= target_px).unwrap_or(Self::reference());
-        Self { target_px: Some(target_px), ..cheapest }
+        let presets = [Self::draft(), Self::standard()];
+        let tightened = (target_px >= FINEST_TARGET_PX).then(|| Self {
+            promise_px: target_px,
+            map_px: (0.1 * target_px).min(Self::standard().map_px),
+            bend_px: 0.5 * target_px,
+            max_division: 256,
+            ..Self::standard()
+        });
+        let cheapest = presets.into_iter().find(|a| a.promise_px <= target_px).or(tightened);
+        Self { target_px: Some(target_px), ..cheapest.unwrap_or(Self::reference()) }
     }
 }

@@ -15,10 +15,10 @@ fn scenes() -> Vec<Scene> {
     let shifted = FLAT.to_owned() + "\nposition_mm = [0.8, 0.3, 0.0]\ntilt_deg = [0.5, -0.8, 1.5]";
     let posed = BOARD.replace("[0.0, 0.0, 1000.0]", "[5.0, 3.0, 900.0]\ntilt_deg = [8.0, -11.0, 27.0]");
     vec![
-        scene(640, 360, FLAT, BOARD),
-        scene(641, 361, FREEFORM, BOARD),
-        scene(480, 270, FREEFORM, &posed),
-        scene(480, 270, &shifted, BOARD),
+        scene(480, 270, FLAT, BOARD),
+        scene(481, 271, FREEFORM, BOARD),
+        scene(320, 180, FREEFORM, &posed),
+        scene(320, 180, &shifted, BOARD),
         scene(40, 30, FLAT, BOARD),
     ]
 }
@@ -45,6 +45,13 @@ fn lines_lie_where_the_reference_has_them() {
             let shift = shift_px(&scene, &film, &reference);
             assert!(shift < film.account.promise_px, "{shift:e} px: {}", film.account);
             assert!(film.account.achieved_px() < film.account.promise_px, "{}", film.account);
+        }
+        // Between the presets a target is kept by dividing pixels further.
+        for target_px in [3e-3, 1e-6, 2e-7] {
+            let film = render(&System { accuracy: Accuracy::for_target(target_px), ..built(&scene) }, &|_| ());
+            let shift = shift_px(&scene, &film, &reference);
+            assert!(shift < target_px, "{shift:e} px: {}", film.account);
+            assert!(film.account.achieved_px() <= target_px && film.counts.capped_pixels == 0, "{}", film.account);
         }
     }
 }
@@ -87,7 +94,8 @@ fn a_target_takes_the_cheapest_level_that_promises_it() {
         (0.01, Level::Draft),
         (1e-3, Level::Standard),
         (1e-5, Level::Standard),
-        (1e-7, Level::Reference),
+        (1e-7, Level::Standard),
+        (1e-8, Level::Reference),
     ] {
         let accuracy = Accuracy::for_target(target_px);
         assert_eq!((accuracy.level, accuracy.target_px), (level, Some(target_px)));

@@ -63,12 +63,12 @@ impl Series {
         [self.c.nrows() - 1, self.c.ncols() - 1]
     }
 
-    /// Bounds over the square of the magnitudes of the derivatives of orders (`s`, `t`), each up to 2: the sum of those
-    /// of the terms, for |T_k'| <= k^2 and |T_k''| <= k^2 (k^2 - 1)/3.
+    /// Bounds over the square of the magnitudes of the derivatives of orders (`s`, `t`), each up to 3: the sum of those
+    /// of the terms, for |T_k'| <= k^2, |T_k''| <= k^2 (k^2 - 1)/3 and |T_k'''| <= k^2 (k^2 - 1)(k^2 - 4)/15.
     pub fn bound(&self, s: usize, t: usize) -> f64 {
         let most = |k: usize, order: usize| {
             let q = (k * k) as f64;
-            [1.0, q, q * (q - 1.0) / 3.0][order]
+            [1.0, q, q * (q - 1.0) / 3.0, q * (q - 1.0) * (q - 4.0) / 15.0][order]
         };
         let (m, n) = self.c.shape();
         let terms = (0..m).flat_map(|k| (0..n).map(move |l| (k, l)));
@@ -151,5 +151,6 @@ mod tests {
         slope(1, 0, 0.3 * 1.2 * e);
         slope(2, 0, 0.09 * 1.2 * e);
         slope(0, 1, 0.2 * e);
+        slope(3, 0, 0.027 * 1.2 * e);
     }
 }

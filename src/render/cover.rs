@@ -130,6 +130,17 @@ impl Jets {
     }
 }
 
+impl Jets {
+    /// How far the maps may stray from their tangents inside the pixels, in px: |J^-1| on what they stray along each axis.
+    #[inline(always)]
+    fn stray_px(&self, stray: [Lanes; 2]) -> Lanes {
+        let det = (self.dx[0] * self.dy[1] - self.dx[1] * self.dy[0]).abs();
+        let right = self.dy[1].abs() * stray[0] + self.dy[0].abs() * stray[1];
+        let down = self.dx[1].abs() * stray[0] + self.dx[0].abs() * stray[1];
+        right.max(down) / det
+    }
+}
+
 /// The first component where `first`, else the second.
 #[inline(always)]
 fn pick(first: Mask, v: [Lanes; 2]) -> Lanes {
@@ -158,15 +169,19 @@ fn at_most_one_line(pattern: &Pattern, jets: &Jets, bend_px: f64) -> (Lanes, Mas
     let single = pick(upright, reach).lt(half + offset.abs());
     let backward = offset.lt(zero);
     let distance = half.negated_where(backward) - offset;
-    let scale = (jets.dx[0] * jets.dy[1] - jets.dx[1] * jets.dy[0]).abs();
-    let most = stray[0].max(stray[1]);
-    let off_px = most * most / scale;
-    let line = squares.inside & !plain & !(touched_x & touched_y) & single & off_px.le(Lanes::splat(bend_px));
 
     let steep_x = b.abs().le(a.abs());
     let (steep, flat) = (steep_x.select(a, b), steep_x.select(b, a));
     let (long, short) = (steep.abs(), flat.abs());
     let e = distance.abs();
+    // The bend moves the line by `within_px` at most, of which the first order is known. Its square is left; and where the line
+    // passes a corner of the pixel, the share changes its slope, from one to the other over the short side.
+    let within_px = jets.stray_px(stray);
+    let across = pick(upright, stray);
+    let at_corner = (across * across / (Lanes::splat(2.0) * long * short)).min(within_px);
+    let passes_corner = (half * (long - short)).le(e + across);
+    let off_px = within_px * within_px + passes_corner.select(at_corner, zero);
+    let line = squares.inside & !plain & !(touched_x & touched_y) & single & off_px.le(Lanes::splat(bend_px));
     let inverse = one / steep;
     let rest = half * (long + short) - e;
     let corner = zero.lt(rest).select(rest * rest / (Lanes::splat(2.0) * long * short), zero);
@@ -218,9 +233,12 @@ fn several_lines(pattern: &Pattern, jet: &Jet, accuracy: &Accuracy) -> Cover {
     if let Some(value) = pattern.constant(jet.seen, reach) {
         return Cover::Plain(value);
     }
-    let squares_per_px = jet.dx.perp_dot(jet.dy).abs().sqrt();
-    let stray_px = stray.max_element() / squares_per_px.max(f64::MIN_POSITIVE);
-    if stray_px.is_nan() || stray_px > MOST_BEND_PX {
+    // |J^-1| on what it strays along each axis.
+    let right = jet.dy.y.abs() * stray.x + jet.dy.x.abs() * stray.y;
+    let down = jet.dx.y.abs() * stray.x + jet.dx.x.abs() * stray.y;
+    let stray_px = right.max(down) / jet.dx.perp_dot(jet.dy).abs();
+    // NaN must not pass.
+    if stray_px.is_nan() || stray_px > MOST_BEND_PX || accuracy.bend_px <= 0.0 {
         return Cover::TooBent;
     }
     // Parts that are flat to the error asked for: in each of n x n the map strays n^-2 as far.
@@ -229,6 +247,9 @@ fn several_lines(pattern: &Pattern, jet: &Jet, accuracy: &Accuracy) -> Cover {
     let off_px = stray_px / f64::from(parts * parts);
     Cover::Edge { value: mean_of_parts(pattern, jet, parts), parts, off_px }
 }
+
+/// The corners of a pixel, in the order of its polygon.
+const SQUARE: [DVec2; 4] = [DVec2::new(-0.5, -0.5), DVec2::new(0.5, -0.5), DVec2::new(0.5, 0.5), DVec2::new(-0.5, 0.5)];
 
 /// The mean over n x n parts of the pixel, each by the tangent of the map at its centre, which is moved to where the mean
 /// of its second order lies. Mirror images are summed in pairs, so that their sums have the same bits.
@@ -243,7 +264,7 @@ fn mean_of_parts(pattern: &Pattern, jet: &Jet, n: u32) -> f64 {
         let right = (jet.dx + (jet.dxx * p.x + jet.dxy * p.y)) * (0.5 * side);
         let down = (jet.dy + (jet.dxy * p.x + jet.dyy * p.y)) * (0.5 * side);
         let polygon = [seen - right - down, seen + right - down, seen + right + down, seen - right + down];
-        pattern.mean_over(&polygon).unwrap_or_else(|| mean_of_points(pattern, &polygon))
+        pattern.mean_over(&polygon).unwrap_or_else(|| mean_of_points(pattern, &polygon, &SQUARE))
     };
     let row = |j: u32| {
         let pairs: f64 = (0..n / 2).map(|i| part(i, j) + part(n - 1 - i, j)).sum();
@@ -252,124 +273,24 @@ fn mean_of_parts(pattern: &Pattern, jet: &Jet, n: u32) -> f64 {
     (0..n).map(row).sum::<f64>() * (side * side)
 }
 
-/// The mean over a polygon that has shrunk to a line: a grid of points in it.
-pub(super) fn mean_of_points(pattern: &Pattern, polygon: &[DVec2]) -> f64 {
+/// The mean over a polygon that has shrunk to a line, the image of the convex `outline` in the picture, vertex by vertex:
+/// points spread evenly over the outline.
+pub(super) fn mean_of_points(pattern: &Pattern, polygon: &[DVec2], outline: &[DVec2]) -> f64 {
     const N: usize = 32;
-    let (a, b) = (polygon[1] - polygon[0], polygon[polygon.len() - 1] - polygon[0]);
     let place = |k: usize| (k as f64 + 0.5) / N as f64;
-    let points = (0..N * N).map(|k| pattern.radiance(polygon[0] + a * place(k % N) + b * place(k / N)));
-    points.sum::<f64>() / (N * N) as f64
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for k in 1..outline.len() - 1 {
+        let weight = (outline[k] - outline[0]).perp_dot(outline[k + 1] - outline[0]).abs();
+        let (a, b) = (polygon[k] - polygon[0], polygon[k + 1] - polygon[0]);
+        // The far half of a parallelogram, folded back over its triangle.
+        let point = |s: f64, t: f64| if s + t <= 1.0 { a * s + b * t } else { a * (1.0 - s) + b * (1.0 - t) };
+        let points = (0..N * N).map(|k| pattern.radiance(polygon[0] + point(place(k % N), place(k / N))));
+        sum += weight * points.sum::<f64>() / (N * N) as f64;
+        weights += weight;
+    }
+    sum / weights
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geom::Pose;
-    use crate::scene::Board;
-
-    fn pattern() -> Pattern {
-        Pattern::new(&Board {
-            columns: 9,
-            rows: 9,
-            square_mm: 1.0,
-            margin_mm: 0.0,
-            world_from_board: Pose::IDENTITY,
-            black: 0.1,
-            white: 0.9,
-            background: 0.4,
-        })
-    }
-
-    fn one(pattern: &Pattern, jet: &Jet, accuracy: &Accuracy) -> Cover {
-        cover(pattern, &Jets::splat(jet), accuracy)[0]
-    }
-
-    /// A pixel that spans some 0.2 squares, about `seen`, its map bent by `bend` px.
-    fn jet(k: usize, seen: DVec2, bend: f64) -> Jet {
-        let wave = |n: usize| libm::sin((k * n) as f64);
-        Jet {
-            seen,
-            dx: 0.2 * DVec2::new(wave(3), wave(5)),
-            dy: 0.2 * DVec2::new(wave(7), wave(11)),
-            dxx: 0.2 * bend * DVec2::new(wave(13), wave(17)),
-            dxy: 0.2 * bend * DVec2::new(wave(19), wave(23)),
-            dyy: 0.2 * bend * DVec2::new(wave(29), wave(31)),
-        }
-    }
-
-    /// The closed form of one line against the exact integral of many small flat parts.
-    #[test]
-    fn one_line_is_wrong_by_the_square_of_the_bend() {
-        let pattern = pattern();
-        let mut lines = 0;
-        for bend in [0.0, 1e-4, 1e-3, 1e-2] {
-            for k in 1..4000 {
-                let seen = DVec2::new(3.9 * libm::sin(0.7 * k as f64), 3.9 * libm::cos(0.3 * k as f64));
-                let jet = jet(k, seen, bend);
-                // Nearly parallel steps make the pixel a line, on which "to second order" means nothing.
-                if jet.dx.perp_dot(jet.dy).abs() < 0.2 * 0.02 {
-                    continue;
-                }
-                let (value, plain, line, _) = at_most_one_line(&pattern, &Jets::splat(&jet), f64::INFINITY);
-                if line.none() && plain.none() {
-                    continue;
-                }
-                lines += usize::from(line.all());
-                let parts = mean_of_parts(&pattern, &jet, 16);
-                // 0.8 of contrast; second order in a bend that slanting steps magnify up to 20 times; in each part of
-                // 1/16 the bend is left out along the line, whose mean is right.
-                let bound = 1e-13 + 0.8 * (20.0 * bend * 20.0 * bend + bend / 256.0);
-                assert!((value.0[0] - parts).abs() < bound, "{k} {bend}: {} {parts}", value.0[0]);
-            }
-        }
-        assert!(lines > 2000, "{lines}");
-    }
-
-    #[test]
-    fn mirrored_pixels_have_the_same_bits() {
-        let pattern = pattern();
-        let flip = |v: DVec2| DVec2::new(-v.x, v.y);
-        for k in 1..4000 {
-            let seen = DVec2::new(4.9 * libm::sin(0.7 * k as f64), 4.9 * libm::cos(0.3 * k as f64));
-            let mut right = jet(k, seen, [0.0, 1e-5, 1e-3][k % 3]);
-            if k % 5 == 0 {
-                // Steps along the axes, and lines that pass through corners of pixels.
-                right.dx.y = 0.0;
-                right.dy.x = 0.0;
-                right.seen.x = 0.5 - 0.5 * right.dx.x * libm::sin(k as f64).signum();
-            }
-            let left = Jet {
-                seen: flip(right.seen),
-                dx: -flip(right.dx),
-                dy: flip(right.dy),
-                dxx: flip(right.dxx),
-                dxy: -flip(right.dxy),
-                dyy: flip(right.dyy),
-            };
-            let accuracy = Accuracy::exact();
-            assert_eq!(one(&pattern, &right, &accuracy), one(&pattern, &left, &accuracy), "{k}");
-        }
-    }
-
-    #[test]
-    fn a_line_through_the_middle_leaves_half() {
-        let pattern = pattern();
-        let upright = Jet {
-            seen: DVec2::new(0.5, 0.0),
-            dx: DVec2::new(0.1, 0.0),
-            dy: DVec2::new(0.0, 0.1),
-            dxx: DVec2::ZERO,
-            dxy: DVec2::ZERO,
-            dyy: DVec2::ZERO,
-        };
-        let value = |jet: &Jet| match one(&pattern, jet, &Accuracy::exact()) {
-            Cover::Edge { value, .. } => value,
-            other => panic!("{other:?}"),
-        };
-        assert!((value(&upright) - 0.5).abs() < 1e-15);
-        // The line bows by dyy y^2 / 2 over y = -0.5 ..= 0.5, whose mean is dyy / 24, of 0.1 squares a px: to the right the
-        // pixel sees 1/240 more of the white square at (1, 0).
-        let bowed = Jet { dyy: DVec2::new(0.001, 0.0), ..upright };
-        assert!((value(&bowed) - (0.5 + 0.8 * 0.001 / 24.0 / 0.1)).abs() < 1e-12);
-    }
-}
+#[path = "cover_tests.rs"]
+mod tests;

@@ -10,6 +10,7 @@
 use super::Class;
 use super::looks::alone;
 use super::plan::Region;
+use super::third::in_px;
 use crate::accuracy::Accuracy;
 use crate::effect::Hook;
 use crate::num::chebyshev::{Interpolation, MAX_DEGREE, Series, points};
@@ -36,6 +37,9 @@ pub(super) struct Patch {
     pub(super) bounds: [[f64; 3]; 2],
     /// Largest difference from the rays that checked it, in px.
     pub(super) error_px: f64,
+    /// How far the map strays from its tangent inside a pixel at most, in px, and by how much of that in its third order.
+    pub(super) stray_px: f64,
+    pub(super) third_px: f64,
     /// What transport effects leave of the light, by powers of s, then of t; `None` without such effects, or where no
     /// polynomial follows them.
     pub(super) gain: Option<Vec<Vec<f64>>>,
@@ -122,6 +126,8 @@ impl Patch {
             powers: [Vec::new(), Vec::new()],
             bounds: [[0.0; 3]; 2],
             error_px: 0.0,
+            stray_px: 0.0,
+            third_px: 0.0,
             gain: None,
         };
         let mut look = |px: DVec2| {
@@ -155,8 +161,8 @@ impl Patch {
         degrees.iter().find_map(|&degree| {
             // A degree that is asked for stands, whatever its coefficients say; the rays still judge it.
             let error = if fixed.is_some() { None } else { Some(map_px / px_per_square) };
-            patch.interpolate(degree, error, &mut look, scale)?;
-            patch.error_px = 0.0;
+            let [stray, third] = patch.interpolate(degree, error, &mut look, scale)?;
+            (patch.error_px, patch.stray_px, patch.third_px) = (0.0, 0.0, 0.0);
             for &(px, seen) in &checks {
                 let (mapped, jacobian) = patch.look(px);
                 let error = (jacobian.inverse() * (mapped - seen)).length();
@@ -165,6 +171,8 @@ impl Patch {
                     return None;
                 }
                 patch.error_px = patch.error_px.max(error);
+                patch.stray_px = patch.stray_px.max(in_px(jacobian, stray));
+                patch.third_px = patch.third_px.max(in_px(jacobian, third));
             }
             Some(patch.clone())
         })
@@ -218,14 +226,15 @@ impl Patch {
 
     /// Fits polynomials of at most `degree`, whose coefficients beyond the degrees kept sum up to below a quarter of
     /// `error`, in squares, or of just that degree without an `error`; `None` where they do not fall so far, or a ray
-    /// strays.
+    /// strays. Returns how far the map may stray from its tangent inside a pixel, in squares, and what of that is of third
+    /// order.
     fn interpolate(
         &mut self,
         degree: usize,
         error: Option<f64>,
         look: &mut impl FnMut(DVec2) -> (DVec2, Class),
         scale: f64,
-    ) -> Option<()> {
+    ) -> Option<[DVec2; 2]> {
         let (places, interpolation) = self.nodes(degree)?;
         let mut seen = Vec::with_capacity((degree + 1) * (degree + 1));
         for px in places.iter().flatten() {
@@ -235,15 +244,27 @@ impl Patch {
             }
             seen.push(DVec2::new(if self.flip { -seen_mm.x } else { seen_mm.x }, seen_mm.y) * scale);
         }
+        let [mut stray, mut third] = [DVec2::ZERO; 2];
         for (axis, powers) in self.powers.iter_mut().enumerate() {
             let series = interpolation.series(|i, j| seen[i * (degree + 1) + j][axis]);
             let [m, n] = error.map_or(Some(series.degrees()), |error| kept(&series, 0.25 * error))?;
             *powers = series.powers(m, n);
             let h = self.inverse_half;
             self.bounds[axis] = [series.bound(1, 0) * h.x, series.bound(0, 1) * h.y, series.bound(2, 0) * (h.x * h.x)];
+            // Taylor's terms half a pixel away each way.
+            let [xx, xy, yy] = [(2, 0), (1, 1), (0, 2)].map(|(s, t)| series.bound(s, t) * power(h, s, t));
+            let [xxx, xxy, xyy, yyy] =
+                [(3, 0), (2, 1), (1, 2), (0, 3)].map(|(s, t)| series.bound(s, t) * power(h, s, t));
+            third[axis] = (xxx + 3.0 * xxy + 3.0 * xyy + yyy) / 48.0;
+            stray[axis] = (xx + 2.0 * xy + yy) / 8.0 + third[axis];
         }
-        Some(())
+        Some([stray, third])
     }
+}
+
+/// h.x^s h.y^t
+fn power(h: DVec2, s: usize, t: usize) -> f64 {
+    (0..s).map(|_| h.x).product::<f64>() * (0..t).map(|_| h.y).product::<f64>()
 }
 
 /// The degrees in s and t beyond which the coefficients sum up to less than `error`: at least two below those of the

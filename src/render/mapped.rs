@@ -1,17 +1,18 @@
 //! The pixels of a patch of the certified map: whole blocks of one square filled, the rest looked at.
 
 use super::cover::{Jets, cover};
-use super::coverage::Pattern;
+use super::draft::{self, Steps};
 use super::map::Patch;
 use super::plan::Plan;
 use super::tile::settle;
 use super::{Band, Work};
+use crate::accuracy::Arithmetic;
 use crate::num::chebyshev::MAX_DEGREE;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
 
 /// Pixels of a row that are filled at once when no line of the pattern can touch them.
-const BLOCK: usize = 16;
+pub(super) const BLOCK: usize = 16;
 const HALF_BLOCK: f64 = 0.5 * BLOCK as f64;
 /// Rounding of positions, in squares.
 const ROUNDING: f64 = 1e-9;
@@ -87,6 +88,29 @@ impl RowMap {
     }
 }
 
+impl RowMap {
+    /// Derivatives down and twice to the right, in the picture's frame, at s.
+    #[inline(always)]
+    fn steps(&self, patch: &Patch, s: f64, active: f64) -> Steps {
+        let step = patch.steps().x;
+        let mut steps = Steps { down: [0.0; 2], bend: [0.0; 2] };
+        for axis in 0..2 {
+            let (mut p, mut p1, mut p2, mut down) = (0.0, 0.0, 0.0, 0.0);
+            for k in (0..=self.degree[axis]).rev() {
+                p2 = p2 * s + p1;
+                p1 = p1 * s + p;
+                p = p * s + self.value[axis][k];
+                down = down * s + self.down[axis][k];
+            }
+            // u is counted to the left where the patch is turned over.
+            let sign = if patch.flip && axis == 0 { -1.0 } else { 1.0 };
+            steps.down[axis] = sign * down / active;
+            steps.bend[axis] = sign * 2.0 * p2 * (step * step);
+        }
+        steps
+    }
+}
+
 struct Rows<'a, 'b, 'c> {
     plan: &'a Plan<'a>,
     patch: &'a Patch,
@@ -103,13 +127,16 @@ impl Kernel for Rows<'_, '_, '_> {
         let (columns, rows) = (patch.region.columns.clone(), patch.region.rows.clone());
         let rows = rows.start.max(band.first_row)..rows.end.min(band.first_row + band.rows());
         let mut special = Vec::new();
+        let quick = draft_px(plan, patch);
+        work.bend_px = quick.unwrap_or(0.0);
+        let quick = quick.is_some();
         for j in rows {
             let y = j as f64 + 0.5;
             let row = RowMap::new(patch, y, plan.active);
             let start = (j - band.first_row) * band.width;
             let out = &mut band.radiance[start + columns.start..start + columns.end];
             special.clear();
-            plain(&plan.pattern, patch, &row, out, &mut special);
+            work.counts.edge_pixels += plain(plan, patch, &row, quick, out, &mut special);
             edges(plan, patch, &row, y, out, &special, &mut work);
             if plan.gained {
                 match &patch.gain {
@@ -140,9 +167,21 @@ fn reach_of_block([x, y, _]: &[f64; 3]) -> Lanes {
     Lanes::splat(HALF_BLOCK * x + 0.5 * y + ROUNDING)
 }
 
-/// Fills the pixels that no line of the pattern can touch, and lists the others.
+/// What quick pixels of the patch are wrong by, in px, where they are asked for and that is little enough; a pixel's
+/// footprint must be smaller than a square.
+fn draft_px(plan: &Plan, patch: &Patch) -> Option<f64> {
+    let small = patch.bounds.iter().all(|[x, y, _]| 0.5 * (x + y) < 0.49);
+    let error_px = draft::error_px(patch.stray_px);
+    let accuracy = &plan.system.accuracy;
+    (accuracy.arithmetic == Arithmetic::Single && small && error_px <= accuracy.bend_px).then_some(error_px)
+}
+
+/// Fills the pixels that no line of the pattern can touch, and lists the others; the quick way fills also those that one
+/// line crosses, and they are counted.
 #[inline(always)]
-fn plain(pattern: &Pattern, patch: &Patch, row: &RowMap, out: &mut [f32], special: &mut Vec<u32>) {
+fn plain(plan: &Plan, patch: &Patch, row: &RowMap, quick: bool, out: &mut [f32], special: &mut Vec<u32>) -> u64 {
+    let pattern = &plan.pattern;
+    let mut lines = 0;
     let n = out.len();
     let first_x = patch.region.columns.start as f64;
     let step = patch.steps().x;
@@ -150,9 +189,17 @@ fn plain(pattern: &Pattern, patch: &Patch, row: &RowMap, out: &mut [f32], specia
     let pixel = [reach_of_pixel(u), reach_of_pixel(v)];
     let block = [reach_of_block(u), reach_of_block(v)];
     let sign = Lanes::splat(if patch.flip { -1.0 } else { 1.0 });
-    // The last block ends with the row and may overlap the one before.
+    // Blocks are counted from the picture's axis outward, so that mirror images are cut alike. The last one ends with the
+    // row; what it shares with the one before is left to that.
     let blocks = n.div_ceil(BLOCK);
-    let begin = |b: usize| (b * BLOCK).min(n - BLOCK);
+    let begin = |b: usize| {
+        let outward = (b * BLOCK).min(n - BLOCK);
+        if patch.flip { n - BLOCK - outward } else { outward }
+    };
+    let fresh = |b: usize| {
+        let shared = BLOCK - (n - b * BLOCK).min(BLOCK);
+        if patch.flip { 0..BLOCK - shared } else { shared..BLOCK }
+    };
     for first in (0..blocks).step_by(LANES) {
         let middle = |k: usize| first_x + begin((first + k).min(blocks - 1)) as f64 + HALF_BLOCK;
         let s = Lanes::of(|k| patch.s(middle(k)));
@@ -160,8 +207,9 @@ fn plain(pattern: &Pattern, patch: &Patch, row: &RowMap, out: &mut [f32], specia
         // u and its slope in the picture's frame.
         let (u, ux, vx) = (u * sign, us * Lanes::splat(step), vs * sign * Lanes::splat(step));
         let (value, whole) = pattern.squares([u, v], block).plain(block);
+        let steps = quick.then(|| row.steps(patch, s.0[LANES / 2], plan.active));
         for k in 0..LANES.min(blocks - first) {
-            let at = begin(first + k);
+            let (at, fresh) = (begin(first + k), fresh(first + k));
             let span = &mut out[at..at + BLOCK];
             if whole.0[k] != 0 {
                 span.fill(value.0[k] as f32);
@@ -173,7 +221,16 @@ fn plain(pattern: &Pattern, patch: &Patch, row: &RowMap, out: &mut [f32], specia
                 span.fill(value as f32);
                 continue;
             }
-            let from = special.last().map_or(0, |last| *last as usize + 1);
+            if let Some(steps) = &steps
+                && let Some(square) = pattern.square(centre, reach)
+            {
+                let quick = draft::block(&square, [ux.0[k], vx.0[k]], steps, plan.active);
+                span[fresh.clone()].copy_from_slice(&quick.value[fresh.clone()]);
+                lines += quick.lined[fresh.clone()].iter().map(|lined| u64::from(*lined)).sum::<u64>();
+                special.extend(fresh.filter(|&i| quick.crossed[i]).map(|i| (at + i) as u32));
+                continue;
+            }
+            let mut values = [0.0; BLOCK];
             for i in (0..BLOCK).step_by(LANES) {
                 let d = Lanes::of(|l| (i + l) as f64 + 0.5 - HALF_BLOCK);
                 let c = [
@@ -181,21 +238,22 @@ fn plain(pattern: &Pattern, patch: &Patch, row: &RowMap, out: &mut [f32], specia
                     Lanes::splat(v.0[k]) + Lanes::splat(vx.0[k]) * d,
                 ];
                 let (value, plain) = pattern.squares(c, pixel).plain(pixel);
-                value.store(&mut span[i..i + LANES]);
+                value.store(&mut values[i..i + LANES]);
                 if !plain.all() {
-                    for l in (0..LANES).filter(|&l| plain.0[l] == 0 && at + i + l >= from) {
-                        special.push((at + i + l) as u32);
-                    }
+                    let special_here = (0..LANES).filter(|&l| plain.0[l] == 0 && fresh.contains(&(i + l)));
+                    special.extend(special_here.map(|l| (at + i + l) as u32));
                 }
             }
+            span[fresh.clone()].copy_from_slice(&values[fresh]);
         }
     }
+    lines
 }
 
 /// The pixels of `special`, each from the jet of the map at its centre.
 #[inline(always)]
 fn edges(plan: &Plan, patch: &Patch, row: &RowMap, y: f64, out: &mut [f32], special: &[u32], work: &mut Work) {
-    let accuracy = &plan.system.accuracy;
+    let accuracy = plan.less(patch.third_px);
     // What a pixel sees of a jet is its active square: steps of its side.
     let step = patch.steps().x * plan.active;
     let first_x = patch.region.columns.start as f64 + 0.5;
@@ -203,7 +261,7 @@ fn edges(plan: &Plan, patch: &Patch, row: &RowMap, y: f64, out: &mut [f32], spec
         let at = |k: usize| first_x + f64::from(few[k.min(few.len() - 1)]);
         let s = Lanes::of(|k| patch.s(at(k)));
         let jets = jets(patch.flip, step, row.jet(0, s), row.jet(1, s));
-        let covers = cover(&plan.pattern, &jets, accuracy);
+        let covers = cover(&plan.pattern, &jets, &accuracy);
         for (k, &i) in few.iter().enumerate() {
             out[i as usize] = settle(plan, DVec2::new(at(k), y), covers[k], work) as f32;
         }

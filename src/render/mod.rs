@@ -1,7 +1,9 @@
 //! Light to film.
 
+mod border;
 pub mod coverage;
 mod cover;
+mod draft;
 mod film;
 mod ghosts;
 mod looks;
@@ -9,11 +11,13 @@ mod map;
 mod mapped;
 mod passes;
 mod plan;
+mod reference;
 mod settled;
 pub mod supersample;
+mod third;
 mod tile;
 
-use crate::accuracy::Level;
+use crate::accuracy::{Level, Sampling};
 use crate::effect::Hook;
 use crate::optics::fate::Fate;
 use crate::raster::Raster;
@@ -52,8 +56,8 @@ pub struct Account {
     pub promise_px: f64,
     /// Largest difference between the map and the rays that checked it; 0 where all pixels were traced.
     pub map_px: f64,
-    /// Estimate of what the bend of the map inside a pixel moves lines by, at most. Of the reference: what its last
-    /// division is wrong by.
+    /// Estimate of what the bend of the map inside a pixel moves lines by, at most. Of the reference: by how
+    /// much the map strays from a linear one inside its smallest parts, at most.
     pub bend_px: f64,
     /// Patches of the map.
     pub patches: usize,
@@ -147,6 +151,8 @@ pub struct Counts {
     pub edge_pixels: u64,
     /// Pixels that were divided because the map bends in them.
     pub divided_pixels: u64,
+    /// Pixels whose division ended at the most parts allowed, before they kept to what is asked for.
+    pub capped_pixels: u64,
     /// Pixels cut by the ridge or by the border of a fate.
     pub cut_pixels: u64,
 }
@@ -156,6 +162,7 @@ impl std::ops::AddAssign for Counts {
         self.rays += other.rays;
         self.edge_pixels += other.edge_pixels;
         self.divided_pixels += other.divided_pixels;
+        self.capped_pixels += other.capped_pixels;
         self.cut_pixels += other.cut_pixels;
     }
 }
@@ -270,6 +277,9 @@ pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -
 }
 
 fn render_band(plan: &Plan, band: &mut Band) -> Work {
+    if plan.system.accuracy.sampling == Sampling::SingleRays {
+        return reference::render(plan, band);
+    }
     let mut work = Work::default();
     for patch in &plan.patches {
         work += mapped::render(plan, patch, band);

@@ -3,8 +3,8 @@
 use super::coverage::Pattern;
 use super::looks::Looker;
 use super::map::{Cover, Patch, certify};
-use super::{Account, Work};
-use crate::accuracy::Sampling;
+use super::{Account, Work, third};
+use crate::accuracy::{Accuracy, Sampling};
 use crate::effect::Hook;
 use crate::optics::fate::Fate;
 use crate::system::System;
@@ -35,6 +35,8 @@ pub struct Plan<'a> {
     pub(super) patches: Vec<Patch>,
     /// Rectangles whose every pixel is traced.
     pub(super) traced: Vec<Region>,
+    /// What the jets of traced pixels are wrong by, in px: see [`third`].
+    pub(super) third_px: f64,
     /// Rays that planning took.
     pub(super) rays: u64,
     /// Whether the left half is copied from the right half, whose mirror image it is.
@@ -46,7 +48,8 @@ pub struct Plan<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// Plans the picture of one pass of `system`, that of the instrument through the middle of its pupil: chooses the loops and, where its accuracy asks for one, fits and checks the map.
+    /// Plans the picture of one pass of `system`, that of the instrument through the middle of its pupil: chooses the loops
+    /// and, where its accuracy asks for one, fits and checks the map.
     pub fn new(system: &'a System) -> Self {
         let sampling = system.accuracy.sampling;
         let gained = system.effects.act_by(Hook::Transport);
@@ -61,12 +64,15 @@ impl<'a> Plan<'a> {
         let [width, height] = system.camera.size_px();
         let first = if mirrored { width / 2 } else { 0 };
         let all = Region { columns: first..width, rows: 0..height };
-        let cover = match sampling {
+        let mut cover = match sampling {
             Sampling::SingleRays | Sampling::Packets => Cover { traced: vec![all], ..Cover::default() },
             Sampling::Map => certify(system, first),
         };
+        let by_jets = sampling != Sampling::SingleRays && !cover.traced.is_empty();
+        let third_px = if by_jets { third::of_differences_px(system, &mut cover.rays) } else { 0.0 };
         Self {
             system,
+            third_px,
             pattern: Pattern::new(&system.board.pattern),
             looker: Looker::new(system, sampling != Sampling::SingleRays),
             patches: cover.patches,
@@ -118,18 +124,26 @@ impl<'a> Plan<'a> {
         self.system.look(px).map(|sight| sight.board_mm)
     }
 
+    /// The accuracy asked of pixels by their jets, whose third order is left out: that much less. Where nothing is left, such
+    /// pixels are traced in parts.
+    pub(super) fn less(&self, third_px: f64) -> Accuracy {
+        Accuracy { bend_px: self.system.accuracy.bend_px - third_px, ..self.system.accuracy }
+    }
+
     /// What the picture promises and keeps, given the bend left inside its pixels.
     pub(super) fn account(&self, bend_px: f64) -> Account {
         let [width, height] = self.system.camera.size_px();
         let sides = if self.mirrored { 2 } else { 1 };
         let mapped: usize = self.patches.iter().map(|p| p.region.columns.len() * p.region.rows.len()).sum();
         let accuracy = &self.system.accuracy;
+        let thirds = self.patches.iter().map(|p| p.third_px).chain([self.third_px]);
+        let third_px = thirds.filter(|third| *third < accuracy.bend_px).fold(0.0, f64::max);
         Account {
             level: accuracy.level,
             target_px: accuracy.target_px,
             promise_px: accuracy.promise_px,
             map_px: self.patches.iter().fold(0.0, |worst, p| worst.max(p.error_px)),
-            bend_px,
+            bend_px: bend_px + third_px,
             patches: sides * self.patches.len(),
             mapped: (sides * mapped) as f64 / (width * height) as f64,
             passes: 1,

@@ -1,37 +1,37 @@
-//! The slow way with a pixel, that of the reference: divided until its value settles.
+//! The slow way with a pixel whose jet does not tell it: divided until its value settles.
 
 use super::Work;
-use super::cover::Jet;
 use super::plan::Plan;
 use super::tile::mean_of_parts;
+use crate::accuracy::Accuracy;
 use glam::DVec2;
 
-/// The mean radiance of the pixel at `px`, unless its jet shows that no line of the pattern comes near it.
-pub(super) fn pixel(plan: &Plan, px: DVec2, jet: &Jet, work: &mut Work) -> f64 {
-    let reach = (jet.dx.abs() + jet.dy.abs()) + 2.0 * (jet.dxx.abs() + jet.dxy.abs() + jet.dyy.abs());
-    if let Some(value) = plan.pattern.constant(jet.seen, reach) {
-        return value;
-    }
-    work.counts.edge_pixels += 1;
-    divided(plan, px, work)
+/// The mean radiance of the pixel at `px` from traced parts, each by the tangent of the map: 4, 16, 64 ... of them until
+/// it has settled.
+pub(super) fn divided(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
+    work.counts.divided_pixels += 1;
+    let mut by_parts = |depth: u32, work: &mut Work| mean_of_parts(plan, px, 2 << depth, |_| 1.0, work);
+    settled(&plan.system.accuracy, &mut by_parts, work)
 }
 
-/// The mean radiance of the pixel at `px` from traced parts, each by the tangent of the map: 4, 16, 64 ... of them until
-/// two results in a row differ by less than the bend allowed, in px, would make. The error of a part falls as the square
-/// of its side, so a third of their difference is what the last result is wrong by.
-pub(super) fn divided(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
-    let accuracy = &plan.system.accuracy;
-    let (mut n, mut value) = (2, mean_of_parts(plan, px, 2, |_| 1.0, work));
-    loop {
-        n *= 2;
-        let finer = mean_of_parts(plan, px, n, |_| 1.0, work);
+/// The last of the values at depth 0, 1, 2 ..., each of parts of half the side: until two in a row differ from those before
+/// by less than the bend allowed, in px, would make. Two, for a line may by chance be as far from its place among small
+/// parts as among large ones. The error of a part falls as the square of its side, so a third of the last difference is
+/// what the last value is wrong by.
+pub(super) fn settled(accuracy: &Accuracy, value_at: &mut dyn FnMut(u32, &mut Work) -> f64, work: &mut Work) -> f64 {
+    let deepest = accuracy.max_division.max(8).ilog2() - 1;
+    let (mut value, mut close_before) = (value_at(0, work), false);
+    for depth in 1..=deepest {
+        let finer = value_at(depth, work);
         let difference = (finer - value).abs();
         value = finer;
-        if difference <= accuracy.bend_px || 2 * n > accuracy.max_division {
+        let close = difference <= accuracy.bend_px;
+        if (close && close_before) || depth == deepest {
             work.bend_px = work.bend_px.max(difference / 3.0);
+            work.counts.capped_pixels += u64::from(!close);
             break;
         }
+        close_before = close;
     }
-    work.counts.divided_pixels += u64::from(n > 4);
     value
 }

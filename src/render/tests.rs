@@ -1,3 +1,4 @@
+use super::looks::Looker;
 use super::plan::Plan;
 use super::{Class, Film, Wanted, picture, render};
 use crate::accuracy::{Accuracy, Sampling};
@@ -89,8 +90,9 @@ fn bits(film: &Film) -> (Vec<u32>, Vec<Class>, Vec<[u32; 2]>) {
 fn packets_have_the_bits_of_single_rays() {
     let mut classes = Vec::new();
     for (name, system) in instruments(Accuracy::exact(), 1) {
-        let single = film(&Plan::by(&system, Sampling::SingleRays, false));
-        let packets = film(&Plan::by(&system, Sampling::Packets, false));
+        let by =
+            |packets| Plan { looker: Looker::new(&system, packets), ..Plan::by(&system, Sampling::Packets, false) };
+        let (single, packets) = (film(&by(false)), film(&by(true)));
         assert!(bits(&single) == bits(&packets), "{name}");
         assert_eq!(single.counts, packets.counts, "{name}");
         classes.extend(single.class.data().iter().map(|c| *c as u8));
@@ -103,7 +105,7 @@ fn packets_have_the_bits_of_single_rays() {
 /// f64 positions too, not only what f32 keeps of them.
 #[test]
 fn packets_see_the_very_positions_of_single_rays() {
-    use super::looks::{Looker, Run, alone};
+    use super::looks::{Run, alone};
     use glam::DVec2;
     for (name, system) in instruments(Accuracy::exact(), 1) {
         let [width, height] = system.camera.size_px();

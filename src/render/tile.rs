@@ -1,18 +1,13 @@
 //! The pixels of a region, each centre traced.
 
+use super::border::border_pixel;
 use super::cover::{Cover, Jet, Jets, cover, mean_of_points};
-use super::looks::{Run, alone};
+use super::looks::Run;
 use super::plan::{Plan, Region};
 use super::{Band, Class, Work, settled};
-use crate::accuracy::Sampling;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
 
-/// Halvings of a pixel's border when the place is sought where one class ends: 2^-40 px.
-const BORDER_HALVINGS: u32 = 40;
-/// Where a pixel's own corners are asked for their class: this far inside it, in px, so that a border that falls
-/// exactly between two pixels cuts neither.
-const INSET_PX: f64 = 1e-9;
 /// Columns traced at a time: as many as keep the centres of a band within a second-level cache.
 const TILE_COLUMNS: usize = 256;
 
@@ -51,18 +46,14 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         let start_px = DVec2::new(rect.columns.start as f64 + 0.5, y as f64 + 0.5);
         special.clear();
         border.clear();
-        if plan.system.accuracy.sampling == Sampling::SingleRays {
-            border.extend(0..row.len() as u32);
-        } else {
-            if !one_side {
-                border.extend((0..row.len() as u32).filter(|&i| !centres.is_amid_its_side(at + i as usize)));
-            }
-            widest(Plain { plan, centres: &centres, at, row, special: &mut special });
-            special.retain(|i| border.binary_search(i).is_err());
-            widest(Edges { plan, centres: &centres, at, start: start_px, row, special: &special, work });
-            if plan.gained {
-                plan.gain_row(start_px, row, work);
-            }
+        if !one_side {
+            border.extend((0..row.len() as u32).filter(|&i| !centres.is_amid_its_side(at + i as usize)));
+        }
+        widest(Plain { plan, centres: &centres, at, row, special: &mut special });
+        special.retain(|i| border.binary_search(i).is_err());
+        widest(Edges { plan, centres: &centres, at, start: start_px, row, special: &special, work });
+        if plan.gained {
+            plan.gain_row(start_px, row, work);
         }
         for &i in &border {
             let px = start_px + DVec2::new(f64::from(i), 0.0);
@@ -80,7 +71,7 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
 /// Traces the centres of `rect` and of one pixel around it.
 fn trace(plan: &Plan, rect: &Region) -> Centres {
     let (stride, rows) = (rect.columns.len() + 2, rect.rows.len() + 2);
-    let size = stride * rows + LANES;
+    let size = stride * rows + LANES + 1;
     let mut centres =
         Centres { stride, x_mm: vec![0.0; size], y_mm: vec![0.0; size], class: vec![Class::Missed; stride * rows] };
     for j in 0..rows {
@@ -127,15 +118,19 @@ impl Kernel for Plain<'_> {
     }
 }
 
-/// A packet of values from `at` on, and how far their pixels reach from them by differences of their neighbours. Reads may go up
-/// to a packet beyond the row: the buffers end with that many more.
+/// A packet of values from `at` on, and how far their pixels reach from them by differences of their neighbours: half a step
+/// each way, and the second differences, of which a pixel holds an eighth (of the mixed one, a quarter). Reads may go up to
+/// a packet beyond the row: the buffers end with that many more.
 #[inline(always)]
 fn around(v: &[f64], at: usize, stride: usize) -> (Lanes, Lanes) {
     let half = Lanes::splat(0.5);
     let own = Lanes::load(&v[at..]);
     let (left, right) = (Lanes::load(&v[at - 1..]), Lanes::load(&v[at + 1..]));
     let (above, below) = (Lanes::load(&v[at - stride..]), Lanes::load(&v[at + stride..]));
-    let bend = (left + right - (own + own)).abs() + (above + below - (own + own)).abs();
+    let (above_left, above_right) = (Lanes::load(&v[at - stride - 1..]), Lanes::load(&v[at - stride + 1..]));
+    let (below_left, below_right) = (Lanes::load(&v[at + stride - 1..]), Lanes::load(&v[at + stride + 1..]));
+    let mixed = half * ((below_right - below_left) - (above_right - above_left)).abs();
+    let bend = (left + right - (own + own)).abs() + (above + below - (own + own)).abs() + mixed;
     (own, half * (half * ((right - left).abs() + (below - above).abs())) + bend)
 }
 
@@ -157,13 +152,14 @@ impl Kernel for Edges<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { plan, centres, at, start, row, special, work } = self;
+        let accuracy = plan.less(plan.third_px);
         for few in special.chunks(LANES) {
             let jet = |i: u32| centres.jet(at + i as usize, plan.pattern.squares_per_mm()).by_steps_of(plan.active);
             let mut jets = Jets::splat(&jet(few[0]));
             for (k, &i) in few.iter().enumerate().skip(1) {
                 jets.set_lane(k, &jet(i));
             }
-            let covers = cover(&plan.pattern, &jets, &plan.system.accuracy);
+            let covers = cover(&plan.pattern, &jets, &accuracy);
             for (k, &i) in few.iter().enumerate() {
                 row[i as usize] = settle(plan, start + DVec2::new(f64::from(i), 0.0), covers[k], work) as f32;
             }
@@ -215,12 +211,8 @@ impl Centres {
 }
 
 /// A pixel that sees the board through one side all over.
-fn whole_pixel(plan: &Plan, px: DVec2, jet: &Jet, work: &mut Work) -> f64 {
-    let accuracy = &plan.system.accuracy;
-    if accuracy.sampling == Sampling::SingleRays {
-        return settled::pixel(plan, px, jet, work);
-    }
-    settle(plan, px, cover(&plan.pattern, &Jets::splat(jet), accuracy)[0], work)
+pub(super) fn whole_pixel(plan: &Plan, px: DVec2, jet: &Jet, work: &mut Work) -> f64 {
+    settle(plan, px, cover(&plan.pattern, &Jets::splat(jet), &plan.less(plan.third_px))[0], work)
 }
 
 /// The radiance of the pixel at `px` that was covered so; traced in parts where its jet does not tell it.
@@ -231,6 +223,7 @@ pub(super) fn settle(plan: &Plan, px: DVec2, covered: Cover, work: &mut Work) ->
         Cover::Edge { value, parts, off_px } => {
             work.counts.edge_pixels += 1;
             work.counts.divided_pixels += u64::from(parts > 1);
+            work.counts.capped_pixels += u64::from(off_px > plan.system.accuracy.bend_px);
             work.bend_px = work.bend_px.max(off_px);
             value
         }
@@ -265,12 +258,12 @@ pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, gain: impl Fn(DVec2)
 }
 
 /// A square about the origin, of side 2 `half`.
-fn square(half: f64) -> [DVec2; 4] {
+pub(super) fn square(half: f64) -> [DVec2; 4] {
     [DVec2::new(-half, -half), DVec2::new(half, -half), DVec2::new(half, half), DVec2::new(-half, half)]
 }
 
 /// The mean radiance over `outline` (about `px`, in px), by the tangent of the map at `px`.
-fn part(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
+pub(super) fn part(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
     work.counts.rays += 1;
     let footprint = match plan.system.footprint(px) {
         Ok(footprint) => footprint,
@@ -286,115 +279,13 @@ fn part(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
         *corner = (footprint.sight.board_mm + footprint.jacobian * *p) * scale;
     }
     let polygon = &polygon[..outline.len()];
-    plan.pattern.mean_over(polygon).unwrap_or_else(|| mean_of_points(&plan.pattern, polygon))
+    plan.pattern.mean_over(polygon).unwrap_or_else(|| mean_of_points(&plan.pattern, polygon, outline))
 }
 
 /// What a ray brings that never reaches the board: nothing from within the glass, the surroundings from past the board.
-fn dark(plan: &Plan, class: Class) -> f64 {
+pub(super) fn dark(plan: &Plan, class: Class) -> f64 {
     if class == Class::PastBoard { plan.pattern.background() } else { 0.0 }
 }
 
 /// Corners of a pixel, and at most two cuts.
 const MAX_VERTICES: usize = 8;
-
-/// A pixel beside or under the ridge or the border of a fate. Where that passes through it, it is cut along the straight
-/// line through the places where its outline changes class, and each piece is seen by itself.
-fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) -> f64 {
-    let corners = square(0.5 * plan.active);
-    let looks = corners.map(|c| alone(plan.system, px + c * (1.0 - 2.0 * INSET_PX)));
-    let classes = looks.map(|(_, class)| class);
-    work.counts.rays += 4;
-    let parts = |work: &mut Work| mean_of_parts(plan, px, 16, |at| plan.gain(at), work);
-    let changes: Vec<usize> = (0..4).filter(|&k| classes[k] != classes[(k + 1) % 4]).collect();
-    match changes[..] {
-        [] if !matches!(own, Class::Left | Class::Right) || classes[0] != own => {
-            // A fate all over, or an island of one class within another: seen part by part.
-            if classes[0] == own { dark(plan, own) * plan.gain(px) } else { parts(work) }
-        }
-        [] => match plain_between(plan, px, looks.map(|(seen_mm, _)| seen_mm)) {
-            Some(value) => value * plan.gain(px),
-            None => match jet_within(plan, px, work) {
-                Some(jet) => whole_pixel(plan, px, &jet, work) * plan.gain(px),
-                None => parts(work),
-            },
-        },
-        [first, second] => {
-            work.counts.cut_pixels += 1;
-            let cut = |k: usize| border(plan, px, corners[k], corners[(k + 1) % 4], classes[k]);
-            let (a, b) = (cut(first), cut(second));
-            work.counts.rays += 2 * u64::from(BORDER_HALVINGS);
-            let piece = |from: usize, to: usize, start: DVec2, end: DVec2| {
-                let mut outline = vec![start];
-                outline.extend((from + 1..=to).map(|k| corners[k % 4]));
-                outline.push(end);
-                outline
-            };
-            [piece(first, second, a, b), piece(second, first + 4, b, a)]
-                .iter()
-                .map(|outline| weighted(plan, px, outline, work))
-                .sum()
-        }
-        // More than one border: sixteen parts a side, each taken whole.
-        _ => {
-            work.counts.cut_pixels += 1;
-            parts(work)
-        }
-    }
-}
-
-/// The radiance of a pixel whose corners see `corners_mm`, if it is the same all over.
-fn plain_between(plan: &Plan, px: DVec2, corners_mm: [DVec2; 4]) -> Option<f64> {
-    let (centre_mm, _) = alone(plan.system, px);
-    let [a, b, c, d] = corners_mm;
-    let (low, high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-    // Twice as far as the middle of the corners is from the centre: the map's bend carries no point farther out.
-    let bend = 2.0 * (0.25 * ((a + b) + (c + d)) - centre_mm).abs();
-    let scale = plan.pattern.squares_per_mm();
-    plan.pattern.constant(0.5 * (low + high) * scale, (0.5 * (high - low) + bend) * scale)
-}
-
-/// The jet of a pixel from inside it alone: its neighbours see through another side or nothing. `None` where it sees
-/// nothing itself.
-fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Jet> {
-    work.counts.rays += 5;
-    let reach = 0.5 * plan.active - INSET_PX;
-    let scale = plan.pattern.squares_per_mm();
-    let jacobian = |step: DVec2| plan.system.footprint(px + step).map(|f| f.jacobian * scale).ok();
-    let here = plan.system.footprint(px).ok()?;
-    let (x, y) = (DVec2::new(reach, 0.0), DVec2::new(0.0, reach));
-    let along_x = (jacobian(x)? - jacobian(-x)?) * (0.5 / reach);
-    let along_y = (jacobian(y)? - jacobian(-y)?) * (0.5 / reach);
-    let tangent = here.jacobian * scale;
-    let jet = Jet {
-        seen: here.sight.board_mm * scale,
-        dx: tangent.x_axis,
-        dy: tangent.y_axis,
-        dxx: along_x.x_axis,
-        dxy: along_y.x_axis,
-        dyy: along_y.y_axis,
-    };
-    Some(jet.by_steps_of(plan.active))
-}
-
-/// The place between the corners `a` (of class `class`) and `b` (of another) where the class changes.
-fn border(plan: &Plan, px: DVec2, a: DVec2, b: DVec2, class: Class) -> DVec2 {
-    let (mut near, mut far) = (0.0, 1.0);
-    for _ in 0..BORDER_HALVINGS {
-        let middle = 0.5 * (near + far);
-        if alone(plan.system, px + a + (b - a) * middle).1 == class { near = middle } else { far = middle }
-    }
-    a + (b - a) * (0.5 * (near + far))
-}
-
-/// The light that a convex piece of a pixel's active square receives, times its share of it.
-fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
-    let n = outline.len();
-    let twice_area: f64 = (0..n).map(|k| outline[k].perp_dot(outline[(k + 1) % n])).sum();
-    if twice_area <= 0.0 {
-        return 0.0;
-    }
-    let middle = outline.iter().copied().sum::<DVec2>() / n as f64;
-    let about_middle: Vec<DVec2> = outline.iter().map(|p| *p - middle).collect();
-    let share = 0.5 * twice_area / (plan.active * plan.active);
-    share * part(plan, px + middle, &about_middle, work) * plan.gain(px + middle)
-}

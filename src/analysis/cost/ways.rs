@@ -1,7 +1,7 @@
 //! The ways to make a picture that are compared.
 
 use super::Settings;
-use crate::accuracy::{Accuracy, Level};
+use crate::accuracy::{Accuracy, Arithmetic, Level};
 use crate::raster::Raster;
 use crate::render::supersample::{Samples, supersampled};
 use crate::render::{Account, Counts, Wanted, render_wanted};
@@ -73,6 +73,11 @@ pub(super) fn all(settings: &Settings) -> Vec<Way> {
     for bend_px in [1e-2, 1e-4, 1e-6, 1e-8] {
         let accuracy = Accuracy { bend_px, max_division: 64, ..standard };
         ways.push(Way::by("bend_px", format!("{bend_px:.0e}"), bend_px, accuracy));
+    }
+    for (value, number, arithmetic) in [("f32", 32.0, Arithmetic::Single), ("f64", 64.0, Arithmetic::Double)] {
+        // Nothing but the arithmetic differs, and nothing keeps f32 from being used.
+        let accuracy = Accuracy { arithmetic, bend_px: 1.0, ..standard };
+        ways.push(Way::by("arithmetic", value, number, accuracy));
     }
     for degree in [2, 3, 4, 6, 8, 10] {
         let accuracy = Accuracy { map_degree: Some(degree), map_px: f64::INFINITY, ..standard };

@@ -42,6 +42,7 @@ pub fn pictures(scene: &str, machine: &Machine, study: &Study) -> Drawing {
         named("samples, jittered", "samples, jittered", Look::MarkersAndLine, &value),
         mesh_series("mesh, flat normals", "flat", &study.meshes),
         mesh_series("mesh, smooth normals", "smooth", &study.meshes),
+        named("arithmetic of the map", "arithmetic", Look::Markers, &value),
         named("degree of the map", "map_degree", Look::Markers, &value),
         named("patches of degree 3, px", "patch_px, degree 3", Look::Markers, &value),
         named("surface residual, mm", "surface_residual_mm", Look::Markers, &power),

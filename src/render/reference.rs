@@ -1,0 +1,288 @@
+//! The reference: slow and simple, to judge the other levels. It shares with them the tracing of single rays and nothing
+//! else: neither differentials nor the coverage in closed form, neither a map nor mirror images.
+//!
+//! A pixel that may hold a line of the pattern, the ridge or the border of a fate is divided in four, and so is each part
+//! again, until the map in it strays from a linear one by less than is asked for: that is measured at the middles of its
+//! sides and at its own. Then each part is two triangles on which the map is taken as linear, clipped to the squares of
+//! the board one by one (Sutherland & Hodgman 1974). A line lies within what the map strays from its place, and that is
+//! stated as the error.
+
+use super::looks::alone;
+use super::plan::Plan;
+use super::{Band, Class, Work};
+use crate::scene::Board;
+use crate::system::System;
+use glam::{DMat2, DVec2};
+
+/// Halvings of a triangle's side when the place is sought where one class ends.
+const BORDER_HALVINGS: u32 = 40;
+/// A part of several classes is divided until its side is this share of a pixel's; a border is straight in smaller ones.
+const BORDER_SHARE: f64 = 1.0 / 64.0;
+/// Columns or rows of squares that a triangle is clipped to; one that holds more is taken by its middle.
+const MOST_STRIPS: usize = 256;
+
+/// A traced place.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    /// In the picture, in px.
+    px: DVec2,
+    /// What became of its ray.
+    class: Class,
+    /// What it sees, in squares from the top left corner of the squares.
+    seen: DVec2,
+}
+
+/// What the reference needs to know.
+struct Reference<'a> {
+    plan: &'a Plan<'a>,
+    system: &'a System,
+    board: &'a Board,
+    rays: u64,
+    /// How far the map strays from what was taken for it, at most, in px.
+    stray_px: f64,
+    /// Pixels of which some part would have to be divided further than is allowed.
+    capped: bool,
+}
+
+/// Renders all columns of `band`.
+pub(super) fn render(plan: &Plan, band: &mut Band) -> Work {
+    let mut reference = Reference {
+        plan,
+        system: plan.system,
+        board: &plan.system.board.pattern,
+        rays: 0,
+        stray_px: 0.0,
+        capped: false,
+    };
+    let mut work = Work::default();
+    for at in 0..band.radiance.len() {
+        let (i, j) = (at % band.width, band.first_row + at / band.width);
+        let centre = reference.place(DVec2::new(i as f64 + 0.5, j as f64 + 0.5));
+        band.radiance[at] = reference.pixel(&centre, &mut work) as f32;
+        if let Some(truth) = &mut band.truth {
+            let (seen_mm, class) = alone(plan.system, centre.px);
+            truth.class[at] = class;
+            truth.board_mm[at] = [seen_mm.x as f32, seen_mm.y as f32];
+        }
+    }
+    work.counts.rays += reference.rays;
+    work.bend_px = reference.stray_px;
+    work
+}
+
+impl Reference<'_> {
+    fn place(&mut self, px: DVec2) -> Place {
+        self.rays += 1;
+        let (seen_mm, class) = alone(self.system, px);
+        let count = DVec2::new(self.board.columns as f64, self.board.rows as f64);
+        Place { px, class, seen: seen_mm / self.board.square_mm + 0.5 * count }
+    }
+
+    /// The mean of the light that the active square of the pixel receives whose centre is `centre`.
+    fn pixel(&mut self, centre: &Place, work: &mut Work) -> f64 {
+        let start = centre.px - 0.5 * self.plan.active;
+        let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|c| self.place(start + c * self.plan.active));
+        if let Some(value) = self.plain(&corners, centre) {
+            return value;
+        }
+        work.counts.edge_pixels += 1;
+        work.counts.cut_pixels += u64::from(corners.iter().any(|c| c.class != centre.class));
+        self.capped = false;
+        let sum = self.part(corners, self.plan.active);
+        work.counts.capped_pixels += u64::from(self.capped);
+        sum / (self.plan.active * self.plan.active)
+    }
+
+    /// The integral over a square part of a pixel with the given corners, clockwise from the top left.
+    fn part(&mut self, [a, b, c, d]: [Place; 4], side: f64) -> f64 {
+        if let Some(light) = self.plain(&[a, b, c, d], &middle(&[a, b, c, d])) {
+            return side * side * light;
+        }
+        let between = |x: &Place, y: &Place| 0.5 * (x.px + y.px);
+        let [top, right, bottom, left] = [(a, b), (b, c), (c, d), (d, a)].map(|(x, y)| self.place(between(&x, &y)));
+        let centre = self.place(between(&a, &c));
+        let one_class = [a, b, c, d, top, right, bottom, left].iter().all(|p| p.class == centre.class);
+        let settled = if one_class {
+            // d seen / d px, and what it makes of where the middles are seen besides the means of the corners.
+            let map = DMat2::from_cols(b.seen - a.seen, d.seen - a.seen) * (1.0 / side);
+            let off = |p: &Place, x: &Place, y: &Place| (map.inverse() * (p.seen - 0.5 * (x.seen + y.seen))).length();
+            let most = off(&top, &a, &b).max(off(&right, &b, &c)).max(off(&bottom, &c, &d)).max(off(&left, &d, &a));
+            // In a quarter of the part the map strays a quarter as far.
+            let stray_px = 0.25 * most.max(off(&centre, &a, &c)).max(off(&centre, &b, &d));
+            let accuracy = &self.system.accuracy;
+            let close = stray_px <= accuracy.bend_px;
+            let capped = !close && 2.0 * self.plan.active > f64::from(accuracy.max_division) * side;
+            if close || capped {
+                self.stray_px = self.stray_px.max(stray_px);
+            }
+            self.capped |= capped;
+            close || capped
+        } else {
+            side <= BORDER_SHARE * self.plan.active
+        };
+        let quarters =
+            [[a, top, centre, left], [top, b, right, centre], [centre, right, c, bottom], [left, centre, bottom, d]];
+        let quarter = |q: [Place; 4]| {
+            if settled {
+                self.triangle([q[0], q[1], q[2]]) + self.triangle([q[0], q[2], q[3]])
+            } else {
+                self.part(q, 0.5 * side)
+            }
+        };
+        quarters.map(quarter).iter().sum()
+    }
+
+    /// The light of a pixel or a part that is the same all over: its corners and its centre see one colour, and so does a
+    /// rectangle around what they see that is half as large again.
+    fn plain(&self, corners: &[Place; 4], centre: &Place) -> Option<f64> {
+        if corners.iter().any(|c| c.class != centre.class) {
+            return None;
+        }
+        if !seen(centre.class) {
+            return Some(self.light(centre));
+        }
+        let low = corners.iter().fold(centre.seen, |low, c| low.min(c.seen));
+        let high = corners.iter().fold(centre.seen, |high, c| high.max(c.seen));
+        let margin = 0.25 * (high - low);
+        let whole = (0..2).all(|axis| self.lines(axis, low - margin, high + margin).is_empty());
+        whole.then(|| self.light(centre))
+    }
+
+    /// The lines of the pattern across `axis` between `low` and `high`: of the squares and of the plate's rim.
+    fn lines(&self, axis: usize, low: DVec2, high: DVec2) -> Vec<f64> {
+        let count = [self.board.columns, self.board.rows][axis] as f64;
+        let margin = self.board.margin_mm / self.board.square_mm;
+        let (low, high) = (low[axis], high[axis]);
+        let first = low.ceil().clamp(0.0, count + 1.0);
+        let last = high.floor().clamp(-1.0, count);
+        let squares = (0..=(last - first).max(-1.0) as i64).filter(|_| last >= first).map(|k| first + k as f64);
+        let rim = [-margin, count + margin].into_iter().filter(|_| margin > 0.0);
+        let mut lines: Vec<f64> =
+            squares.take(MOST_STRIPS + 1).chain(rim).filter(|line| (low..=high).contains(line)).collect();
+        lines.sort_by(f64::total_cmp);
+        lines
+    }
+
+    /// The radiance at a place.
+    fn radiance(&self, place: &Place) -> f64 {
+        let board = self.board;
+        let count = DVec2::new(board.columns as f64, board.rows as f64);
+        let outside = (place.seen - count).max(-place.seen).max_element();
+        match place.class {
+            Class::Left | Class::Right if outside > board.margin_mm / board.square_mm => board.background,
+            Class::Left | Class::Right if outside > 0.0 => board.white,
+            Class::Left | Class::Right => {
+                // The top left square is black.
+                let cell = place.seen.floor();
+                if (cell.x + cell.y).rem_euclid(2.0) == 0.0 { board.black } else { board.white }
+            }
+            Class::PastBoard => board.background,
+            Class::Missed | Class::TotalReflection | Class::NotConverged => 0.0,
+        }
+    }
+
+    /// What the pixel receives from a place: its radiance, or what transport effects leave of it.
+    fn light(&self, place: &Place) -> f64 {
+        self.radiance(place) * self.plan.gain(place.px)
+    }
+
+    /// The integral over a triangle, cut in two where a border passes through it.
+    fn triangle(&mut self, [a, b, c]: [Place; 3]) -> f64 {
+        if a.class == b.class && b.class == c.class {
+            return self.whole_triangle(&[a, b, c]);
+        }
+        let one_alone = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|[_, x, y]| x.class == y.class);
+        let Some([lone, x, y]) = one_alone else { return self.by_vertices(&[a, b, c]) };
+        let ([near_x, far_x], [near_y, far_y]) = (self.border(lone, x), self.border(lone, y));
+        if far_x.class != x.class || far_y.class != y.class {
+            return self.by_vertices(&[a, b, c]);
+        }
+        self.whole_triangle(&[lone, near_x, near_y])
+            + self.whole_triangle(&[far_x, x, y])
+            + self.whole_triangle(&[far_x, y, far_y])
+    }
+
+    /// The places between `a` and `b` where the class of `a` ends: the last of it, and the first after it.
+    fn border(&mut self, a: Place, b: Place) -> [Place; 2] {
+        let (mut near, mut far) = (a, b);
+        for _ in 0..BORDER_HALVINGS {
+            let middle = self.place(0.5 * (near.px + far.px));
+            if middle.class == a.class { near = middle } else { far = middle }
+        }
+        [near, far]
+    }
+
+    /// The integral over a triangle by its vertices alone.
+    fn by_vertices(&self, vertices: &[Place; 3]) -> f64 {
+        area(vertices) * vertices.iter().map(|v| self.light(v)).sum::<f64>() / 3.0
+    }
+
+    /// The integral over a triangle of one class, on which the map is linear.
+    fn whole_triangle(&self, vertices: &[Place; 3]) -> f64 {
+        let low = vertices[0].seen.min(vertices[1].seen).min(vertices[2].seen);
+        let high = vertices[0].seen.max(vertices[1].seen).max(vertices[2].seen);
+        if !seen(vertices[0].class) {
+            return area(vertices) * self.light(&vertices[0]);
+        }
+        let lines = [self.lines(0, low, high), self.lines(1, low, high)];
+        if lines.iter().any(|l| l.len() > MOST_STRIPS) {
+            return area(vertices) * self.light(&middle(vertices));
+        }
+        let mut sum = 0.0;
+        for column in strips(vertices, 0, &lines[0]) {
+            for cell in strips(&column, 1, &lines[1]) {
+                if !cell.is_empty() {
+                    sum += area(&cell) * self.light(&middle(&cell));
+                }
+            }
+        }
+        sum
+    }
+}
+
+fn seen(class: Class) -> bool {
+    matches!(class, Class::Left | Class::Right)
+}
+
+/// The convex polygon in pieces, between one line across `axis` and the next.
+fn strips(polygon: &[Place], axis: usize, lines: &[f64]) -> Vec<Vec<Place>> {
+    let mut pieces = Vec::with_capacity(lines.len() + 1);
+    let mut rest = polygon.to_vec();
+    for &line in lines {
+        pieces.push(clipped(&rest, |p| line - p.seen[axis]));
+        rest = clipped(&rest, |p| p.seen[axis] - line);
+    }
+    pieces.push(rest);
+    pieces
+}
+
+/// The part of the polygon where `inside`, which is linear on it, is not below zero.
+fn clipped(polygon: &[Place], inside: impl Fn(&Place) -> f64) -> Vec<Place> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (k, a) in polygon.iter().enumerate() {
+        let b = &polygon[(k + 1) % polygon.len()];
+        let (here, there) = (inside(a), inside(b));
+        if here >= 0.0 {
+            kept.push(*a);
+        }
+        if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
+            let t = here / (here - there);
+            kept.push(Place { px: a.px.lerp(b.px, t), seen: a.seen.lerp(b.seen, t), class: a.class });
+        }
+    }
+    kept
+}
+
+/// The area of a polygon in the picture, in px^2.
+fn area(polygon: &[Place]) -> f64 {
+    let from = polygon[0].px;
+    let pairs = polygon.windows(2);
+    0.5 * pairs.map(|pair| (pair[0].px - from).perp_dot(pair[1].px - from)).sum::<f64>().abs()
+}
+
+/// The mean of the vertices.
+fn middle(polygon: &[Place]) -> Place {
+    let n = polygon.len() as f64;
+    let mean = |of: fn(&Place) -> DVec2| polygon.iter().map(of).sum::<DVec2>() / n;
+    Place { px: mean(|p| p.px), seen: mean(|p| p.seen), class: polygon[0].class }
+}

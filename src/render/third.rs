@@ -1,0 +1,33 @@
+//! The third order of the map, which the jets of pixels leave out.
+
+use crate::system::System;
+use glam::{DMat2, DVec2};
+
+/// Places along each side of the sensor at which it is estimated.
+const PLACES: usize = 7;
+
+/// What a jet from differences of neighbours is wrong by inside a pixel, in px, at most: from third differences of traced
+/// positions all over the sensor. The differences of a jet hold a sixth of the third derivative, of which a pixel's side
+/// is reached by half; with the third order itself that is at most a twelfth.
+pub(super) fn of_differences_px(system: &System, rays: &mut u64) -> f64 {
+    let size = DVec2::from(system.camera.size_px().map(|n| n as f64));
+    let place = |k: usize| (k as f64 + 0.5) / PLACES as f64;
+    let mut worst: f64 = 0.0;
+    for k in 0..PLACES * PLACES {
+        let px = size * DVec2::new(place(k % PLACES), place(k / PLACES));
+        *rays += 6;
+        let Ok(sight) = system.look(px) else { continue };
+        let map = |step: DVec2| system.footprint_through(px + step, sight.side).map(|f| f.jacobian);
+        let second = |step: DVec2| Some((map(step).ok()? - map(DVec2::ZERO).ok()? * 2.0) + map(-step).ok()?);
+        let (Some(xx), Some(yy), Ok(here)) = (second(DVec2::X), second(DVec2::Y), map(DVec2::ZERO)) else { continue };
+        let third = (xx.x_axis.abs() + 3.0 * xx.y_axis.abs()) + (3.0 * yy.x_axis.abs() + yy.y_axis.abs());
+        worst = worst.max(in_px(here, third) / 12.0);
+    }
+    worst
+}
+
+/// What a pixel makes at most, in px, of a vector on the board of these magnitudes, given d board / d px.
+pub(super) fn in_px(map: DMat2, most: DVec2) -> f64 {
+    let inverse = map.inverse();
+    (inverse.x_axis.abs() * most.x + inverse.y_axis.abs() * most.y).max_element()
+}
