@@ -66,7 +66,7 @@ fn compare_writes_the_same_bytes_for_any_number_of_threads() {
             .output()
             .expect("it runs");
         assert!(out.status.success(), "{}", text(&out.stderr));
-        assert!(!text(&out.stderr).contains('%'), "no progress bar in a pipe");
+        assert!(!text(&out.stderr).contains(['\r', '\u{1b}', '█']), "no progress bar in a pipe");
         let read = |name: &str| {
             let bytes = fs::read(folder.path().join(threads).join(name)).expect("written");
             if name != "report.json" {
@@ -125,6 +125,43 @@ fn an_unmet_expectation_is_exit_code_1_and_a_met_one_is_0() {
     assert!(text(&out.stderr).contains("not as expected: freeform/stereo"), "{}", text(&out.stderr));
     small_scene(folder.path(), claim(1.0));
     assert_eq!(biprism(folder.path(), &["compare", "scene.toml"]).status.code(), Some(0));
+}
+
+#[test]
+fn a_target_chooses_the_level_and_says_what_was_kept() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    for (target, level) in [("0.01", "draft"), ("1e-3", "standard"), ("1e-6", "standard")] {
+        let args = ["render", "scene.toml", "--out", "a.png", "--json", "--target-px", target];
+        let run = biprism(folder.path(), &args);
+        let accuracy = &json(&run)["accuracy"];
+        assert_eq!(accuracy["level"], level);
+        assert_eq!(accuracy["target_px"].as_f64(), target.parse().ok());
+        assert!(accuracy["achieved_px"].as_f64() <= target.parse().ok(), "{accuracy}");
+        assert!(text(&run.stderr).contains("the cheapest level that keeps to"), "{}", text(&run.stderr));
+    }
+    for target in ["-1", "2", "much", "nan"] {
+        let run = biprism(folder.path(), &["render", "scene.toml", "--out", "a.png", &format!("--target-px={target}")]);
+        assert_eq!(run.status.code(), Some(2), "{target}");
+    }
+}
+
+#[test]
+fn cost_writes_a_table_a_curve_and_the_numbers() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    let run = biprism(folder.path(), &["cost", "scene.toml", "--quick", "--repetitions", "1", "--json"]);
+    let report = json(&run);
+    assert_eq!(report["schema"], "biprism-cost/1");
+    let levels = report["pictures"].as_array().expect("a list").iter().filter(|p| p["knob"] == "level");
+    assert_eq!(levels.count(), 4);
+    let read = |name: &str| fs::read(folder.path().join("out").join(name)).expect("written");
+    assert_eq!(read("cost.json"), run.stdout);
+    assert!(text(&read("cost.csv")).starts_with("kind,knob,value,"));
+    for name in ["cost", "cost_design"] {
+        assert!(read(&format!("{name}.png")).starts_with(b"\x89PNG"));
+        assert!(text(&read(&format!("{name}.svg"))).contains("Pareto front"));
+    }
 }
 
 #[test]

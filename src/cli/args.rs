@@ -1,5 +1,6 @@
 //! The arguments, as clap reads them.
 
+use crate::accuracy::COARSEST_TARGET_PX;
 use crate::raster::transfer::Transfer;
 use clap::{Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -44,7 +45,17 @@ pub enum Verb {
 impl Verb {
     /// What is done without a verb.
     pub fn main_job() -> Self {
-        Self::Compare(CompareArgs { scene: None, out: PathBuf::from("out"), json: false })
+        Self::Compare(CompareArgs { scene: None, out: PathBuf::from("out"), target_px: None, json: false })
+    }
+}
+
+/// A target in px, within what a scene may ask for.
+fn target_px(text: &str) -> Result<f64, String> {
+    let target: f64 = text.parse().map_err(|_| "give a number of px, as in 0.01".to_owned())?;
+    if (0.0..=COARSEST_TARGET_PX).contains(&target) {
+        Ok(target)
+    } else {
+        Err(format!("give a number from 0 to {COARSEST_TARGET_PX}"))
     }
 }
 
@@ -56,6 +67,10 @@ pub struct CompareArgs {
     /// Folder for the pictures and the report.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
+    /// No edge or corner of the board may lie farther than this from its true place, in px: the cheapest level of
+    /// accuracy that promises it, instead of the scene's own.
+    #[arg(long, value_parser = target_px)]
+    pub target_px: Option<f64>,
     /// Print the report as JSON instead of the table.
     #[arg(long)]
     pub json: bool,
@@ -69,6 +84,10 @@ pub struct RenderArgs {
     /// Picture to write, .png or .exr; may be given more than once.
     #[arg(long, required = true)]
     pub out: Vec<PathBuf>,
+    /// No edge or corner of the board may lie farther than this from its true place, in px: the cheapest level of
+    /// accuracy that promises it, instead of the scene's own.
+    #[arg(long, value_parser = target_px)]
+    pub target_px: Option<f64>,
     /// Print what was done as JSON.
     #[arg(long)]
     pub json: bool,

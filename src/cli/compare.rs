@@ -3,7 +3,7 @@
 use super::args::CompareArgs;
 use super::expect::expectations;
 use super::progress::Progress;
-use super::{Outcome, files, say};
+use super::{Outcome, accuracy, files, say};
 use crate::analysis::judge::{Judgement, fates, judge, other_depth};
 use crate::problem::Problem;
 use crate::raster::{Notes, png};
@@ -22,7 +22,7 @@ struct Judged {
 }
 
 pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
-    let scene = files::scene(args.scene.as_deref())?;
+    let scene = accuracy::asked(files::scene(args.scene.as_deref())?, args.target_px);
     let prisms = two_prisms(&scene)?;
     files::folder(&args.out)?;
     let pixels = (scene.camera.width_px * scene.camera.height_px) as u64;
@@ -44,7 +44,8 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
             written.push(path);
         }
         let timing = progress.take_seconds();
-        designs.push(design::entry(name, &judgement, &fates(&film), timing, scene.camera.pitch_mm));
+        let entry = design::entry(name, &judgement, &fates(&film), timing, scene.camera.pitch_mm);
+        designs.push(json::Design { accuracy: Some(accuracy::entry(&film.account, &film.counts)), ..entry });
         judged.push(Judged { name, film, judgement });
     }
     progress.begin("both", "figure");
@@ -59,13 +60,14 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
     let text = json::to_text(&report);
     written.push(args.out.join("report.json"));
     files::text(&args.out.join("report.json"), &text)?;
-    let outcome = expectations(&scene, &report)?;
+    let expected = expectations(&scene, &report)?;
     say::data(&if args.json { text } else { format!("{}\n\n{verdict}\n", table::text(&report.designs)) })?;
     report.designs.iter().flat_map(table::warnings).for_each(|warning| say::words(&warning));
     for path in written {
         say::words(&format!("wrote {}", path.display()));
     }
-    Ok(outcome)
+    let kept = judged.iter().map(|j| accuracy::told(j.name, &j.film.account, &j.film.counts));
+    Ok(kept.fold(expected, Outcome::and))
 }
 
 /// The scene with its flat prism and with its freeform prism. A prism given by its surfaces has no flat twin and is

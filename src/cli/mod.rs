@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 ran but a claim of the scene's `[[expect]]` or a golden was not met, 2 could not run.
 //! Data goes to stdout, words to stderr.
 
+mod accuracy;
 mod analyse;
 pub mod args;
 mod check;
@@ -33,6 +34,13 @@ enum Outcome {
     Done,
     /// It ran, and something that was expected is not so.
     Unmet,
+}
+
+impl Outcome {
+    /// Both as they should be, or not.
+    fn and(self, other: Self) -> Self {
+        if self == Self::Done { other } else { self }
+    }
 }
 
 /// Parses the arguments, runs the verb and says how it went.

@@ -2,13 +2,13 @@
 
 use super::args::RenderArgs;
 use super::progress::Progress;
-use super::{Outcome, files, say};
+use super::{Outcome, accuracy, files, say};
 use crate::analysis::judge::fates;
 use crate::problem::Problem;
 use crate::{render, scene};
 
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
-    let scene = scene::load(&args.scene)?;
+    let scene = accuracy::asked(scene::load(&args.scene)?, args.target_px);
     args.out.iter().try_for_each(|path| files::picture_name(path))?;
     let mut progress = Progress::new((scene.camera.width_px * scene.camera.height_px) as u64);
     progress.begin(&scene.name, "design");
@@ -27,6 +27,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
             "size_px": [scene.camera.width_px, scene.camera.height_px],
             "fates": fates(&film),
             "counts": film.counts,
+            "accuracy": accuracy::entry(&film.account, &film.counts),
             "timing_s": seconds,
         });
         say::data(&format!("{done:#}\n"))?;
@@ -38,5 +39,5 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
             say::words(&format!("{n} pixels never see the board: {fate}"));
         }
     }
-    Ok(Outcome::Done)
+    Ok(accuracy::told(&scene.name, &film.account, &film.counts))
 }

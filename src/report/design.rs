@@ -32,6 +32,7 @@ pub fn entry(
         corners: corners(&judgement.detected.each_ref()),
         fates: fates.iter().map(|(name, &n)| ((*name).to_owned(), n as u64)).collect(),
         timing_s,
+        accuracy: None,
         error_budget: None,
     }
 }

@@ -44,8 +44,6 @@ pub(super) const DEPTHS: usize = 16;
 pub(super) const SMALLEST_GRID: usize = 2;
 /// The most points along a side of the analysis grid.
 pub(super) const LARGEST_GRID: usize = 1025;
-/// The coarsest accuracy that may be asked for.
-pub(super) const COARSEST_TARGET_PX: f64 = 1.0;
 /// Claims of one scene.
 pub(super) const CLAIMS: usize = 1000;
 /// The largest number that a claim may name, either way.

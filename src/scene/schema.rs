@@ -7,6 +7,7 @@ use super::effects::{EffectTables, EffectsFile, QuadratureFile};
 use super::light::{d_line, glasses};
 use super::limits::*;
 use super::tidy::tidy;
+use crate::accuracy::COARSEST_TARGET_PX;
 use crate::num::poly2::MAX_DEGREE;
 use schemars::{JsonSchema, generate::SchemaSettings, transform};
 use serde::{Deserialize, Serialize};

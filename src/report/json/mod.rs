@@ -58,9 +58,28 @@ pub struct Design {
     pub fates: BTreeMap<String, u64>,
     /// Seconds of wall-clock time, by step.
     pub timing_s: BTreeMap<String, f64>,
+    /// How accurately the picture was made; absent where it was not made here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Accuracy>,
     /// Where the error of a corner comes from, when it was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error_budget: Option<ErrorBudget>,
+}
+
+/// How accurately a picture was made: shifts of its lines and corners, in px.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Accuracy {
+    /// `draft`, `standard`, `exact` or `reference`.
+    pub level: String,
+    /// What was asked for, where the level was chosen by that: the cheapest that promises it.
+    pub target_px: Option<f64>,
+    /// What the level promises against the reference.
+    pub promise_px: f64,
+    /// What it kept to, as far as the picture itself can tell: error of the map, and bend left inside pixels.
+    pub achieved_px: f64,
+    /// Pixels that were divided as often as allowed and not as often as it takes.
+    pub capped_pixels: u64,
 }
 
 /// The two halves of the image.

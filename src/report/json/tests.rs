@@ -49,6 +49,7 @@ fn report() -> Report {
         corners,
         fates: BTreeMap::from([("ok".to_owned(), 7)]),
         timing_s: BTreeMap::from([("render".to_owned(), 1.5)]),
+        accuracy: None,
         error_budget: None,
     };
     Report { schema: SchemaName::V1, scene: "paper".to_owned(), designs: vec![design] }
