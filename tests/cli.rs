@@ -288,6 +288,57 @@ fn corners_and_measure_take_pictures_from_files() {
 }
 
 #[test]
+fn corners_of_another_program_are_measured_as_our_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    let run = |args: &[&str]| biprism(folder.path(), args);
+    assert!(run(&["render", "scene.toml", "--out", "a.exr"]).status.success());
+    let told = json(&run(&["corners", "a.exr", "--out", "a.csv", "--json"]));
+    assert!(told["halves"][0]["corners"].as_u64() > Some(100) && told["halves"][1]["rejected"]["ring"].is_u64());
+    // The design's figures, without the times and what only a detection tells.
+    let figures = |file: &str| {
+        let report = json(&run(&["measure", file, "--scene", "scene.toml", "--own", "--json"]));
+        let design = &report["designs"][0];
+        assert_eq!(
+            (&design["corners"]["false"], &design["corners"]["found"]),
+            (&0.into(), &design["corners"]["visible"])
+        );
+        [
+            design["stereo"]["vertical_disparity_rms_px"]["measured"].as_f64().expect("a number"),
+            design["corners"]["rms_error_px"].as_f64().expect("a number"),
+        ]
+    };
+    let own = figures("a.exr");
+    // A half's own px and those of the whole picture differ by a shift that rounds.
+    let same = |file: &str| figures(file).iter().zip(own).all(|(a, b)| (a - b).abs() < 1e-12);
+    assert!(same("a.csv"));
+    assert!(run(&["corners", "a.csv", "--out", "a.yml"]).status.success());
+    assert!(same("a.yml"));
+    // Another program knows neither our qualities nor our numbering: rows before columns, from the lower right.
+    let lines = fs::read_to_string(folder.path().join("a.csv")).expect("it was written");
+    let foreign = lines.lines().filter(|line| !line.starts_with(['#', 'h'])).map(|line| {
+        let f: Vec<&str> = line.split(',').collect();
+        let turned = |k: usize| 40 - f[k].parse::<i32>().expect("a whole number");
+        format!("{},{},{},{},{}\n", f[0], turned(2), turned(1), f[3], f[4])
+    });
+    let head = "# pixel centre: (i + 0.5, j + 0.5)\nhalf,column,row,x_px,y_px\n";
+    fs::write(folder.path().join("b.csv"), foreign.fold(head.to_owned(), |all, line| all + &line)).expect("written");
+    assert!(same("b.csv"));
+    for (file, text, rule) in [
+        ("c.csv", lines.replace("left,", "whole,"), "must have those of left and right"),
+        ("d.csv", lines.replace("left,", "middle,").replace("right,", "left,"), "must have those of left and right"),
+        ("e.csv", lines.replacen("right,", "left,99", 1), "lies at"),
+        ("f.csv", lines.replacen("(i + 0.5, j + 0.5)", "(i, j)", 1), "the pixel centre is"),
+        ("g.csv", lines[..lines.len() / 2].to_owned(), ""),
+    ] {
+        fs::write(folder.path().join(file), text).expect("written");
+        let refused = run(&["measure", file, "--scene", "scene.toml"]);
+        assert_eq!(refused.status.code(), Some(2), "{file}");
+        assert!(self::text(&refused.stderr).contains(rule), "{file}: {}", self::text(&refused.stderr));
+    }
+}
+
+#[test]
 fn golden_says_what_moved() {
     let folder = tempfile::tempdir().expect("a folder");
     let cases = folder.path().join("cases");

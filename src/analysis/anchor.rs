@@ -9,7 +9,7 @@ use crate::geom::Ray;
 use crate::metrics::pinhole::Pinhole;
 use crate::num::stats::quantile;
 use crate::system::System;
-use crate::vision::{Corner, Polarity};
+use crate::vision::{Polarity, Seen};
 use glam::{DVec2, IVec2};
 
 /// A detected corner that knows its place on the board.
@@ -17,8 +17,8 @@ use glam::{DVec2, IVec2};
 pub struct Found {
     /// Column and row on the board.
     pub index: [i32; 2],
-    /// The detector's own account; its position is in px from the half's own origin.
-    pub corner: Corner,
+    /// Position, in px from the half's own origin.
+    pub position_px: DVec2,
 }
 
 /// Corners nearest to the centre of the half that vote for the shift.
@@ -28,9 +28,9 @@ const MOST_DOUBT: f64 = 0.3;
 
 /// Gives the corners of one half their places on the board; `None` when the virtual camera cannot tell, because its
 /// predictions lie between two corners or contradict the colours of the squares.
-pub fn anchor(system: &System, frame: &Frame, camera: &Pinhole, corners: &[Corner]) -> Option<Vec<Found>> {
+pub fn anchor(system: &System, frame: &Frame, camera: &Pinhole, corners: &[Seen]) -> Option<Vec<Found>> {
     let centre = frame.own(frame.centre_px(system));
-    let mut voters: Vec<&Corner> = corners.iter().collect();
+    let mut voters: Vec<&Seen> = corners.iter().collect();
     voters.sort_by(|a, b| {
         a.position_px
             .distance_squared(centre)
@@ -54,10 +54,12 @@ pub fn anchor(system: &System, frame: &Frame, camera: &Pinhole, corners: &[Corne
             Some((turn, shift.as_ivec2(), doubt))
         })
         .min_by(|a, b| a.2.total_cmp(&b.2))?;
-    let place = |c: &Corner| (turned(turn, IVec2::from_array(c.index)) + shift).to_array();
-    let coloured = corners.iter().filter(|c| polarity(system, place(c)) == c.polarity).count();
-    let agreed = doubt < MOST_DOUBT && 2 * coloured > corners.len();
-    agreed.then(|| corners.iter().map(|c| Found { index: place(c), corner: *c }).collect())
+    let place = |c: &Seen| (turned(turn, IVec2::from_array(c.index)) + shift).to_array();
+    // A detector that does not tell the colours cannot contradict them.
+    let told = corners.iter().filter_map(|c| Some(polarity(system, place(c)) == c.polarity?));
+    let (agree, all) = told.fold((0, 0), |(agree, all), same| (agree + usize::from(same), all + 1));
+    let agreed = doubt < MOST_DOUBT && (all == 0 || 2 * agree > all);
+    agreed.then(|| corners.iter().map(|c| Found { index: place(c), position_px: c.position_px }).collect())
 }
 
 /// Which diagonal of the board's corner is bright when it is seen upright, as it is wherever columns run to the right

@@ -69,7 +69,7 @@ pub fn redrawn(scene: &Scene, count: usize) -> Result<Vec<Raster<f32>>, Problem>
 fn found(view: &HalfView) -> Value {
     let corner = |f: &super::anchor::Found| {
         let name = format!("{},{}", f.index[0], f.index[1]);
-        (name, json!([f.corner.position_px.x, f.corner.position_px.y]))
+        (name, json!([f.position_px.x, f.position_px.y]))
     };
     view.found.iter().map(corner).collect::<serde_json::Map<_, _>>().into()
 }

@@ -10,7 +10,7 @@ use crate::raster::Raster;
 use crate::system::aim::Aimer;
 use crate::system::{Board, System};
 use crate::vision::half::{Half, split};
-use crate::vision::{self, Detection};
+use crate::vision::{self, Detection, Seen};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -32,7 +32,7 @@ pub struct Detected {
     /// Measured minus true position of all right ones, in px.
     pub errors_px: Vec<DVec2>,
     /// Candidates that were turned down, by reason.
-    pub rejected: BTreeMap<&'static str, usize>,
+    pub rejected: BTreeMap<String, usize>,
     /// Estimated blur of the picture along the two families of lines, in px.
     pub blur_px: Option<[f64; 2]>,
 }
@@ -63,24 +63,50 @@ pub struct View {
     pub halves: [HalfView; 2],
 }
 
-/// Detects the board of `system` in both halves of `picture` (linear radiance) and gives every corner its place on the
-/// board; with the exact corners beside them when the picture is one that `system` made.
+/// What a detector, ours or another, says of a half.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Lattice {
+    /// Corners, in the half's own px.
+    pub corners: Vec<Seen>,
+    /// Candidates that were turned down, by reason.
+    pub rejected: BTreeMap<String, usize>,
+    /// Estimated blur of the picture along the two families of lines, in px.
+    pub blur_px: Option<[f64; 2]>,
+}
+
+impl From<&Detection> for Lattice {
+    fn from(detection: &Detection) -> Self {
+        Self {
+            corners: detection.corners.iter().map(Seen::from).collect(),
+            rejected: detection.counts().into_iter().map(|(reason, n)| (reason.name().to_owned(), n)).collect(),
+            blur_px: detection.sigma_px,
+        }
+    }
+}
+
+/// Detects the board of `system` in both halves of `picture` (linear radiance) and places its corners: [`place`].
 ///
 /// `stage` hears what is done next.
 pub fn see(system: &System, picture: &Raster<f32>, own: bool, stage: &mut dyn FnMut(&'static str)) -> View {
     stage("detect");
-    let [left, right] = split(picture).map(|h| {
+    let lattices = split(picture).map(|h| {
         let mask = own_side(system, &Frame::new(system, h.half));
-        vision::detect(&h.image, mask.as_ref(), &vision::Settings::default())
+        Lattice::from(&vision::detect(&h.image, mask.as_ref(), &vision::Settings::default()))
     });
+    place(system, &lattices, own, stage)
+}
+
+/// Gives every corner of the left and the right half its place on the board; with the exact corners beside them when
+/// the picture is one that `system` made (`own`).
+pub fn place(system: &System, lattices: &[Lattice; 2], own: bool, stage: &mut dyn FnMut(&'static str)) -> View {
     stage("truth");
     let aimer = own.then(|| Aimer::new(system));
-    let halves = [(Half::Left, left), (Half::Right, right)].map(|(half, detection)| {
+    let halves = [(Half::Left, &lattices[0]), (Half::Right, &lattices[1])].map(|(half, lattice)| {
         let frame = Frame::new(system, half);
         let camera = virtual_camera(system, &frame).ok();
-        let anchored = camera.and_then(|camera| anchor(system, &frame, &camera, &detection.corners));
+        let anchored = camera.and_then(|camera| anchor(system, &frame, &camera, &lattice.corners));
         let truth = aimer.as_ref().and_then(|aimer| truth::corners(system, aimer, &frame));
-        let detected = compare(anchored.as_deref(), truth.as_ref(), &detection);
+        let detected = compare(anchored.as_deref(), truth.as_ref(), lattice);
         HalfView { frame, camera, found: anchored.unwrap_or_default(), truth, detected }
     });
     let depth_mm = system.board.pattern.world_from_board.translation_mm.z - system.camera.position_mm().z;
@@ -105,19 +131,19 @@ fn own_side(system: &System, frame: &Frame) -> Option<Raster<bool>> {
     Some(Raster::from_data(width, height, rows.concat()))
 }
 
-fn compare(anchored: Option<&[Found]>, truth: Option<&TrueCorners>, detection: &Detection) -> Detected {
+fn compare(anchored: Option<&[Found]>, truth: Option<&TrueCorners>, lattice: &Lattice) -> Detected {
     let mut detected = Detected {
         visible: truth.map(|t| t.values().filter(|t| t.whole).count()),
         found: 0,
         partial: 0,
         // A lattice without a place on the board is all wrong.
-        wrong: truth.map(|_| if anchored.is_none() { detection.corners.len() } else { 0 }),
+        wrong: truth.map(|_| if anchored.is_none() { lattice.corners.len() } else { 0 }),
         errors_px: Vec::new(),
-        rejected: detection.counts().into_iter().map(|(reason, n)| (reason.name(), n)).collect(),
-        blur_px: detection.sigma_px,
+        rejected: lattice.rejected.clone(),
+        blur_px: lattice.blur_px,
     };
     let Some(truth) = truth else {
-        detected.found = detection.corners.len();
+        detected.found = lattice.corners.len();
         return detected;
     };
     for f in anchored.unwrap_or_default() {
@@ -128,15 +154,13 @@ fn compare(anchored: Option<&[Found]>, truth: Option<&TrueCorners>, detection: &
         let square_px = [[1, 0], [-1, 0], [0, 1], [0, -1]].into_iter().filter_map(step).fold(f64::INFINITY, f64::min);
         match truth.get(&f.index) {
             // A corner without a neighbour has no square to measure by, and no detector finds it alone.
-            Some(t)
-                if square_px.is_finite() && f.corner.position_px.distance(t.position_px) < SAME_CORNER * square_px =>
-            {
+            Some(t) if square_px.is_finite() && f.position_px.distance(t.position_px) < SAME_CORNER * square_px => {
                 if t.whole {
                     detected.found += 1;
                 } else {
                     detected.partial += 1;
                 }
-                detected.errors_px.push(f.corner.position_px - t.position_px);
+                detected.errors_px.push(f.position_px - t.position_px);
             }
             _ => detected.wrong = detected.wrong.map(|n| n + 1),
         }
@@ -155,7 +179,7 @@ impl HalfView {
     /// Positions by board index: detected ones, and the exact positions of the same corners where they are known, so
     /// that two figures differ by the detector's error alone.
     pub fn positions(&self) -> [Option<BTreeMap<[i32; 2], DVec2>>; 2] {
-        let found = self.found.iter().map(|f| (f.index, f.corner.position_px)).collect();
+        let found = self.found.iter().map(|f| (f.index, f.position_px)).collect();
         let exact = self.truth.as_ref().map(|truth| {
             let same = self.found.iter().filter_map(|f| Some((f.index, truth.get(&f.index)?.position_px)));
             same.collect::<BTreeMap<_, _>>()

@@ -114,9 +114,9 @@ impl From<TransferArg> for Transfer {
 /// Arguments of `corners`.
 #[derive(Debug, clap::Args)]
 pub struct CornersArgs {
-    /// Picture, PNG or EXR.
+    /// Picture: PNG, EXR, JPEG, BMP or PNM; or a corner file (.csv, .json, .yml) to be written in another format.
     pub picture: PathBuf,
-    /// Transfer curve of a PNG that does not state its own.
+    /// Transfer curve of a picture that does not state its own.
     #[arg(long)]
     pub transfer: Option<TransferArg>,
     /// Take the whole picture as one view instead of two halves.
@@ -125,7 +125,7 @@ pub struct CornersArgs {
     /// File to write instead of stdout: .csv, .json, or .yml for OpenCV (with its pixel centres at whole numbers).
     #[arg(long)]
     pub out: Option<PathBuf>,
-    /// Print JSON instead of CSV on stdout.
+    /// Print JSON instead of CSV on stdout; with --out, the counts of what was found and turned down.
     #[arg(long)]
     pub json: bool,
 }
@@ -133,12 +133,13 @@ pub struct CornersArgs {
 /// Arguments of `measure`.
 #[derive(Debug, clap::Args)]
 pub struct MeasureArgs {
-    /// Picture, PNG or EXR.
+    /// Picture: PNG, EXR, JPEG, BMP or PNM; or a corner file (.csv, .json, .yml) with the views left and right, as
+    /// `biprism corners` or another program wrote it.
     pub picture: PathBuf,
     /// The scene that says camera, prism and board of the picture.
     #[arg(long)]
     pub scene: PathBuf,
-    /// Transfer curve of a PNG that does not state its own.
+    /// Transfer curve of a picture that does not state its own.
     #[arg(long)]
     pub transfer: Option<TransferArg>,
     /// The picture was rendered from this very scene: compare with the exact corners too.

@@ -133,11 +133,10 @@ fn corner_marks(judgement: &Judgement) -> Vec<CornerMark> {
         let mark = |f: &crate::analysis::anchor::Found| {
             let [column, row] = f.index.map(f64::from);
             let ideal = camera.project(board.world(board.corner_at(column, row)))?;
-            let position_px = f.corner.position_px;
             Some(CornerMark {
                 index: f.index,
-                position_px: half.frame.full(position_px),
-                error_px: position_px - ideal,
+                position_px: half.frame.full(f.position_px),
+                error_px: f.position_px - ideal,
             })
         };
         half.found.iter().filter_map(mark).collect()

@@ -1,12 +1,13 @@
-//! `biprism corners`: the corners in any picture of a checkerboard.
+//! `biprism corners`: the corners in any picture of a checkerboard, or a corner file in another format.
 
 use super::args::CornersArgs;
 use super::{Outcome, files, say};
 use crate::problem::Problem;
 use crate::raster;
-use crate::report::corners::{Format, View, to_text};
+use crate::report::corners::{self, Format, View, to_text};
 use crate::vision::half::{HalfImage, split};
 use crate::vision::{self, Settings};
+use serde_json::{Value, json};
 
 pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Problem> {
     let format = match &args.out {
@@ -14,19 +15,15 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Problem> {
         None if args.json => Format::Json,
         None => Format::Csv,
     };
-    let (picture, _) = raster::read(&args.picture, args.transfer.map(Into::into))?;
-    let settings = Settings::default();
-    let views = if args.whole {
-        vec![View::new("whole", 0, &vision::detect(&picture, None, &settings))]
-    } else {
-        let view =
-            |h: HalfImage<f32>| View::new(h.half.name(), h.first_column, &vision::detect(&h.image, None, &settings));
-        split(&picture).map(view).into()
-    };
+    let views = if Format::of(&args.picture).is_ok() { corners::read(&args.picture)? } else { detected(args)? };
     let text = to_text(&views, format);
     match &args.out {
         Some(path) => files::text(path, &text)?,
         None => say::data(&text)?,
+    }
+    if args.json && args.out.is_some() {
+        let halves: Vec<Value> = views.iter().map(counted).collect();
+        return say::data(&format!("{:#}\n", json!({ "halves": halves }))).map(|()| Outcome::Done);
     }
     for view in &views {
         let rejected: Vec<String> =
@@ -35,4 +32,21 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Problem> {
         say::words(&format!("{}: {} corners; turned down: {aside}", view.name, view.corners.len()));
     }
     Ok(Outcome::Done)
+}
+
+fn detected(args: &CornersArgs) -> Result<Vec<View>, Problem> {
+    let (picture, _) = raster::read(&args.picture, args.transfer.map(Into::into))?;
+    let settings = Settings::default();
+    if args.whole {
+        return Ok(vec![View::new("whole", 0, &vision::detect(&picture, None, &settings))]);
+    }
+    let view = |h: HalfImage<f32>| View::new(h.half.name(), h.first_column, &vision::detect(&h.image, None, &settings));
+    Ok(split(&picture).map(view).into())
+}
+
+/// What was written of a view, in numbers.
+fn counted(view: &View) -> Value {
+    let rejected: serde_json::Map<String, Value> =
+        view.rejected.iter().map(|(reason, n)| (reason.clone(), json!(n))).collect();
+    json!({ "half": view.name, "corners": view.corners.len(), "rejected": rejected, "blur_px": view.blur_px })
 }

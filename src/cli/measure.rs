@@ -1,19 +1,59 @@
-//! `biprism measure`: the figures of one picture, made here or by a camera.
+//! `biprism measure`: the figures of one picture, made here or by a camera, or of corners that another program found.
 
 use super::args::MeasureArgs;
 use super::expect::expectations;
 use super::progress::Progress;
 use super::{Outcome, files, say};
 use crate::analysis::judge::measure;
-use crate::analysis::view::see;
+use crate::analysis::nominal::Frame;
+use crate::analysis::view::{Lattice, place, see};
 use crate::problem::Problem;
+use crate::raster::Raster;
+use crate::report::corners::{self, Format};
 use crate::report::{design, json, table};
 use crate::scene::Scene;
+use crate::system::System;
+use crate::vision::half::Half;
+use crate::vision::{Seen, upright};
 use crate::{raster, scene};
 use std::collections::BTreeMap;
 
+/// What is measured.
+enum Input {
+    Picture(Raster<f32>),
+    Corners(Vec<corners::View>),
+}
+
 pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Problem> {
     let scene = scene::load(&args.scene)?;
+    let input = input(args, &scene)?;
+    let mut progress = Progress::new(0);
+    progress.begin(&scene.name, "design");
+    let system = files::build(&scene, &args.scene)?;
+    let mut stage = |step| progress.begin("picture", step);
+    let view = match &input {
+        Input::Picture(picture) => see(&system, picture, args.own, &mut stage),
+        Input::Corners(views) => place(&system, &lattices(args, &system, views)?, args.own, &mut stage),
+    };
+    progress.begin("picture", "measure");
+    let judgement = measure(&scene, &system, view, &[]);
+    let timing = progress.take_seconds();
+    drop(progress);
+    let name = files::prism_name(&scene.prism);
+    let entry = design::entry(name, &judgement, &BTreeMap::new(), timing, scene.camera.pitch_mm);
+    let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs: vec![entry] };
+    let outcome = expectations(&scene, &report)?;
+    let words = || format!("{}\n\n{}\n", table::text(&report.designs), table::verdict(&report.designs));
+    say::data(&if args.json { json::to_text(&report) } else { words() })?;
+    report.designs.iter().flat_map(table::warnings).for_each(|warning| say::words(&warning));
+    Ok(outcome)
+}
+
+/// A corner file by its ending, else a picture, which must be of the scene's size.
+fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Problem> {
+    if Format::of(&args.picture).is_ok() {
+        return corners::read(&args.picture).map(Input::Corners);
+    }
     let (picture, metadata) = raster::read(&args.picture, args.transfer.map(Into::into))?;
     let size = [scene.camera.width_px, scene.camera.height_px];
     if [picture.width(), picture.height()] != size {
@@ -29,23 +69,46 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Problem> {
             "name the scene that the picture belongs to with --scene",
         ));
     }
-    same_scene(args, &scene, metadata.texts.get("biprism").map(String::as_str))?;
-    let mut progress = Progress::new(0);
-    progress.begin(&scene.name, "design");
-    let system = files::build(&scene, &args.scene)?;
-    let view = see(&system, &picture, args.own, &mut |step| progress.begin("picture", step));
-    progress.begin("picture", "measure");
-    let judgement = measure(&scene, &system, view, &[]);
-    let timing = progress.take_seconds();
-    drop(progress);
-    let name = files::prism_name(&scene.prism);
-    let entry = design::entry(name, &judgement, &BTreeMap::new(), timing, scene.camera.pitch_mm);
-    let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs: vec![entry] };
-    let outcome = expectations(&scene, &report)?;
-    let words = || format!("{}\n\n{}\n", table::text(&report.designs), table::verdict(&report.designs));
-    say::data(&if args.json { json::to_text(&report) } else { words() })?;
-    report.designs.iter().flat_map(table::warnings).for_each(|warning| say::words(&warning));
-    Ok(outcome)
+    same_scene(args, scene, metadata.texts.get("biprism").map(String::as_str))?;
+    Ok(Input::Picture(picture))
+}
+
+/// The corners of a file, in the px of the halves that they must lie in.
+fn lattices(args: &MeasureArgs, system: &System, views: &[corners::View]) -> Result<[Lattice; 2], Problem> {
+    let known = |view: &corners::View| Half::BOTH.iter().any(|half| half.name() == view.name);
+    if let Some(view) = views.iter().find(|view| !known(view)) {
+        let rule = format!("it has corners of a view {:?}, and must have those of left and right", view.name);
+        return Err(Problem::new(args.picture.display(), rule, "detect in each half of the picture by itself"));
+    }
+    let [left, right] = Half::BOTH.map(|half| {
+        let Some(view) = views.iter().find(|view| view.name == half.name()) else { return Ok(Lattice::default()) };
+        let frame = Frame::new(system, half);
+        if let Some(stray) = view.corners.iter().find(|c| !frame.contains(frame.own(c.position_px))) {
+            let (low, high) = (frame.first_column, frame.full(frame.size_px));
+            let rule = format!(
+                "corner ({}, {}) of the {} half lies at {}, and must lie in columns {low} to {} and rows 0 to {}",
+                stray.index[0],
+                stray.index[1],
+                half.name(),
+                stray.position_px,
+                high.x,
+                high.y
+            );
+            let help = "give positions in px of the whole picture, of the size that the scene says";
+            return Err(Problem::new(args.picture.display(), rule, help));
+        }
+        let seen = |c: &corners::Listed| Seen {
+            index: c.index,
+            position_px: frame.own(c.position_px),
+            polarity: c.quality.map(|q| q.polarity),
+        };
+        Ok(Lattice {
+            corners: upright(&view.corners.iter().map(seen).collect::<Vec<_>>()),
+            rejected: view.rejected.iter().cloned().collect(),
+            blur_px: view.blur_px,
+        })
+    });
+    Ok([left?, right?])
 }
 
 /// A picture that was rendered here says from which scene and prism; another scene's truth is not its truth.

@@ -69,7 +69,7 @@ fn corners(halves: &[&Detected]) -> Corners {
     let errors = Deviation::of(&errors).ok();
     let mut rejected = BTreeMap::new();
     for (reason, n) in halves.iter().flat_map(|d| &d.rejected) {
-        *rejected.entry((*reason).to_owned()).or_insert(0) += *n as u64;
+        *rejected.entry(reason.clone()).or_insert(0) += *n as u64;
     }
     Corners {
         visible: known(|d| d.visible),

@@ -1,9 +1,9 @@
 //! From loose crossings to a lattice: growth from a seed, each new corner predicted from its neighbours alone, so that
 //! no global model of the picture is needed and bending does not matter.
 
-use super::Settings;
 use super::ring::Ring;
 use super::sight::Sight;
+use super::{Corner, Polarity, Settings};
 use crate::raster::Raster;
 use glam::{DMat2, DVec2, IVec2};
 use std::collections::{BTreeMap, VecDeque};
@@ -204,9 +204,64 @@ fn predict(candidates: &[Candidate], lattice: &Lattice, cell: IVec2, direction: 
     Some((from, predicted))
 }
 
+/// A corner that a detector, this or another, has put on a lattice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Column and row in one consistent lattice.
+    pub index: [i32; 2],
+    /// Position, in px: pixel (i, j) covers `[i, i+1) x [j, j+1)`.
+    pub position_px: DVec2,
+    /// Which diagonal is bright, where the detector says.
+    pub polarity: Option<Polarity>,
+}
+
+impl From<&Corner> for Seen {
+    fn from(corner: &Corner) -> Self {
+        Self { index: corner.index, position_px: corner.position_px, polarity: Some(corner.polarity) }
+    }
+}
+
+/// The lattice as [`detect`](super::detect) numbers it: +column along +x and +row along +y as nearly as possible, the
+/// smallest of each 0. Other programs count rows before columns, or from another corner of the board.
+pub fn upright(seen: &[Seen]) -> Vec<Seen> {
+    let lattice: Lattice = seen.iter().enumerate().map(|(k, corner)| (corner.index, k)).collect();
+    let axes = axes(&lattice, |k| seen[k].position_px);
+    let polarity = |k: usize| match seen[k].polarity? {
+        Polarity::Main if axes.swaps_diagonals() => Some(Polarity::Anti),
+        Polarity::Anti if axes.swaps_diagonals() => Some(Polarity::Main),
+        same => Some(same),
+    };
+    let turned = from_zero(&axes.turned(&lattice));
+    turned.into_iter().map(|(index, k)| Seen { index, polarity: polarity(k), ..seen[k] }).collect()
+}
+
+/// Where the columns and rows of an upright lattice run in a lattice.
+struct Axes {
+    column: IVec2,
+    row: IVec2,
+}
+
+impl Axes {
+    fn turned(&self, lattice: &Lattice) -> Lattice {
+        let turned = |cell: IVec2| [cell.dot(self.column), cell.dot(self.row)];
+        lattice.iter().map(|(&cell, &k)| (turned(IVec2::from_array(cell)), k)).collect()
+    }
+
+    /// Whether the square between +column and +row is one that was beside it.
+    fn swaps_diagonals(&self) -> bool {
+        let between = self.column + self.row;
+        between.x != between.y
+    }
+}
+
 /// The lattice turned by a multiple of 90 deg (never mirrored) so that +column runs along +x and +row along +y as
 /// nearly as possible, from column and row 0.
 pub(super) fn normalise(lattice: &Lattice, position: impl Fn(usize) -> DVec2) -> Lattice {
+    from_zero(&axes(lattice, position).turned(lattice))
+}
+
+/// The axes that agree most with +x and +y in the picture.
+fn axes(lattice: &Lattice, position: impl Fn(usize) -> DVec2) -> Axes {
     let mean_step = |direction: IVec2| {
         lattice
             .iter()
@@ -225,11 +280,7 @@ pub(super) fn normalise(lattice: &Lattice, position: impl Fn(usize) -> DVec2) ->
         (column, row, along(column).x + along(row).y)
     });
     let (column, row, _) = turns.into_iter().fold(turns[0], |best, turn| if turn.2 > best.2 { turn } else { best });
-    let turned = lattice.iter().map(|(&cell, &k)| {
-        let cell = IVec2::from_array(cell);
-        ([cell.dot(column), cell.dot(row)], k)
-    });
-    from_zero(&turned.collect())
+    Axes { column, row }
 }
 
 /// The lattice moved so that its smallest column and row are 0.

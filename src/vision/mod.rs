@@ -43,7 +43,7 @@ mod window;
 use crate::raster::Raster;
 use glam::{DMat2, DVec2};
 
-pub use grid::{Lattices, grow};
+pub use grid::{Lattices, Seen, grow, upright};
 pub use measure::measure;
 pub use sight::{Sight, look};
 

@@ -59,20 +59,22 @@ impl Model {
     }
 
     /// Adds a step, shortened where it would leave the range of the linear model; how far the corner moved, or an edge at
-    /// [`ARM_PX`] from it, in px.
+    /// [`ARM_PX`] from it, or how much a blur changed, in px.
     fn advance(&mut self, step: &Right, effort: &Effort) -> f64 {
         self.light.iter_mut().zip(step.iter()).for_each(|(v, s)| *v += s);
         let shift = DVec2::new(step[6], step[7]).clamp_length_max(1.0);
         self.corner += shift;
+        let mut moved = shift.length().max(ARM_PX * step[8].abs().max(step[9].abs()));
         for k in 0..2 {
             self.normal_rad[k] += step[8 + k].clamp(-0.2, 0.2);
             if effort.free_blur {
                 let sigma = self.sigma_px[k];
-                let moved = sigma + step[10 + k].clamp(-0.5 * sigma, sigma);
-                self.sigma_px[k] = moved.min(effort.most_sigma_px).max(SHARP_PX);
+                let wanted = sigma + step[10 + k].clamp(-0.5 * sigma, sigma);
+                self.sigma_px[k] = wanted.min(effort.most_sigma_px).max(SHARP_PX);
+                moved = moved.max((self.sigma_px[k] - sigma).abs());
             }
         }
-        shift.length().max(ARM_PX * step[8].abs().max(step[9].abs()))
+        moved
     }
 }
 
@@ -96,7 +98,7 @@ pub(super) struct Effort {
     pub(super) free_blur: bool,
     /// Gauss-Newton steps at most.
     pub(super) steps: usize,
-    /// Stop when a step of the corner, and of the edges at [`ARM_PX`], is below this, in px.
+    /// Stop when a step of the corner, of the edges at [`ARM_PX`], and of free blurs is below this, in px.
     pub(super) tolerance_px: f64,
     /// The largest blur that is believed, in px.
     pub(super) most_sigma_px: f64,

@@ -79,7 +79,7 @@ fn look(system: &System, picture: &Raster<f32>) -> View {
 }
 
 fn positions(view: &View) -> Positions {
-    view.halves.each_ref().map(|half| half.found.iter().map(|f| (f.index, f.corner.position_px)).collect())
+    view.halves.each_ref().map(|half| half.found.iter().map(|f| (f.index, f.position_px)).collect())
 }
 
 fn residuals_px(camera: &Pinhole, board: &Board, positions: &BTreeMap<[i32; 2], DVec2>) -> Option<Vec<DVec2>> {

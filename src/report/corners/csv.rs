@@ -1,6 +1,7 @@
-//! Corners as comma-separated values: a line that names the convention, a line of column names, a line a corner.
+//! Corners as comma-separated values: a line that names the convention, a line with their count (which another program
+//! may leave out), a line of column names, a line a corner.
 
-use super::{CENTRE, Listed, MOST_CORNERS, Quality, View, polarity_name, polarity_of, too_many};
+use super::{CENTRE, Listed, MOST_CORNERS, Quality, View, polarity_name, polarity_of, same_count, too_many};
 use crate::problem::Problem;
 use glam::{DMat2, DVec2};
 use std::fmt::Write;
@@ -12,10 +13,13 @@ const HEADER: &str = "half,column,row,x_px,y_px";
 const QUALITY: &str = ",var_x_px2,cov_xy_px2,var_y_px2,contrast,residual,polarity";
 /// Begins the line that names the convention.
 const COMMENT: &str = "# pixel centre: ";
+/// Begins the line that says how many corners follow.
+const COUNT: &str = "# corners: ";
 
 pub(super) fn to_text(views: &[View]) -> String {
     let full = views.iter().flat_map(|v| &v.corners).all(|c| c.quality.is_some());
-    let mut text = format!("{COMMENT}{CENTRE}\n{HEADER}{}\n", if full { QUALITY } else { "" });
+    let count: usize = views.iter().map(|v| v.corners.len()).sum();
+    let mut text = format!("{COMMENT}{CENTRE}\n{COUNT}{count}\n{HEADER}{}\n", if full { QUALITY } else { "" });
     for (view, corner) in views.iter().flat_map(|v| v.corners.iter().map(move |c| (v, c))) {
         let p = corner.position_px;
         // Writing to a String cannot fail.
@@ -79,7 +83,17 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
         let help = format!("begin the file with \"{COMMENT}{CENTRE}\", with positions in that convention");
         return Err(source.problem(first.span, rule, help));
     }
-    let header = lines.next().unwrap_or(Field { text: "", span: text.len()..text.len() });
+    let end = || Field { text: "", span: text.len()..text.len() };
+    let mut header = lines.next().unwrap_or_else(end);
+    let count = match header.text.strip_prefix(COUNT) {
+        None => None,
+        Some(digits) => {
+            let count = Field { text: digits, span: header.span.clone() };
+            let count = source.number::<usize>(&count, "corners", "a whole number from 0 on")?;
+            header = lines.next().unwrap_or_else(end);
+            Some(count)
+        }
+    };
     let full = header.text.strip_prefix(HEADER) == Some(QUALITY);
     if !full && header.text != HEADER {
         return Err(source.problem(
@@ -88,7 +102,7 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
                 "the columns are {:?}, and must be \"{HEADER}\", all of \"{QUALITY}\" after them or none",
                 header.text
             ),
-            "name the columns in the second line, in this order",
+            "name the columns in the line above the first corner, in this order",
         ));
     }
     let mut views: Vec<View> = Vec::new();
@@ -108,6 +122,12 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
             }
             None => views.push(View { name, corners: vec![corner], rejected: Vec::new(), blur_px: None }),
         }
+    }
+    same_count(count, &views, place)?;
+    if !text.ends_with('\n') {
+        let last = text.rfind('\n').map_or(0, |k| k + 1);
+        let rule = "the last line has no end, as that of a file that was cut has none";
+        return Err(source.problem(last..text.len(), rule, "end it with a line break if the file is whole"));
     }
     Ok(views)
 }

@@ -24,6 +24,8 @@ use std::path::Path;
 
 /// Corners in a file at most.
 pub const MOST_CORNERS: usize = 1_000_000;
+/// Columns and rows are within this of 0.
+pub const MOST_INDEX: i32 = 1_000_000;
 /// Bytes in a file at most.
 pub const MOST_BYTES: u64 = 1 << 28;
 /// How a file of ours says where a pixel's centre lies.
@@ -205,6 +207,9 @@ fn check(views: &[View], place: &str) -> Result<(), Problem> {
             if !indices.insert(corner.index) {
                 return Err(broken(place, format!("{at} is there twice, and must be there once")));
             }
+            if corner.index.iter().any(|i| i.unsigned_abs() > MOST_INDEX.unsigned_abs()) {
+                return Err(broken(place, format!("{at} must have a column and a row within {MOST_INDEX} of 0")));
+            }
             if !corner.position_px.is_finite() {
                 return Err(broken(place, format!("{at} lies at {}, and must lie at finite px", corner.position_px)));
             }
@@ -234,6 +239,15 @@ fn check(views: &[View], place: &str) -> Result<(), Problem> {
         }
     }
     Ok(())
+}
+
+/// A file that says how many corners it has must have them: one that was cut between two lines has fewer.
+fn same_count(stated: Option<usize>, views: &[View], place: &str) -> Result<(), Problem> {
+    let found: usize = views.iter().map(|v| v.corners.len()).sum();
+    match stated.filter(|&count| count != found) {
+        None => Ok(()),
+        Some(count) => Err(broken(place, format!("it holds {found} corners, and says that it has {count}"))),
+    }
 }
 
 fn broken(place: &str, rule: String) -> Problem {

@@ -5,7 +5,9 @@
 //! Read back: what is written here, and what OpenCV writes of the same matrices (numbers like `1.`, data over several
 //! lines, single or double precision).
 
-use super::{Listed, MOST_CORNERS, OPENCV_CENTRE, PixelCentre, Quality, View, broken, move_centre, too_many};
+use super::{
+    Listed, MOST_CORNERS, OPENCV_CENTRE, PixelCentre, Quality, View, broken, move_centre, same_count, too_many,
+};
 use crate::problem::Problem;
 use crate::vision::Polarity;
 use glam::{DMat2, DVec2};
@@ -14,11 +16,14 @@ use std::fmt::Write;
 
 const FIRST_LINE: &str = "%YAML:1.0";
 const CENTRE_KEY: &str = "pixel_centre";
+/// How many corners all views have together; another program may leave it out.
+const COUNT_KEY: &str = "corners";
 /// Values of a row of `<view>_quality`.
 const QUALITY: usize = 6;
 
 pub(super) fn to_text(views: &[View]) -> String {
-    let mut text = format!("{FIRST_LINE}\n---\n{CENTRE_KEY}: \"{OPENCV_CENTRE}\"\n");
+    let count: usize = views.iter().map(|v| v.corners.len()).sum();
+    let mut text = format!("{FIRST_LINE}\n---\n{CENTRE_KEY}: \"{OPENCV_CENTRE}\"\n{COUNT_KEY}: {count}\n");
     for view in views {
         let name = &view.name;
         let positions = view.corners.iter().map(|c| {
@@ -84,7 +89,26 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
     }
     let names: Vec<String> =
         matrices.iter().filter_map(|(key, _)| Some(key.strip_suffix("_corners")?.to_owned())).collect();
-    names.into_iter().map(|name| view(name, &mut matrices, place)).collect()
+    let views: Vec<View> =
+        names.into_iter().map(|name| view(name, &mut matrices, place)).collect::<Result<_, Problem>>()?;
+    // A file of our own that was cut at the end of a line may lack only the quality of its last view.
+    let with_quality = |v: &&View| v.corners.iter().any(|c| c.quality.is_some());
+    let without = views.iter().find(|v| !v.corners.is_empty() && !with_quality(v));
+    if let Some(view) = without.filter(|_| views.iter().any(|v| with_quality(&v))) {
+        let rule = format!("`{}_quality` is missing, and must be there for each view or for none", view.name);
+        return Err(broken(place, rule));
+    }
+    let count = match scalars.get(COUNT_KEY) {
+        None => None,
+        Some(digits) => Some(digits.parse().map_err(|_| {
+            broken(place, format!("`{COUNT_KEY}` is {digits:?}, and must be a whole number from 0 on"))
+        })?),
+    };
+    if views.is_empty() && count != Some(0) {
+        return Err(broken(place, "no matrix is named `<view>_corners`, as in left_corners".to_owned()));
+    }
+    same_count(count, &views, place)?;
+    Ok(views)
 }
 
 type Matrices = Vec<(String, Matrix)>;

@@ -53,7 +53,8 @@ fn json_keeps_blur_and_counts() {
 #[test]
 fn opencv_positions_are_half_a_pixel_less() {
     let text = to_text(&views(), Format::OpenCv);
-    assert!(text.starts_with("%YAML:1.0\n---\npixel_centre: \"(i, j)\"\nleft_corners: !!opencv-matrix\n   rows: 2\n"));
+    let head = "%YAML:1.0\n---\npixel_centre: \"(i, j)\"\ncorners: 3\nleft_corners: !!opencv-matrix\n   rows: 2\n";
+    assert!(text.starts_with(head));
     assert!(text.contains("data: [ 32.833333333333336, 6.75,\n"), "{text}");
 }
 
@@ -78,13 +79,17 @@ fn bad_files_are_refused_with_place_and_rule() {
     let cases = [
         (csv("# pixel centre: ", "# "), "a:1", "must name where a pixel's centre lies"),
         (csv("(i + 0.5, j + 0.5)", "(i, j)"), "a:1", "the pixel centre is \"(i, j)\""),
-        (csv("column,row", "row,column"), "a:2", "the columns are"),
-        (csv("left,0,-2,", "left,0,"), "a:3", "10 values, and must have 11"),
-        (csv("left,1,", "left,1.5,"), "a:4", "`column` is \"1.5\""),
-        (csv("left,1,", "left,99999999999,"), "a:4", "`column`"),
+        (csv("corners: 3", "corners: many"), "a:2", "`corners` is \"many\""),
+        (csv("corners: 3", "corners: 4"), "a", "holds 3 corners, and says that it has 4"),
+        (csv("column,row", "row,column"), "a:3", "the columns are"),
+        (csv("left,0,-2,", "left,0,"), "a:4", "10 values, and must have 11"),
+        (csv("left,1,", "left,1.5,"), "a:5", "`column` is \"1.5\""),
+        (csv("left,1,", "left,99999999999,"), "a:5", "`column`"),
+        (csv("left,1,", "left,1000001,"), "a", "within 1000000 of 0"),
+        ((Format::Csv, good(Format::Csv).trim_end().to_owned()), "a:6", "the last line has no end"),
         (csv(",7.25,", ",NaN,"), "a", "must lie at finite px"),
-        (csv(",7.25,", ",7,25,"), "a:3", "12 values"),
-        (csv(",anti", ",both"), "a:3", "`polarity` is \"both\""),
+        (csv(",7.25,", ",7,25,"), "a:4", "12 values"),
+        (csv(",anti", ",both"), "a:4", "`polarity` is \"both\""),
         (csv("left,1,", "left,0,"), "a", "there twice"),
         (csv("left", "../etc"), "a", "letters a to z"),
         (csv(",0.0001,", ",-0.0001,"), "a", "symmetric, positive"),
@@ -96,13 +101,17 @@ fn bad_files_are_refused_with_place_and_rule() {
         (yaml("%YAML:1.0", "%YAML 1.2"), "a", "the first line is"),
         (yaml("pixel_centre", "pixel_center"), "a", "`pixel_centre` is missing"),
         (yaml("left_index", "left_indices"), "a", "`left_index` is missing"),
-        (yaml("rows: 2", "rows: 3"), "a:4", "holds 4 numbers, and must hold 3 rows of 2"),
-        (yaml("rows: 2", "rows: 99999999999"), "a:4", "more than 1000000 corners"),
-        (yaml("rows: 2", "rows: -1"), "a:4", "`rows` of `left_corners` is \"-1\""),
-        (yaml("\"2d\"", "\"2x\""), "a:4", "`dt` of `left_corners`"),
-        (yaml("\"2d\"", "é"), "a:4", "`dt` of `left_corners`"),
-        (yaml("6.75", "6,75"), "a:4", "holds 5 numbers"),
-        (yaml("6.75", ".Nan"), "a:4", "must hold numbers"),
+        ((Format::OpenCv, "%YAML:1.0\npixel_centre: \"(i, j)\"\n".to_owned()), "a", "no matrix is named"),
+        (yaml("right_quality", "right_qualities"), "a", "`right_quality` is missing"),
+        (yaml("corners: 3", "corners: -3"), "a", "`corners` is \"-3\""),
+        (yaml("corners: 3", "corners: 2"), "a", "holds 3 corners, and says that it has 2"),
+        (yaml("rows: 2", "rows: 3"), "a:5", "holds 4 numbers, and must hold 3 rows of 2"),
+        (yaml("rows: 2", "rows: 99999999999"), "a:5", "more than 1000000 corners"),
+        (yaml("rows: 2", "rows: -1"), "a:5", "`rows` of `left_corners` is \"-1\""),
+        (yaml("\"2d\"", "\"2x\""), "a:5", "`dt` of `left_corners`"),
+        (yaml("\"2d\"", "é"), "a:5", "`dt` of `left_corners`"),
+        (yaml("6.75", "6,75"), "a:5", "holds 5 numbers"),
+        (yaml("6.75", ".Nan"), "a:5", "must hold numbers"),
     ];
     for ((format, text), place, rule) in cases {
         let problem = parse(&text, format, "a").expect_err(rule);
@@ -121,10 +130,10 @@ fn nonsense_is_refused_without_panic() {
             // An empty OpenCV file lacks its convention, an empty CSV its first line: nothing here is a corner file.
             assert!(parse(text, format, "a").is_err(), "{format:?} {text:?}");
         }
+        // Cut anywhere: an error, but for the blanks after the last bracket.
         let good = to_text(&views(), format);
-        for end in (0..good.len()).filter(|&end| good.is_char_boundary(end)) {
-            // Cut anywhere: an answer or an error.
-            let _ = parse(&good[..end], format, "a");
+        for end in 0..good.trim_end().len() {
+            assert!(parse(&good[..end], format, "a").is_err(), "{format:?} {end} {:?}", &good[..end]);
         }
     }
 }
