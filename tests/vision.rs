@@ -112,7 +112,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         all.push(("blurred", blur(bent(plain(50.0, 3.0, 10.0), 15.0, 12.0), sigma)));
     }
     let small = |width: usize, height: usize, scene: Scene| Scene { width, height, ..scene };
-    for sigma in [0.05, 0.2, 0.3, 0.5] {
+    for sigma in [0.05, 0.2, 0.3, 0.42, 0.5] {
         let size = if sigma < 0.1 { 260 } else { 300 };
         all.push(("blurred", blur(small(size, size, bent(plain(40.0, 3.0, 10.0), 2.0, 1.6)), sigma)));
         all.push(("blurred, small squares", blur(small(150, 130, plain(10.37, 4.0, 0.0)), sigma)));

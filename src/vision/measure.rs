@@ -1,5 +1,6 @@
 //! From a lattice of rough crossings to measured corners: the blur, a first fit, pruning, and the last fit.
 
+use super::blur::{self, FIRST_SIGMA_PX};
 use super::curvature::{Line, line};
 use super::grid::{Lattice, Lattices, NEIGHBOURS, from_zero, is_broad, normalise};
 use super::profile::Shape;
@@ -17,20 +18,12 @@ const LONG_LINE: usize = 6;
 const SMALL_GRID: usize = 64;
 /// Corners that the blur is estimated from.
 const PILOTS: usize = 24;
-/// The blur that the estimate starts from, in px.
-const FIRST_SIGMA_PX: f64 = 0.7;
-/// Median blurs below this, in px, may come from a sharp picture; the residual decides.
-const MAYBE_SHARP_PX: f64 = 0.3;
-/// The pilot's window is at least this many blurs wide to a side.
-const PILOT_SIGMAS: f64 = 3.5;
 /// Lines nearer to each other than so many blurs blur into each other's windows.
 const LEAST_SPACING: f64 = 6.0;
-/// Half the pilot's window at least, in px.
-const PILOT_HALF_PX: f64 = 12.0;
 /// Half the first fit's window: at least this share of a step and this many px.
 const FIRST_HALF: (f64, f64) = (0.25, 8.0);
 /// How far a corner may be from where a fit starts before a listed band would be too narrow, in px.
-const FIRST_MARGIN_PX: f64 = 1.0;
+pub(super) const FIRST_MARGIN_PX: f64 = 1.0;
 const LAST_MARGIN_PX: f64 = 0.3;
 /// The first fit is done when a step is below this, in px.
 const FIRST_STEP_PX: f64 = 0.06;
@@ -56,7 +49,7 @@ struct Grid {
 
 /// The lattice around one corner.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+pub(super) struct Place {
     centre: DVec2,
     steps: DMat2,
     lines: [Line; 2],
@@ -129,7 +122,7 @@ impl Grid {
 }
 
 impl Place {
-    fn step_px(&self) -> f64 {
+    pub(super) fn step_px(&self) -> f64 {
         self.steps.x_axis.length().min(self.steps.y_axis.length())
     }
 
@@ -138,7 +131,7 @@ impl Place {
         self.steps.determinant().abs() / self.steps.x_axis.length().max(self.steps.y_axis.length())
     }
 
-    fn model(&self, sigma_px: [f64; 2]) -> Model {
+    pub(super) fn model(&self, sigma_px: [f64; 2]) -> Model {
         let normal = |line: &Line| libm::atan2(-line.tangent.x, line.tangent.y);
         Model {
             corner: DVec2::ZERO,
@@ -149,7 +142,7 @@ impl Place {
         }
     }
 
-    fn frame(&self, sigma_px: [f64; 2], half: f64, margin_px: f64) -> Frame {
+    pub(super) fn frame(&self, sigma_px: [f64; 2], half: f64, margin_px: f64) -> Frame {
         let normals = self.lines.map(|l| DVec2::new(l.tangent.y, -l.tangent.x));
         // The farthest point of the window, for the bend of the edges in it.
         let far = half * (self.steps.x_axis.abs() + self.steps.y_axis.abs()).length();
@@ -353,43 +346,6 @@ fn estimate_blur(sight: &Sight<'_>, grid: &Grid, settings: &Settings) -> Option<
         .map(|(&cell, &k)| (cell, k))
         .collect();
     let stride = inner.len().div_ceil(PILOTS).max(1);
-    let pilots: Vec<[i32; 2]> = inner.keys().copied().step_by(stride).collect();
-    let places: Vec<Place> = pilots.iter().filter_map(|&cell| grid.place(cell)).collect();
-    let mut sigma = [FIRST_SIGMA_PX; 2];
-    // A blur that is wide against the window is looked at again in a wider one.
-    for half_px in [PILOT_HALF_PX, f64::INFINITY] {
-        let run = |place: &Place| {
-            let half = settings.window.min(half_px / place.step_px());
-            let most = 0.5 * place.step_px();
-            // The band of a blur not yet known: everything in the window is listed.
-            let mut frame = place.frame(sigma, half, FIRST_MARGIN_PX);
-            frame.bands_px = [f64::INFINITY; 2];
-            let window = gather(sight.image, sight.valid.as_ref(), &frame);
-            let effort = Effort { free_blur: true, steps: 15, tolerance_px: 1e-3, most_sigma_px: most };
-            fit(&window, &place.model(sigma), &effort)
-        };
-        let fits: Vec<Option<Fit>> = places.par_iter().map(run).collect();
-        let medians =
-            [0, 1].map(|k| quantile(&fits.iter().flatten().map(|f| f.model.sigma_px[k]).collect::<Vec<_>>(), 0.5));
-        sigma = [medians[0]?, medians[1]?];
-        if sigma[0].max(sigma[1]) * PILOT_SIGMAS < half_px {
-            break;
-        }
-    }
-    if sigma[0].max(sigma[1]) < MAYBE_SHARP_PX {
-        let squares = |sigma: [f64; 2]| -> f64 {
-            let effort = Effort { free_blur: false, steps: 8, tolerance_px: 1e-3, most_sigma_px: f64::INFINITY };
-            let run = |place: &Place| {
-                let half = settings.window.min(PILOT_HALF_PX / place.step_px());
-                let frame = place.frame(sigma, half, FIRST_MARGIN_PX);
-                fit(&gather(sight.image, sight.valid.as_ref(), &frame), &place.model(sigma), &effort)
-            };
-            let fits: Vec<Option<Fit>> = places.par_iter().map(run).collect();
-            fits.iter().flatten().map(|f| f.residual * f.residual).sum()
-        };
-        if squares([0.0; 2]) <= squares(sigma) {
-            sigma = [0.0; 2];
-        }
-    }
-    Some(sigma)
+    let pilots = inner.keys().step_by(stride);
+    blur::estimate(sight, &pilots.filter_map(|&cell| grid.place(cell)).collect::<Vec<Place>>(), settings.window)
 }

@@ -27,8 +27,10 @@
 //! assert!((found.corners[0].position_px - glam::DVec2::new(30.0, 30.0)).length() < 1e-3);
 //! ```
 
+mod blur;
 mod crossing;
 mod curvature;
+mod equations;
 mod gauss;
 mod grid;
 pub mod half;
@@ -38,6 +40,7 @@ mod refine;
 mod response;
 mod ring;
 mod sight;
+mod strip;
 mod window;
 
 use crate::raster::Raster;

@@ -6,8 +6,8 @@
 //! F(d) = [R(d+a+b) - R(d+a-b) - R(d-a+b) + R(d-a-b)] / (4ab),   R(t) = ((t^2 + s^2) Phi(t/s) + t s phi(t/s)) / 2
 //! ```
 //!
-//! with the Gaussian phi and its integral Phi; F', F'' follow with R', R'' and dF/ds with dR/ds = s Phi. An edge is
-//! used as E = 2F - 1, which runs from -1 to 1.
+//! with the Gaussian phi and its integral Phi; F', F'' follow with R', R''. An edge is used as E = 2F - 1, which runs from
+//! -1 to 1. Blur is diffusion: dE/ds = s E''.
 
 use super::gauss::Gauss;
 use glam::DVec2;
@@ -21,9 +21,9 @@ pub(super) const SHARP_PX: f64 = 0.02;
 /// The Gaussian's tail beyond this many standard deviations is dropped: it holds 7e-6, alike on both sides of an edge,
 /// so that no edge moves.
 const TAIL: f64 = 4.5;
-/// Table cells in one standard deviation. The cubic errs by at most max|F''''| h^4 / 384 = 0.55 (1/8)^4 / 384 = 3.5e-7
+/// Table cells in one standard deviation. The cubic errs by at most max|F''''| h^4 / 384 = 0.55 (1/5)^4 / 384 = 2.3e-6
 /// of the contrast (E: twice that); at the end of the table it joins the dropped tail.
-const CELLS_PER_SIGMA: f64 = 8.0;
+const CELLS_PER_SIGMA: f64 = 5.0;
 
 /// The edge response and its derivatives at one distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,21 +63,22 @@ impl Shape {
         ((f(d + sum) - f(d + difference)) - (f(d - difference) - f(d - sum))) / (4.0 * self.a * self.b)
     }
 
-    /// The response at distance `d`, and dE/ds.
-    pub(super) fn exact(&self, gauss: Gauss, d: f64) -> (Edge, f64) {
+    /// The response at distance `d`.
+    pub(super) fn exact(&self, gauss: Gauss, d: f64) -> Edge {
         if d.abs() >= self.reach() {
-            return (Edge { value: d.signum(), slope: 0.0, bend: 0.0 }, 0.0);
+            return Edge { value: d.signum(), slope: 0.0, bend: 0.0 };
         }
         let s = self.sigma;
         let (sum, difference) = (self.a + self.b, self.a - self.b);
         let inverse = 1.0 / s;
-        let terms = [d + sum, d + difference, d - difference, d - sum].map(|t| {
+        let term = |t: f64| {
             let [big, small] = gauss.at(t * inverse);
             [0.5 * ((t * t + s * s) * big + t * s * small), t * big + s * small, big]
-        });
+        };
+        let (t0, t1, t2, t3) = (term(d + sum), term(d + difference), term(d - difference), term(d - sum));
         let over = 1.0 / (4.0 * self.a * self.b);
-        let mix = |i: usize| ((terms[0][i] - terms[1][i]) - (terms[2][i] - terms[3][i])) * over;
-        (Edge { value: 2.0 * mix(0) - 1.0, slope: 2.0 * mix(1), bend: 2.0 * mix(2) }, 2.0 * s * mix(2))
+        let mix = |i: usize| ((t0[i] - t1[i]) - (t2[i] - t3[i])) * over;
+        Edge { value: 2.0 * mix(0) - 1.0, slope: 2.0 * mix(1), bend: 2.0 * mix(2) }
     }
 
     /// The response of a pixel to a sharp edge (s = 0): a parabola, a line and a parabola.
@@ -104,11 +105,13 @@ impl Shape {
 pub(super) enum Profile {
     /// No blur: the closed form is the fastest.
     Sharp(Shape),
-    /// Blurred: cubics between exact nodes; E is odd, so only d >= 0 is held.
+    /// Blurred: cubics between exact nodes.
     Table {
         /// Cells per px.
         density: f64,
-        /// Per cell the cubic's coefficients in the cell's own coordinate 0..1; the last cell is the flat end.
+        /// Where distance 0 lies, in cells.
+        middle: f64,
+        /// Per cell the cubic's coefficients in the cell's own coordinate 0..1; the first and the last cell are flat.
         cells: Vec<[f64; 4]>,
     },
 }
@@ -122,25 +125,30 @@ impl Profile {
         }
         let gauss = Gauss::new();
         let density = CELLS_PER_SIGMA / sigma_px;
-        let count = (shape.reach() * density).ceil() as usize;
-        let node = |i: usize| {
-            if i == 0 {
-                // Odd by construction, not only to rounding.
-                return (0.0, shape.exact(gauss, 0.0).0.slope / density);
+        let half = (shape.reach() * density).ceil() as usize;
+        // E and its rise over a cell at distances 0, 1, .. half cells; E is odd by construction, not only to rounding.
+        let node = |i: usize| match i {
+            _ if i == half => (1.0, 0.0),
+            0 => (0.0, shape.exact(gauss, 0.0).slope / density),
+            _ => {
+                let edge = shape.exact(gauss, i as f64 / density);
+                (edge.value, edge.slope / density)
             }
-            let edge = shape.exact(gauss, i as f64 / density).0;
-            (edge.value, edge.slope / density)
         };
-        let mut cells = Vec::with_capacity(count + 1);
+        let mut cells = vec![[0.0; 4]; 2 * half + 2];
+        cells[0] = [-1.0, 0.0, 0.0, 0.0];
+        cells[2 * half + 1] = [1.0, 0.0, 0.0, 0.0];
         let (mut value, mut slope) = node(0);
-        for i in 1..=count {
-            let (next, next_slope) = if i == count { (1.0, 0.0) } else { node(i) };
+        for i in 0..half {
+            let (next, next_slope) = node(i + 1);
             let rise = next - value;
-            cells.push([value, slope, 3.0 * rise - 2.0 * slope - next_slope, slope + next_slope - 2.0 * rise]);
+            let (second, third) = (3.0 * rise - 2.0 * slope - next_slope, slope + next_slope - 2.0 * rise);
+            cells[half + 1 + i] = [value, slope, second, third];
+            // The same cubic from its other end, turned about the origin.
+            cells[half - i] = [-next, next_slope, -second - 3.0 * third, third];
             (value, slope) = (next, next_slope);
         }
-        cells.push([1.0, 0.0, 0.0, 0.0]);
-        Self::Table { density, cells }
+        Self::Table { density, middle: (half + 1) as f64, cells }
     }
 
     /// E at distance `d` from a sharp edge.
@@ -153,16 +161,16 @@ impl Profile {
     pub(super) fn at(&self, d: f64) -> Edge {
         match self {
             Self::Sharp(shape) => shape.sharp(d),
-            Self::Table { density, cells } => {
-                let place = d.abs() * density;
+            Self::Table { density, middle, cells } => {
+                let place = (d * density + middle).max(0.0);
                 let index = (place as usize).min(cells.len() - 1);
                 let t = place - index as f64;
                 let [c0, c1, c2, c3] = cells[index];
-                let value = c0 + t * (c1 + t * (c2 + t * c3));
-                let slope = (c1 + t * (2.0 * c2 + 3.0 * t * c3)) * density;
-                let bend = (2.0 * c2 + 6.0 * t * c3) * density * density;
-                let sign = 1f64.copysign(d);
-                Edge { value: value * sign, slope, bend: bend * sign }
+                Edge {
+                    value: c0 + t * (c1 + t * (c2 + t * c3)),
+                    slope: (c1 + t * (2.0 * c2 + 3.0 * t * c3)) * density,
+                    bend: (2.0 * c2 + 6.0 * t * c3) * density * density,
+                }
             }
         }
     }
@@ -192,7 +200,7 @@ mod tests {
                 .sum::<f64>()
                 / (side * side) as f64;
             // The midpoint rule errs by E'' h^2 / 24 < 1e-4 / s^2 / 400^2; the floor of b by b^2.
-            assert!((Shape::new(n, s).exact(gauss, d).0.value - mean).abs() < 5e-6, "{degrees} {s} {d}");
+            assert!((Shape::new(n, s).exact(gauss, d).value - mean).abs() < 5e-6, "{degrees} {s} {d}");
         }
     }
 
@@ -202,13 +210,13 @@ mod tests {
         let h = 1e-5;
         for (degrees, s, d) in [(3.0, 0.5, 0.2), (20.0, 0.3, -0.4), (45.0, 1.0, 0.9)] {
             let shape = Shape::new(normal(degrees), s);
-            let (edge, by_sigma) = shape.exact(gauss, d);
-            let (low, high) = (shape.exact(gauss, d - h).0, shape.exact(gauss, d + h).0);
+            let edge = shape.exact(gauss, d);
+            let (low, high) = (shape.exact(gauss, d - h), shape.exact(gauss, d + h));
             assert!((edge.slope - (high.value - low.value) / (2.0 * h)).abs() < 1e-7);
             assert!((edge.bend - (high.slope - low.slope) / (2.0 * h)).abs() < 1e-7);
-            let wider = Shape::new(normal(degrees), s + h).exact(gauss, d).0.value;
-            let narrower = Shape::new(normal(degrees), s - h).exact(gauss, d).0.value;
-            assert!((by_sigma - (wider - narrower) / (2.0 * h)).abs() < 1e-7);
+            let wider = Shape::new(normal(degrees), s + h).exact(gauss, d).value;
+            let narrower = Shape::new(normal(degrees), s - h).exact(gauss, d).value;
+            assert!((s * edge.bend - (wider - narrower) / (2.0 * h)).abs() < 1e-7);
         }
     }
 
@@ -220,7 +228,7 @@ mod tests {
                 let (shape, profile) = (Shape::new(normal(degrees), s), Profile::new(normal(degrees), s));
                 for i in -500..=500 {
                     let d = f64::from(i) / 500.0 * (shape.reach() + 0.3);
-                    let (exact, table) = (shape.exact(gauss, d).0, profile.at(d));
+                    let (exact, table) = (shape.exact(gauss, d), profile.at(d));
                     assert!((exact.value - table.value).abs() < 8e-6, "{degrees} {s} {d}");
                 }
             }
@@ -235,7 +243,7 @@ mod tests {
             let blurred = Shape::new(normal(degrees), 1e-4);
             for i in -20..=20 {
                 let d = f64::from(i) * 0.05 + 0.013;
-                assert!((profile.at(d).value - blurred.exact(gauss, d).0.value).abs() < 1e-4, "{degrees} {d}");
+                assert!((profile.at(d).value - blurred.exact(gauss, d).value).abs() < 1e-4, "{degrees} {d}");
             }
         }
     }

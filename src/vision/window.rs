@@ -1,6 +1,8 @@
 //! The pixels a corner is fitted to. Far from both edges a pixel tells only of the light, and nothing of the corner:
-//! such pixels enter as twelve sums. The others are listed one by one.
+//! such pixels enter as twelve sums. Near one edge alone it knows nothing of the other: such pixels make two strips.
+//! The few near both are listed one by one.
 
+use super::strip::Strip;
 use crate::raster::Raster;
 use glam::{DMat2, DVec2};
 use std::ops::Range;
@@ -14,7 +16,7 @@ pub(super) struct Frame {
     pub(super) steps: DMat2,
     /// Unit normals of the edge along the columns' direction and of the one along the rows'.
     pub(super) normals: [DVec2; 2],
-    /// Pixels nearer than this to an edge are listed, in px.
+    /// Pixels nearer than this to an edge see it, in px.
     pub(super) bands_px: [f64; 2],
     /// Half the window, in steps. The weight falls from 1 to 0 over one pixel there, so that the window is a
     /// continuous function of its centre and does not lock to pixels.
@@ -70,8 +72,10 @@ pub(super) struct Listed {
 /// A corner's pixels.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Window {
-    /// Pixels near an edge.
+    /// Pixels near both edges.
     pub(super) listed: Vec<Listed>,
+    /// Pixels near the first edge alone, and near the second.
+    pub(super) strips: [Strip; 2],
     /// The others, where the product of the two signed distances is positive, and where it is negative.
     pub(super) flat: [Sums; 2],
     /// The sum of the weights.
@@ -80,20 +84,37 @@ pub(super) struct Window {
     pub(super) visible: f64,
 }
 
-/// The x for which |slope x + offset| < limit.
-fn strip(slope: f64, offset: f64, limit: f64) -> [f64; 2] {
-    if limit <= 0.0 || (slope.abs() < 1e-9 && offset.abs() >= limit) {
-        return [0.0, 0.0];
-    }
-    if slope.abs() < 1e-9 {
-        return [-1e9, 1e9];
-    }
-    let (a, b) = ((-limit - offset) / slope, (limit - offset) / slope);
-    [a.min(b), a.max(b)]
+/// The points where |slope . r| < limit.
+#[derive(Debug, Clone, Copy)]
+struct Band {
+    /// Its middle moves by this when y grows by 1.
+    tilt: f64,
+    /// Half its width along x; infinite where it is parallel to x.
+    half_width: f64,
+    /// Half its width along y, where it is parallel to x.
+    half_height: f64,
 }
 
-fn meet(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [a[0].max(b[0]), a[1].min(b[1])]
+impl Band {
+    fn new(slope: DVec2, limit: f64) -> Self {
+        if limit <= 0.0 {
+            Self { tilt: 0.0, half_width: 0.0, half_height: 0.0 }
+        } else if slope.x.abs() < 1e-9 {
+            Self { tilt: 0.0, half_width: f64::INFINITY, half_height: limit / slope.y.abs() }
+        } else {
+            Self { tilt: -slope.y / slope.x, half_width: limit / slope.x.abs(), half_height: f64::INFINITY }
+        }
+    }
+
+    /// The x of the band at `y`, low and high.
+    #[inline(always)]
+    fn at(&self, y: f64) -> [f64; 2] {
+        if y.abs() >= self.half_height {
+            return [0.0, 0.0];
+        }
+        let middle = self.tilt * y;
+        [middle - self.half_width, middle + self.half_width]
+    }
 }
 
 /// Gathers the window's pixels; those outside the picture and those that `valid` excludes do not count.
@@ -104,27 +125,34 @@ pub(super) fn gather(image: &Raster<f32>, valid: Option<&Raster<bool>>, frame: &
     let rows = [inverse.row(0), inverse.row(1)];
     // Local units per px, straight across the window's sides.
     let rates = rows.map(|r| r.length());
+    let sides = |margin: f64| [0, 1].map(|k| Band::new(rows[k], frame.half + margin * rates[k]));
+    let (outer, inner) = (sides(0.5), sides(-0.5));
+    let edges = [0, 1].map(|k| Band::new(frame.normals[k], frame.bands_px[k]));
     let reach = frame.half * (frame.steps.x_axis.abs() + frame.steps.y_axis.abs()) + 2.0;
     let clamp = |v: f64, most: usize| v.clamp(0.0, most as f64) as usize;
     let first_row = clamp((frame.centre.y - reach.y).floor(), image.height());
     let last_row = clamp((frame.centre.y + reach.y).ceil(), image.height());
-    // The pixels of a row whose centres lie in an open interval of x.
+    // The pixels of a row whose centres lie in an open interval of x. (A cast cuts off what is below 0 and behind the
+    // point.)
     let pixels = |[low, high]: [f64; 2]| -> Range<usize> {
-        let first = clamp((low + frame.centre.x - 0.5).floor() + 1.0, image.width());
-        first..clamp((high + frame.centre.x - 0.5).ceil(), image.width()).max(first)
+        let first = ((low + frame.centre.x + 0.5) as usize).min(image.width());
+        let end = high + frame.centre.x - 0.5;
+        let whole = end as usize;
+        let end = whole.saturating_add(usize::from((whole as f64) < end));
+        first..end.min(image.width()).max(first)
+    };
+    let both = |[a, b]: &[Band; 2], y: f64| {
+        let (a, b) = (a.at(y), b.at(y));
+        pixels([a[0].max(b[0]), a[1].min(b[1])])
     };
     for j in first_row..last_row {
         let y = j as f64 + 0.5 - frame.centre.y;
-        let box_at = |margin: f64| {
-            let side = |k: usize| strip(rows[k].x, rows[k].y * y, frame.half + margin * rates[k]);
-            pixels(meet(side(0), side(1)))
-        };
-        let outer = box_at(0.5);
+        let outer = both(&outer, y);
         if outer.is_empty() {
             continue;
         }
-        let inner = box_at(-0.5);
-        let edges = [0, 1].map(|k| pixels(strip(frame.normals[k].x, frame.normals[k].y * y, frame.bands_px[k])));
+        let inner = both(&inner, y);
+        let edges = edges.map(|band| pixels(band.at(y)));
         let mut cuts = [
             outer.start,
             inner.start,
@@ -139,15 +167,14 @@ pub(super) fn gather(image: &Raster<f32>, valid: Option<&Raster<bool>>, frame: &
         cuts.sort_unstable();
         for part in cuts.windows(2).map(|w| w[0]..w[1]).filter(|r| !r.is_empty()) {
             let i = part.start;
-            let near = edges.iter().any(|e| e.contains(&i));
-            let whole = inner.contains(&i);
             let x = i as f64 + 0.5 - frame.centre.x;
             let side = frame.normals.map(|n| n.dot(DVec2::new(x, y)) > 0.0);
-            let flat = &mut window.flat[usize::from(side[0] != side[1])];
-            let row = &image.row(j)[part.clone()];
-            if whole && !near && valid.is_none() {
+            let near = [0, 1].map(|k| edges[k].contains(&i));
+            let whole = inner.contains(&i);
+            let row = &image.row(j)[part];
+            if whole && valid.is_none() {
                 window.weight += row.len() as f64;
-                add_row(flat, row, x, y);
+                window.add_run(near, side, row, [x, y]);
                 continue;
             }
             for (k, &value) in row.iter().enumerate() {
@@ -160,22 +187,46 @@ pub(super) fn gather(image: &Raster<f32>, valid: Option<&Raster<bool>>, frame: &
                     let depth = |k: usize| (frame.half - rows[k].dot(DVec2::new(x, y)).abs()) / rates[k] + 0.5;
                     depth(0).min(depth(1)).clamp(0.0, 1.0)
                 };
-                if weight == 0.0 {
-                    continue;
-                }
-                let value = f64::from(value);
-                window.weight += weight;
-                if near {
-                    window.listed.push(Listed { x, y, value, root_weight: weight.sqrt() });
-                } else {
-                    flat.add(x, y, value, weight);
+                if weight > 0.0 {
+                    window.weight += weight;
+                    window.add(near, side, [x, y, f64::from(value)], weight);
                 }
             }
         }
     }
+    window.strips.iter_mut().for_each(Strip::finish);
     let area = 4.0 * frame.half * frame.half * frame.steps.determinant().abs();
     window.visible = window.weight / area;
     window
+}
+
+impl Window {
+    /// Adds a pixel that is near some of the edges, on one side of each.
+    fn add(&mut self, near: [bool; 2], side: [bool; 2], [x, y, value]: [f64; 3], weight: f64) {
+        match near {
+            [true, true] => self.listed.push(Listed { x, y, value, root_weight: weight.sqrt() }),
+            [true, false] => self.strips[0].push([x, y, value, weight, sign(side[1])]),
+            [false, true] => self.strips[1].push([x, y, value, weight, sign(side[0])]),
+            [false, false] => self.flat[usize::from(side[0] != side[1])].add(x, y, value, weight),
+        }
+    }
+
+    /// Adds pixels of a row, all of weight 1, the first at `x`, `y`.
+    fn add_run(&mut self, near: [bool; 2], side: [bool; 2], row: &[f32], [x, y]: [f64; 2]) {
+        match near {
+            [true, true] => {
+                let listed = |(k, &v): (usize, &f32)| Listed { x: x + k as f64, y, value: v.into(), root_weight: 1.0 };
+                self.listed.extend(row.iter().enumerate().map(listed));
+            }
+            [true, false] => self.strips[0].push_run(row, x, y, sign(side[1])),
+            [false, true] => self.strips[1].push_run(row, x, y, sign(side[0])),
+            [false, false] => add_row(&mut self.flat[usize::from(side[0] != side[1])], row, x, y),
+        }
+    }
+}
+
+fn sign(positive: bool) -> f64 {
+    if positive { 1.0 } else { -1.0 }
 }
 
 /// Adds a row of pixels of weight 1, the first at `x`.
@@ -227,10 +278,10 @@ mod tests {
         Raster::from_data(50, 60, (0..3000).map(|k| ((k * 7919) % 1009) as f32 / 1009.0).collect())
     }
 
-    /// Every pixel looked at on its own: listed pixels and the sums, in the order of [`Window`].
-    fn plain(image: &Raster<f32>, frame: &Frame) -> (Vec<Listed>, [Sums; 2]) {
+    /// Every pixel looked at on its own: listed pixels, those near one edge, and the sums, in the order of [`Window`].
+    fn plain(image: &Raster<f32>, frame: &Frame) -> (Vec<Listed>, [Vec<[f64; 5]>; 2], [Sums; 2]) {
         let inverse = frame.steps.inverse();
-        let (mut listed, mut flat) = (Vec::new(), [Sums::default(); 2]);
+        let (mut listed, mut strips, mut flat) = (Vec::new(), [Vec::new(), Vec::new()], [Sums::default(); 2]);
         for (j, i) in (0..image.height()).flat_map(|j| (0..image.width()).map(move |i| (j, i))) {
             let r = DVec2::new(i as f64 + 0.5, j as f64 + 0.5) - frame.centre;
             let local = inverse * r;
@@ -239,13 +290,16 @@ mod tests {
             let weight = depth[0].min(depth[1]).clamp(0.0, 1.0);
             let d = frame.normals.map(|n| n.dot(r));
             let value = f64::from(image.get(i, j));
-            if weight > 0.0 && (d[0].abs() < frame.bands_px[0] || d[1].abs() < frame.bands_px[1]) {
-                listed.push(Listed { x: r.x, y: r.y, value, root_weight: weight.sqrt() });
-            } else if weight > 0.0 {
-                flat[usize::from((d[0] > 0.0) != (d[1] > 0.0))].add(r.x, r.y, value, weight);
+            let near = [0, 1].map(|k| d[k].abs() < frame.bands_px[k]);
+            match near {
+                _ if weight <= 0.0 => {}
+                [true, true] => listed.push(Listed { x: r.x, y: r.y, value, root_weight: weight.sqrt() }),
+                [true, false] => strips[0].push([r.x, r.y, value, weight, d[1].signum()]),
+                [false, true] => strips[1].push([r.x, r.y, value, weight, d[0].signum()]),
+                [false, false] => flat[usize::from((d[0] > 0.0) != (d[1] > 0.0))].add(r.x, r.y, value, weight),
             }
         }
-        (listed, flat)
+        (listed, strips, flat)
     }
 
     #[test]
@@ -255,10 +309,15 @@ mod tests {
         for centre in [DVec2::new(25.3, 28.7), DVec2::new(4.1, 57.2)] {
             let frame = frame(centre);
             let window = gather(&image, None, &frame);
-            let (listed, flat) = plain(&image, &frame);
+            let (listed, strips, flat) = plain(&image, &frame);
             assert_eq!(window.listed.len(), listed.len());
             for (a, b) in window.listed.iter().zip(&listed) {
                 assert!((a.x - b.x).abs() + (a.y - b.y).abs() + (a.root_weight - b.root_weight).abs() < 1e-9);
+            }
+            for (a, b) in window.strips.iter().zip(&strips) {
+                assert_eq!(a.pixels().count(), b.len());
+                let apart = |k: usize, p: [f64; 5]| (0..5).map(|i| (p[i] - b[k][i]).abs()).fold(0.0, f64::max);
+                assert!(a.pixels().enumerate().all(|(k, p)| apart(k, p) < 1e-9));
             }
             for (a, b) in window.flat.iter().zip(&flat) {
                 let flatten =

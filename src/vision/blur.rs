@@ -1,0 +1,87 @@
+//! The blur of a picture, from fits of some corners in which it is free.
+
+use super::measure::{FIRST_MARGIN_PX, Place};
+use super::refine::{Effort, Fit, fit};
+use super::sight::Sight;
+use super::window::gather;
+use crate::num::stats::quantile;
+use rayon::prelude::*;
+
+/// The blur that a fit starts from, in px.
+pub(super) const FIRST_SIGMA_PX: f64 = 0.7;
+/// Of the corners that may be fitted, one of so many is at first; where these agree, as without noise, they are enough.
+const FIRST_OF: usize = 4;
+/// They agree when the middle half of their blurs lies within this share of the median.
+const AGREEMENT: f64 = 0.01;
+/// Median blurs below this, in px, may come from a sharp picture; the residual decides.
+const MAYBE_SHARP_PX: f64 = 0.3;
+/// Half the window of a first fit, and the blur that the pixels near an edge are chosen for, in px: a wider one needs a
+/// wider window.
+const HALF_PX: f64 = 12.0;
+const NEAR_SIGMA_PX: f64 = 1.2;
+/// How often a blur that is wider than was thought is looked at again.
+const ROUNDS: usize = 4;
+/// A fit is done when corner, edges and blurs move by less than this, in px.
+const STEP_PX: f64 = 1e-3;
+
+/// The blur across the column and the row lines, in px: medians over the corners at `places`. `None` where no corner
+/// could be fitted.
+pub(super) fn estimate(sight: &Sight<'_>, places: &[Place], window: f64) -> Option<[f64; 2]> {
+    let few: Vec<Place> = places.iter().copied().step_by(FIRST_OF).collect();
+    let (first, agree) = medians(sight, &few, window, [FIRST_SIGMA_PX; 2])?;
+    let (places, sigma) = if agree { (&few[..], first) } else { (places, medians(sight, places, window, first)?.0) };
+    if sigma[0].max(sigma[1]) >= MAYBE_SHARP_PX {
+        return Some(sigma);
+    }
+    let squares = |sigma: [f64; 2]| -> f64 {
+        let effort = Effort { free_blur: false, steps: 8, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
+        let fits = fits(sight, places, window, HALF_PX, [sigma, sigma], &effort);
+        fits.iter().flatten().map(|f| f.residual * f.residual).sum()
+    };
+    Some(if squares([0.0; 2]) <= squares(sigma) { [0.0; 2] } else { sigma })
+}
+
+/// Fits corners in windows of at most `half_px` to each side, from the first of two blurs, the pixels near an edge
+/// chosen for the second.
+fn fits(
+    sight: &Sight<'_>,
+    places: &[Place],
+    window: f64,
+    half_px: f64,
+    [start, near]: [[f64; 2]; 2],
+    effort: &Effort,
+) -> Vec<Option<Fit>> {
+    let run = |place: &Place| {
+        let half = window.min(half_px / place.step_px());
+        let pixels = gather(sight.image, sight.valid.as_ref(), &place.frame(near, half, FIRST_MARGIN_PX));
+        fit(&pixels, &place.model(start), &Effort { most_sigma_px: 0.5 * place.step_px(), ..*effort })
+    };
+    places.par_iter().map(run).collect()
+}
+
+/// The medians of the blurs of free fits that start from `sigma`, and whether the fits agree.
+fn medians(sight: &Sight<'_>, places: &[Place], window: f64, mut sigma: [f64; 2]) -> Option<([f64; 2], bool)> {
+    let effort = Effort { free_blur: true, steps: 15, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
+    let mut agree = false;
+    let (mut half_px, mut near_px) = if sigma[0].max(sigma[1]) < NEAR_SIGMA_PX {
+        (HALF_PX, NEAR_SIGMA_PX)
+    } else {
+        (f64::INFINITY, 2.0 * sigma[0].max(sigma[1]))
+    };
+    for _ in 0..ROUNDS {
+        let fits = fits(sight, places, window, half_px, [sigma, [near_px; 2]], &effort);
+        agree = true;
+        for k in 0..2 {
+            let found: Vec<f64> = fits.iter().flatten().map(|f| f.model.sigma_px[k]).collect();
+            let [low, middle, high] = [0.25, 0.5, 0.75].map(|q| quantile(&found, q));
+            sigma[k] = middle?;
+            agree &= high? - low? <= AGREEMENT * sigma[k];
+        }
+        let widest = sigma[0].max(sigma[1]);
+        if widest < near_px {
+            break;
+        }
+        (half_px, near_px) = (f64::INFINITY, 2.0 * widest);
+    }
+    Some((sigma, agree))
+}

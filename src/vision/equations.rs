@@ -1,0 +1,243 @@
+//! The normal equations of the fit of a corner: pixels near both edges one by one, strips and flat parts by their sums.
+
+use super::crossing::{Crossing, Pattern, Side};
+use super::profile::Profile;
+use super::refine::{LIGHT, Model, PARAMETERS};
+use super::strip::{EdgeModel, Strip, StripSums, strip_sums};
+use super::window::{Listed, Sums, Window};
+use glam::DVec2;
+use nalgebra::{SMatrix, SVector};
+
+/// Pixels that are worked on together: few are near both edges.
+const CHUNK: usize = 32;
+/// The variance of a unit pixel in any direction, in px^2.
+const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
+
+pub(super) type Normal = SMatrix<f64, PARAMETERS, PARAMETERS>;
+pub(super) type Right = SVector<f64, PARAMETERS>;
+
+/// The normal matrix, the right side and the weighted sum of squared differences at a model.
+#[derive(Debug, Clone)]
+pub(super) struct Equations {
+    pub(super) normal: Normal,
+    pub(super) right: Right,
+    pub(super) squares: f64,
+}
+
+/// What of a model is the same for all pixels.
+struct Ready {
+    normals: [DVec2; 2],
+    tangents: [DVec2; 2],
+    /// What blur and pixel add to the distance from a bent edge, in px.
+    shifts_px: [f64; 2],
+}
+
+impl Ready {
+    fn new(model: &Model) -> Self {
+        let normals = model.normal_rad.map(|angle| {
+            let (sin, cos) = libm::sincos(angle);
+            DVec2::new(cos, sin)
+        });
+        let shifts_px = [0, 1].map(|k| {
+            let sigma = model.sigma_px[k];
+            0.5 * model.curvature[k] * (sigma * sigma + PIXEL_VARIANCE)
+        });
+        Self { normals, tangents: normals.map(DVec2::perp), shifts_px }
+    }
+}
+
+/// The equations over the first `active` parameters; the others stand still.
+pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2], active: usize) -> Equations {
+    let ready = Ready::new(model);
+    let mut sum = Equations { normal: Normal::identity(), right: Right::zeros(), squares: 0.0 };
+    for i in 0..active {
+        sum.normal[(i, i)] = 0.0;
+    }
+    let mut columns = [[0.0f64; CHUNK]; PARAMETERS + 1];
+    let crossing = Crossing::new(ready.normals, model.sigma_px);
+    for chunk in window.listed.chunks(CHUNK) {
+        differentiate(chunk, model, &ready, profiles, &crossing, &mut columns);
+        // A last chunk that is not full would carry old values.
+        columns.iter_mut().for_each(|c| c[chunk.len()..].fill(0.0));
+        let difference = &columns[PARAMETERS];
+        for i in 0..active {
+            sum.right[i] += dot(&columns[i], difference);
+            for j in 0..=i {
+                sum.normal[(i, j)] += dot(&columns[i], &columns[j]);
+            }
+        }
+        sum.squares += dot(difference, difference);
+    }
+    for (k, strip) in window.strips.iter().enumerate() {
+        add_strip(&mut sum, strip, model, &ready, &profiles[k], k, active);
+    }
+    for (sums, sign) in window.flat.iter().zip([1.0, -1.0]) {
+        add_flat(&mut sum, sums, sign, &model.light);
+    }
+    for i in 0..active {
+        for j in 0..i {
+            sum.normal[(j, i)] = sum.normal[(i, j)];
+        }
+    }
+    sum
+}
+
+/// Four lanes, summed in a fixed order.
+#[inline(always)]
+fn dot(a: &[f64; CHUNK], b: &[f64; CHUNK]) -> f64 {
+    let mut sums = [0.0f64; 4];
+    for (a, b) in a.chunks_exact(4).zip(b.chunks_exact(4)) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
+/// For each pixel the derivatives of the model by every parameter, and last the difference picture - model, all
+/// times the root of the pixel's weight.
+fn differentiate(
+    pixels: &[Listed],
+    model: &Model,
+    ready: &Ready,
+    profiles: &[Profile; 2],
+    crossing: &Crossing,
+    columns: &mut [[f64; CHUNK]; PARAMETERS + 1],
+) {
+    let Ready { normals, tangents, shifts_px } = ready;
+    let [s0, s1] = model.sigma_px;
+    // E over a Gaussian x of x^2 sign(d + x) is s^2 E + s^4 E'': the second part is what the mean shift leaves out
+    // where the other edge is near. (For a sharp picture s^4 is nothing.)
+    let cross = normals[0].perp_dot(normals[1]);
+    let bent = [
+        0.5 * model.curvature[0] * cross * cross * s1 * s1 * s1 * s1,
+        0.5 * model.curvature[1] * cross * cross * s0 * s0 * s0 * s0,
+    ];
+    let [m0, mx, my, a0, ax, ay] = model.light;
+    for (lane, pixel) in pixels.iter().enumerate() {
+        let r = DVec2::new(pixel.x, pixel.y) - model.corner;
+        let edge = |k: usize| {
+            let (along, across) = (tangents[k].dot(r), normals[k].dot(r));
+            let bend = model.curvature[k] * along;
+            let distance = across + 0.5 * bend * along + shifts_px[k];
+            let by_corner = -(normals[k] + tangents[k] * bend);
+            let side = Side { edge: profiles[k].at(distance), distance, normal: -by_corner };
+            (side, by_corner, along - bend * across)
+        };
+        let (side0, corner0, angle0) = edge(0);
+        let (side1, corner1, angle1) = edge(1);
+        let (e0, e1) = (side0.edge, side1.edge);
+        let Pattern { value, by_distance } = crossing.pattern(&[side0, side1]);
+        let pattern = value + bent[0] * e0.slope * e1.bend + bent[1] * e0.bend * e1.slope;
+        let w = pixel.root_weight;
+        let contrast = (a0 + ax * pixel.x + ay * pixel.y) * w;
+        let [by0, by1] = by_distance.map(|d| contrast * d);
+        let light = m0 + mx * pixel.x + my * pixel.y;
+        let column = [
+            w,
+            w * pixel.x,
+            w * pixel.y,
+            w * pattern,
+            w * pattern * pixel.x,
+            w * pattern * pixel.y,
+            by0 * corner0.x + by1 * corner1.x,
+            by0 * corner0.y + by1 * corner1.y,
+            by0 * angle0,
+            by1 * angle1,
+            0.5 * contrast * e0.bend * e1.value,
+            0.5 * contrast * e1.bend * e0.value,
+            w * (pixel.value - light) - contrast * pattern,
+        ];
+        for (out, value) in columns.iter_mut().zip(column) {
+            out[lane] = value;
+        }
+    }
+}
+
+/// The symmetric matrix of the 1, x, y moments in the order of [`Sums::moments`].
+fn moments([n, x, y, xx, xy, yy]: [f64; 6]) -> [[f64; 3]; 3] {
+    [[n, x, y], [x, xx, xy], [y, xy, yy]]
+}
+
+/// Adds a strip of pixels near edge `k` alone.
+fn add_strip(
+    sum: &mut Equations,
+    strip: &Strip,
+    model: &Model,
+    ready: &Ready,
+    profile: &Profile,
+    k: usize,
+    active: usize,
+) {
+    let edge = EdgeModel {
+        profile,
+        normal: ready.normals[k],
+        tangent: ready.tangents[k],
+        curvature: model.curvature[k],
+        shift_px: ready.shifts_px[k],
+        free_blur: active == PARAMETERS,
+    };
+    let StripSums { edge: by_edge, edge_squared, edge_light, turns, squares } = strip_sums(strip, model, &edge);
+    // The model is linear in the light: what is left of the picture follows from the same sums.
+    let mut own = [[0.0; LIGHT]; LIGHT];
+    let blocks = [moments(strip.sums.moments), moments(by_edge), moments(edge_squared)];
+    for i in 0..3 {
+        for j in 0..3 {
+            own[i][j] = blocks[0][i][j];
+            own[i + 3][j] = blocks[1][i][j];
+            own[i][j + 3] = blocks[1][i][j];
+            own[i + 3][j + 3] = blocks[2][i][j];
+        }
+    }
+    let picture = [strip.sums.light, edge_light].concat();
+    let times_light = |row: &[f64]| row.iter().zip(&model.light).map(|(a, b)| a * b).sum::<f64>();
+    sum.squares += strip.sums.square;
+    for i in 0..LIGHT {
+        let modelled = times_light(&own[i]);
+        sum.squares += model.light[i] * (modelled - 2.0 * picture[i]);
+        sum.right[i] += picture[i] - modelled;
+        for j in 0..=i {
+            sum.normal[(i, j)] += own[i][j];
+        }
+    }
+    // Corner, direction and blur as combinations of T, T t and the blur's column.
+    let (n, bend) = (ready.normals[k], ready.tangents[k] * model.curvature[k]);
+    let combinations = [
+        (LIGHT, [-n.x, -bend.x, 0.0]),
+        (LIGHT + 1, [-n.y, -bend.y, 0.0]),
+        (LIGHT + 2 + k, [0.0, 1.0, 0.0]),
+        (LIGHT + 4 + k, [0.0, 0.0, 1.0]),
+    ];
+    let [t00, t01, t11, t20, t21, t22] = squares;
+    let square = [[t00, t01, t20], [t01, t11, t21], [t20, t21, t22]];
+    let dot3 = |a: &[f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    for &(row, ref own) in combinations.iter().filter(|(row, _)| *row < active) {
+        let column: [f64; 7] = std::array::from_fn(|i| dot3(own, turns.map(|t| t[i])));
+        sum.right[row] += column[LIGHT] - times_light(&column[..LIGHT]);
+        for (i, value) in column[..LIGHT].iter().enumerate() {
+            sum.normal[(row, i)] += value;
+        }
+        let products = square.map(|line| dot3(own, line));
+        for (other, combination) in combinations.iter().filter(|(other, _)| *other <= row) {
+            sum.normal[(row, *other)] += dot3(combination, products);
+        }
+    }
+}
+
+/// Adds pixels where the pattern is `sign` everywhere.
+fn add_flat(sum: &mut Equations, sums: &Sums, sign: f64, light: &[f64; LIGHT]) {
+    let moments = moments(sums.moments);
+    let level: [f64; 3] = std::array::from_fn(|i| light[i] + sign * light[i + 3]);
+    sum.squares += sums.square;
+    for i in 0..3 {
+        let modelled: f64 = (0..3).map(|j| moments[i][j] * level[j]).sum();
+        sum.squares += level[i] * (modelled - 2.0 * sums.light[i]);
+        sum.right[i] += sums.light[i] - modelled;
+        sum.right[i + 3] += sign * (sums.light[i] - modelled);
+        for j in 0..3 {
+            sum.normal[(i, j)] += moments[i][j];
+            sum.normal[(i + 3, j)] += sign * moments[i][j];
+            sum.normal[(i + 3, j + 3)] += moments[i][j];
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! The pixels near one edge alone, and the sums over them that a fit needs.
+//!
+//! There the pattern is p = sign E(d), with the sign of the other edge, and the derivatives of the model by corner and
+//! direction are combinations of two columns: T = A sign E'(d), and T t with t the way along the edge. So the normal
+//! equations of a strip follow from some thirty sums, taken over many pixels at a time.
+
+use super::profile::Profile;
+use super::refine::Model;
+use super::window::Sums;
+use glam::DVec2;
+
+/// Pixels that are worked on together.
+const CHUNK: usize = 64;
+/// Lanes of a sum.
+const LANES: usize = 2;
+
+type Column = [f64; CHUNK];
+
+const ONE: Column = [1.0; CHUNK];
+
+/// Pixels near one edge, in chunks.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Strip {
+    /// x and y of the centres from the window's centre in px, value, weight, and on which side of the other edge: 1 or -1.
+    /// The last chunk ends with weights of 0.
+    chunks: Vec<[Column; 5]>,
+    /// Pixels in the last chunk.
+    last: usize,
+    /// What does not depend on the model.
+    pub(super) sums: Sums,
+}
+
+impl Strip {
+    /// The last chunk, with room for a pixel.
+    #[inline(always)]
+    fn room(&mut self) -> &mut [Column; 5] {
+        if self.last == CHUNK || self.chunks.is_empty() {
+            self.chunks.push([[0.0; CHUNK]; 5]);
+            self.last = 0;
+        }
+        self.chunks.last_mut().expect("one was pushed where there was none")
+    }
+
+    /// Adds a pixel.
+    pub(super) fn push(&mut self, pixel: [f64; 5]) {
+        let place = if self.last == CHUNK { 0 } else { self.last };
+        for (column, value) in self.room().iter_mut().zip(pixel) {
+            column[place] = value;
+        }
+        self.last += 1;
+    }
+
+    /// Adds pixels of a row, all of weight 1, the first at `x`, `y`.
+    pub(super) fn push_run(&mut self, row: &[f32], x: f64, y: f64, sign: f64) {
+        let mut done = 0;
+        while done < row.len() {
+            let first = if self.last == CHUNK { 0 } else { self.last };
+            let count = (row.len() - done).min(CHUNK - first);
+            let places = first..first + count;
+            let [xs, ys, values, weights, signs] = self.room();
+            for (k, x_place) in xs[places.clone()].iter_mut().enumerate() {
+                *x_place = x + (done + k) as f64;
+            }
+            ys[places.clone()].fill(y);
+            for (place, &value) in values[places.clone()].iter_mut().zip(&row[done..]) {
+                *place = f64::from(value);
+            }
+            weights[places.clone()].fill(1.0);
+            signs[places].fill(sign);
+            self.last = first + count;
+            done += count;
+        }
+    }
+
+    /// Sums up what does not depend on the model, when all pixels are there.
+    pub(super) fn finish(&mut self) {
+        for [x, y, value, weight, _] in &self.chunks {
+            let (wx, wy, light) = (product(weight, x), product(weight, y), product(weight, value));
+            add(&mut self.sums.moments[..3], weight, [&ONE, x, y]);
+            add(&mut self.sums.moments[3..5], &wx, [x, y]);
+            add(&mut self.sums.moments[5..], &wy, [y]);
+            add(&mut self.sums.light, &light, [&ONE, x, y]);
+            add(std::slice::from_mut(&mut self.sums.square), &light, [value]);
+        }
+    }
+
+    /// x, y, value, weight and sign of each pixel.
+    #[cfg(test)]
+    pub(super) fn pixels(&self) -> impl Iterator<Item = [f64; 5]> + '_ {
+        let all = self.chunks.iter().flat_map(|chunk| (0..CHUNK).map(|k| [0, 1, 2, 3, 4].map(|i| chunk[i][k])));
+        all.take((self.chunks.len() * CHUNK + self.last).saturating_sub(CHUNK))
+    }
+}
+
+/// One edge of a model, as a strip sees it.
+#[derive(Debug)]
+pub(super) struct EdgeModel<'a> {
+    pub(super) profile: &'a Profile,
+    /// Unit normal and unit tangent.
+    pub(super) normal: DVec2,
+    pub(super) tangent: DVec2,
+    /// In 1/px.
+    pub(super) curvature: f64,
+    /// Added to every distance, in px.
+    pub(super) shift_px: f64,
+    /// Whether the blur is solved for.
+    pub(super) free_blur: bool,
+}
+
+/// Weighted sums over a strip: E with its sign; T = A sign E', T t, and A sign E'' / 2 for the square of the blur; g = 1,
+/// x, y.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct StripSums {
+    /// E (1, x, y, x^2, xy, y^2)
+    pub(super) edge: [f64; 6],
+    /// E^2 (1, x, y, x^2, xy, y^2)
+    pub(super) edge_squared: [f64; 6],
+    /// E I (1, x, y)
+    pub(super) edge_light: [f64; 3],
+    /// T_k (g, E g, I)
+    pub(super) turns: [[f64; 7]; 3],
+    /// T_0 T_0, T_0 T_1, T_1 T_1, then T_2 with T_0, T_1, T_2
+    pub(super) squares: [f64; 6],
+}
+
+/// The sums over a strip at a model.
+pub(super) fn strip_sums(strip: &Strip, model: &Model, edge: &EdgeModel<'_>) -> StripSums {
+    let mut sums = StripSums::default();
+    for pixels in &strip.chunks {
+        add_chunk(&mut sums, pixels, model, edge);
+    }
+    sums
+}
+
+#[inline(always)]
+fn product(a: &Column, b: &Column) -> Column {
+    let mut out = [0.0; CHUNK];
+    for i in 0..CHUNK {
+        out[i] = a[i] * b[i];
+    }
+    out
+}
+
+/// Adds to each sum the products of `a` with each of `by`, in lanes, summed in a fixed order.
+#[inline(always)]
+fn add<const N: usize>(sums: &mut [f64], a: &Column, by: [&Column; N]) {
+    let mut lanes = [[0.0f64; LANES]; N];
+    for i in 0..CHUNK / LANES {
+        for lane in 0..LANES {
+            for k in 0..N {
+                lanes[k][lane] += a[LANES * i + lane] * by[k][LANES * i + lane];
+            }
+        }
+    }
+    for (sum, lane) in sums.iter_mut().zip(lanes) {
+        *sum += lane.iter().sum::<f64>();
+    }
+}
+
+fn add_chunk(sums: &mut StripSums, [x, y, value, weight, sign]: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) {
+    let (mut along, mut distance) = ([0.0; CHUNK], [0.0; CHUNK]);
+    for i in 0..CHUNK {
+        let (dx, dy) = (x[i] - model.corner.x, y[i] - model.corner.y);
+        let t = edge.tangent.x * dx + edge.tangent.y * dy;
+        along[i] = t;
+        distance[i] = edge.normal.x * dx + edge.normal.y * dy + 0.5 * edge.curvature * t * t + edge.shift_px;
+    }
+    let (mut e, mut slope, mut bend) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
+    for i in 0..CHUNK {
+        let seen = edge.profile.at(distance[i]);
+        (e[i], slope[i], bend[i]) = (seen.value, seen.slope, seen.bend);
+    }
+    let [_, _, _, a0, ax, ay] = model.light;
+    let (mut contrast, mut turn) = ([0.0; CHUNK], [0.0; CHUNK]);
+    for i in 0..CHUNK {
+        e[i] *= sign[i];
+        contrast[i] = (a0 + ax * x[i] + ay * y[i]) * sign[i];
+        turn[i] = contrast[i] * slope[i];
+    }
+    let (xx, xy, yy) = (product(x, x), product(x, y), product(y, y));
+    let weighted = product(&e, weight);
+    add(&mut sums.edge, &weighted, [&ONE, x, y, &xx, &xy, &yy]);
+    add(&mut sums.edge_squared, &product(&weighted, &e), [&ONE, x, y, &xx, &xy, &yy]);
+    add(&mut sums.edge_light, &product(&weighted, value), [&ONE, x, y]);
+    let far = product(&turn, &along);
+    let mut add_turn = |k: usize, column: &Column| {
+        let weighted = product(column, weight);
+        add(&mut sums.turns[k][..3], &weighted, [&ONE, x, y]);
+        add(&mut sums.turns[k][3..], &product(&weighted, &e), [&ONE, x, y]);
+        add(&mut sums.turns[k][6..], &weighted, [value]);
+        weighted
+    };
+    let weighted = [add_turn(0, &turn), add_turn(1, &far)];
+    if edge.free_blur {
+        let mut column = [0.0; CHUNK];
+        for i in 0..CHUNK {
+            column[i] = 0.5 * contrast[i] * bend[i];
+        }
+        let weighted = add_turn(2, &column);
+        add(&mut sums.squares[3..], &weighted, [&turn, &far, &column]);
+    }
+    add(&mut sums.squares[..2], &weighted[0], [&turn, &far]);
+    add(&mut sums.squares[2..3], &weighted[1], [&far]);
+}
