@@ -1,6 +1,7 @@
 //! The blur of a picture, from fits of some corners in which it is free.
 
-use super::measure::{FIRST_MARGIN_PX, Place};
+use super::measure::FIRST_MARGIN_PX;
+use super::place::Place;
 use super::refine::{Effort, Fit, fit};
 use super::sight::Sight;
 use super::window::gather;
@@ -71,11 +72,11 @@ fn medians(sight: &Sight<'_>, places: &[Place], window: f64, mut sigma: [f64; 2]
     for _ in 0..ROUNDS {
         let fits = fits(sight, places, window, half_px, [sigma, [near_px; 2]], &effort);
         agree = true;
-        for k in 0..2 {
+        for (k, sigma) in sigma.iter_mut().enumerate() {
             let found: Vec<f64> = fits.iter().flatten().map(|f| f.model.sigma_px[k]).collect();
             let [low, middle, high] = [0.25, 0.5, 0.75].map(|q| quantile(&found, q));
-            sigma[k] = middle?;
-            agree &= high? - low? <= AGREEMENT * sigma[k];
+            *sigma = middle?;
+            agree &= high? - low? <= AGREEMENT * *sigma;
         }
         let widest = sigma[0].max(sigma[1]);
         if widest < near_px {

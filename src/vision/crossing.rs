@@ -64,6 +64,7 @@ pub(super) struct Crossing {
 
 /// How the part of the correction that the square pixel makes is found.
 #[derive(Debug, Clone, Copy)]
+#[expect(clippy::large_enum_variant, reason = "one is made for a window of pixels")]
 enum Pixel {
     /// Without blur: exactly.
     Sharp,

@@ -1,13 +1,20 @@
 //! The direction and the bend of a lattice line at a corner, from the corners along it.
 //!
-//! Fitted against the way along the line, not against the index: the step changes along a line under perspective.
+//! Fitted against the way along the line, not against the index: the step changes along a line under perspective. At
+//! first only positions are known. A fitted corner also knows the direction of its edges, and with both the bend at the
+//! end of a line is known several times as well.
 
-use super::grid::Lattice;
-use glam::{DVec2, IVec2};
+use glam::DVec2;
 use nalgebra::SMatrix;
 
-/// Corners along a line that are used at most: the corner and the nearest ones.
-const MOST: usize = 9;
+/// The highest power of a polynomial along a line.
+const MOST_POWER: usize = 8;
+/// Its coefficients.
+const TERMS: usize = MOST_POWER + 1;
+/// A position is not believed to be better than this, in px: what a fit without noise leaves.
+const LEAST_SIGMA_PX: f64 = 2e-5;
+/// However many lines there are, a higher power must leave less than this share of what a lower one leaves.
+const MOST_LUCK: f64 = 0.6;
 
 /// A lattice line at a corner.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,50 +28,56 @@ pub(super) struct Line {
     pub(super) corners: usize,
 }
 
-/// The line through `cell` along `direction` (`IVec2::X` or `IVec2::Y`), or `None` where `cell` has no neighbour on it.
-pub(super) fn line(
-    lattice: &Lattice,
-    position: impl Fn(usize) -> DVec2,
-    cell: IVec2,
-    direction: IVec2,
-) -> Option<Line> {
-    let at = |offset: i32| lattice.get(&(cell + direction * offset).to_array()).map(|&k| position(k));
-    let centre = at(0)?;
-    // Outwards on both sides in turn, each side until its first gap.
-    let mut reach = [0, 0];
-    let mut open = [true, true];
-    while open != [false, false] && ((reach[0] + reach[1]) as usize) < MOST - 1 {
-        for (side, sign) in [(0, -1), (1, 1)] {
-            if open[side] && ((reach[0] + reach[1]) as usize) < MOST - 1 {
-                open[side] = at(sign * (reach[side] + 1)).is_some();
-                reach[side] += i32::from(open[side]);
-            }
-        }
+/// A corner on a line.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Node {
+    pub(super) position: DVec2,
+    /// Of the line there, where the corner was fitted.
+    pub(super) tangent: Option<Tangent>,
+}
+
+/// A fitted edge at a corner.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tangent {
+    /// Towards rising index.
+    pub(super) unit: DVec2,
+    /// Standard deviation of the corner across the edge, in px.
+    pub(super) sigma_px: f64,
+    /// Half of the edge that was fitted, in px.
+    pub(super) half_px: f64,
+}
+
+/// The way along the line from node to node, arc by arc where both ends know their direction, from `own`.
+fn ways(nodes: &[Node], own: usize) -> Vec<f64> {
+    let mut way = vec![0.0];
+    for pair in nodes.windows(2) {
+        let turn = pair[0].tangent.zip(pair[1].tangent).map_or(0.0, |(a, b)| a.unit.perp_dot(b.unit));
+        let half = 0.5 * libm::asin(turn.clamp(-1.0, 1.0));
+        let over_chord = if half.abs() < 1e-9 { 1.0 } else { half / libm::sin(half) };
+        way.push(way[way.len() - 1] + pair[0].position.distance(pair[1].position) * over_chord);
     }
-    let points: Vec<DVec2> = (-reach[0]..=reach[1]).filter_map(at).collect();
-    let power = match points.len() {
+    let start = way[own];
+    way.iter_mut().for_each(|w| *w -= start);
+    way
+}
+
+/// The line at the node `own` as the positions show it, or `None` where it is alone.
+pub(super) fn line(nodes: &[Node], own: usize) -> Option<Line> {
+    let power = match nodes.len() {
         0..=1 => return None,
         2 => 1,
         3 => 2,
         4..=6 => 3,
         _ => 4,
     };
-    // The way along the line from the corner, chord by chord, in units of the whole.
-    let mut way: Vec<f64> = points
-        .windows(2)
-        .scan(0.0, |sum, pair| {
-            *sum += pair[0].distance(pair[1]);
-            Some(*sum)
-        })
-        .collect();
-    way.insert(0, 0.0);
-    let (whole, own) = (way[way.len() - 1], way[reach[0] as usize]);
-    let [_, first, second, ..] =
-        fit(way.iter().map(|w| (w - own) / whole).zip(points.iter().map(|&p| p - centre)), power)?;
+    let (way, centre) = (ways(nodes, own), nodes[own].position);
+    let whole = way[way.len() - 1] - way[0];
+    let places = way.iter().map(|w| w / whole).zip(nodes.iter().map(|n| n.position - centre));
+    let [_, first, second, ..] = fit(places, power)?;
     let speed = first.length();
     // x'y'' - y'x'' over the speed cubed does not depend on how the line is parametrised.
     let curvature = 2.0 * first.perp_dot(second) / (speed * speed * speed);
-    curvature.is_finite().then_some(Line { tangent: first / speed, curvature, corners: points.len() })
+    curvature.is_finite().then_some(Line { tangent: first / speed, curvature, corners: nodes.len() })
 }
 
 /// Coefficients of p = c0 + c1 t + .. + c_power t^power by least squares; those above `power` are 0.
@@ -88,28 +101,159 @@ fn fit(points: impl Iterator<Item = (f64, DVec2)>, power: usize) -> Option<[DVec
     Some(std::array::from_fn(|i| DVec2::new(solved[(i, 0)], solved[(i, 1)])))
 }
 
+/// The powers that a line of so many fitted nodes may have: a node makes two equations, and one at least must be left.
+pub(super) fn powers_of(nodes: usize) -> std::ops::RangeInclusive<usize> {
+    match nodes {
+        0..=2 => 2..=2,
+        3 => 3..=4,
+        n => 4..=(2 * n - 2).min(MOST_POWER),
+    }
+}
+
+/// The equations of a line of fitted nodes.
+///
+/// In the frame of the tangent at the node `own` the line is y = f(t) with the way t, and a node at t says f = y. Its edge
+/// was fitted with a constant bend over t - h .. t + h, which turns it by h^2 / 10 times the bend's change a px: it says
+/// f' + h^2 / 10 (f''' + bend^2 f') = the sine of its direction.
+struct Rows {
+    /// Coefficients of the powers of u = (t - middle) / scale, over the standard deviation, and the value.
+    rows: Vec<([f64; TERMS], f64)>,
+    middle: f64,
+    scale: f64,
+}
+
+impl Rows {
+    /// `None` where a node was not fitted or is alone.
+    fn new(nodes: &[Node], own: usize) -> Option<Self> {
+        let tangents: Vec<Tangent> = nodes.iter().map(|n| n.tangent).collect::<Option<_>>()?;
+        if nodes.len() < 2 {
+            return None;
+        }
+        let (centre, along) = (nodes[own].position, tangents[own].unit);
+        let way = ways(nodes, own);
+        let (middle, scale) = (0.5 * (way[0] + way[way.len() - 1]), 0.5 * (way[way.len() - 1] - way[0]));
+        // The bend where only its square matters: the turn from the node before to the node after.
+        let bends = |i: usize| {
+            let (a, b) = (i.saturating_sub(1), (i + 1).min(nodes.len() - 1));
+            tangents[a].unit.perp_dot(tangents[b].unit) / (way[b] - way[a])
+        };
+        let pair = |(i, ((node, tangent), t)): (usize, ((&Node, &Tangent), &f64))| {
+            let powers = powers((t - middle) / scale);
+            let sigma = tangent.sigma_px.max(LEAST_SIGMA_PX);
+            // A line fitted over 2 h turns by sqrt(3) / h where it shifts by 1.
+            let turn = 3f64.sqrt() * sigma / tangent.half_px;
+            let tenth = 0.1 * tangent.half_px * tangent.half_px;
+            let (first, third) = (1.0 + tenth * bends(i) * bends(i), tenth / (scale * scale));
+            let slope =
+                |k: usize| (first * derivative(&powers, k, 1) + third * derivative(&powers, k, 3)) / (scale * turn);
+            [
+                (powers.map(|p| p / sigma), along.perp_dot(node.position - centre) / sigma),
+                (std::array::from_fn(slope), along.perp_dot(tangent.unit) / turn),
+            ]
+        };
+        Some(Self { rows: nodes.iter().zip(&tangents).zip(&way).enumerate().flat_map(pair).collect(), middle, scale })
+    }
+
+    /// The coefficients of the least squares over the powers up to `power`; the others are 0.
+    fn solve(&self, power: usize) -> Option<[f64; TERMS]> {
+        let mut normal = SMatrix::<f64, TERMS, TERMS>::identity();
+        let mut right = SMatrix::<f64, TERMS, 1>::zeros();
+        for i in 0..=power {
+            right[i] = self.rows.iter().map(|(row, value)| row[i] * value).sum();
+            for j in 0..=i {
+                let sum: f64 = self.rows.iter().map(|(row, _)| row[i] * row[j]).sum();
+                (normal[(i, j)], normal[(j, i)]) = (sum, sum);
+            }
+        }
+        let solved = normal.cholesky()?.solve(&right);
+        Some(std::array::from_fn(|i| solved[i]))
+    }
+}
+
+/// For each of [`powers_of`] the sum of the squares, in standard deviations, that a polynomial of that power leaves of a
+/// line, and its degrees of freedom.
+pub(super) fn left_by_power(nodes: &[Node], own: usize) -> Option<Vec<[f64; 2]>> {
+    let rows = Rows::new(nodes, own)?;
+    let left = |power: usize| {
+        let c = rows.solve(power)?;
+        let squares = rows.rows.iter().map(|(row, value)| {
+            let left = row.iter().zip(&c).map(|(a, b)| a * b).sum::<f64>() - value;
+            left * left
+        });
+        Some([squares.sum(), (rows.rows.len() - power - 1) as f64])
+    };
+    powers_of(nodes.len()).map(left).collect()
+}
+
+/// The least of some powers that no higher one explains better than chance would, given what each leaves: noise asks for
+/// few powers, a strong bend for many. The number of the power in `left`.
+pub(super) fn least_power(left: &[[f64; 2]]) -> usize {
+    let mean = |k: usize| left[k][0] / left[k][1];
+    let enough = |k: usize| {
+        let (squares, freedom) = (left[k][0], left[k][1]);
+        let higher = |q: usize| mean(q) < mean(k) * luck(left[q][1]).min(MOST_LUCK);
+        squares <= freedom + 2.0 * (2.0 * freedom).sqrt() || !(k + 1..left.len()).any(higher)
+    };
+    (0..left.len()).find(|&k| enough(k)).unwrap_or(0)
+}
+
+/// Below this share of its expectation lies the mean square of `freedom` normal deviates once in a hundred times (Wilson
+/// and Hilferty's approximation).
+fn luck(freedom: f64) -> f64 {
+    let spread = 2.0 / (9.0 * freedom);
+    let root = (1.0 - spread - 2.326 * spread.sqrt()).max(0.0);
+    root * root * root
+}
+
+/// The bend at the node `own`, in 1/px, of the polynomial of least squares; `None` where some node was not fitted.
+pub(super) fn bend(nodes: &[Node], own: usize, power: usize) -> Option<f64> {
+    let rows = Rows::new(nodes, own)?;
+    let c = rows.solve(power)?;
+    let here = powers(-rows.middle / rows.scale);
+    let sum = |order: usize| (0..TERMS).map(|k| c[k] * derivative(&here, k, order)).sum::<f64>();
+    let (first, second) = (sum(1) / rows.scale, sum(2) / (rows.scale * rows.scale));
+    let curvature = second / libm::pow(1.0 + first * first, 1.5);
+    curvature.is_finite().then_some(curvature)
+}
+
+/// 1, u, u^2, ..
+fn powers(u: f64) -> [f64; TERMS] {
+    let mut powers = [1.0; TERMS];
+    for k in 1..TERMS {
+        powers[k] = powers[k - 1] * u;
+    }
+    powers
+}
+
+/// The derivative of u^k, of some order.
+fn derivative(powers: &[f64; TERMS], k: usize, order: usize) -> f64 {
+    if k < order { 0.0 } else { (0..order).map(|i| (k - i) as f64).product::<f64>() * powers[k - order] }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Corners on a circle of radius 500 px, at uneven steps.
-    fn circle() -> (Lattice, Vec<DVec2>) {
-        let points: Vec<DVec2> = (0..11)
-            .map(|i| {
-                let (sin, cos) = libm::sincos(0.1 * i as f64 + 0.004 * (i * i) as f64);
-                DVec2::new(700.0, 300.0) + 500.0 * DVec2::new(cos, sin)
-            })
-            .collect();
-        ((0..11).map(|i| ([i as i32, 0], i)).collect(), points)
+    const MIDDLE: DVec2 = DVec2::new(700.0, 300.0);
+
+    /// Corners on a circle of radius 500 px, at uneven steps, with their directions.
+    fn circle() -> Vec<Node> {
+        let node = |i: usize| {
+            let (sin, cos) = libm::sincos(0.1 * i as f64 + 0.004 * (i * i) as f64);
+            let outward = DVec2::new(cos, sin);
+            let tangent = Tangent { unit: outward.perp(), sigma_px: 1e-3, half_px: 20.0 };
+            Node { position: MIDDLE + 500.0 * outward, tangent: Some(tangent) }
+        };
+        (0..9).map(node).collect()
     }
 
     #[test]
-    fn the_bend_of_a_circle_is_one_over_its_radius() {
-        let (lattice, points) = circle();
-        for (i, &point) in points.iter().enumerate() {
-            let line = line(&lattice, |k| points[k], IVec2::new(i as i32, 0), IVec2::X).unwrap();
+    fn positions_show_the_bend_of_a_circle() {
+        let nodes = circle();
+        for (i, node) in nodes.iter().enumerate() {
+            let line = line(&nodes, i).unwrap();
             let normal = DVec2::new(line.tangent.y, -line.tangent.x);
-            let outward = (point - DVec2::new(700.0, 300.0)).normalize();
+            let outward = (node.position - MIDDLE).normalize();
             // With rising angle the normal points outward, and the line falls away behind it. A line bent by a whole
             // radian is the hardest asked for: a tenth of that is a strong prism.
             assert!(normal.dot(outward) > 0.9999, "{i} {line:?} {outward}");
@@ -118,8 +262,45 @@ mod tests {
     }
 
     #[test]
-    fn a_lone_corner_has_no_line() {
-        let lattice = Lattice::from([([0, 0], 0)]);
-        assert_eq!(line(&lattice, |_| DVec2::ZERO, IVec2::ZERO, IVec2::X), None);
+    fn directions_show_it_at_the_ends_as_well() {
+        let nodes = circle();
+        for own in 0..nodes.len() {
+            let curvature = bend(&nodes, own, MOST_POWER).unwrap();
+            // A circle over more than half a radian to each side is no polynomial: 0.6^8 / 8! at the ends, twice derived.
+            assert!((curvature * 500.0 - 1.0).abs() < 1e-3, "{own} {curvature}");
+        }
+    }
+
+    #[test]
+    fn noise_asks_for_few_powers_and_a_strong_bend_for_many() {
+        let known_to = |sigma_px: f64| {
+            let node = |n: &Node| Node { tangent: n.tangent.map(|t| Tangent { sigma_px, ..t }), ..*n };
+            left_by_power(&circle().iter().map(node).collect::<Vec<_>>(), 4).unwrap()
+        };
+        // A thousandth of a pixel does not tell the circle from a polynomial of power 4, a ten-thousandth does.
+        assert_eq!(least_power(&known_to(1e-3)), 0);
+        assert!(least_power(&known_to(1e-4)) > 1, "{:?}", known_to(1e-4));
+        // On a straight line with errors of their own standard deviation, alternately to both sides.
+        let noisy: Vec<Node> = (0..9)
+            .map(|i| Node {
+                position: DVec2::new(50.0 * f64::from(i), if i % 2 == 0 { 1e-3 } else { -1e-3 }),
+                tangent: Some(Tangent { unit: DVec2::X, sigma_px: 1e-3, half_px: 20.0 }),
+            })
+            .collect();
+        assert_eq!(least_power(&left_by_power(&noisy, 4).unwrap()), 0);
+        // The same with ten times the error that the fits know of: no power explains it.
+        let unknown: Vec<Node> =
+            noisy.iter().map(|n| Node { position: n.position * DVec2::new(1.0, 10.0), ..*n }).collect();
+        assert_eq!(least_power(&left_by_power(&unknown, 4).unwrap()), 0);
+    }
+
+    #[test]
+    fn a_lone_or_unfitted_corner_has_no_line() {
+        let nodes = circle();
+        assert_eq!(line(&nodes[..1], 0), None);
+        assert_eq!(bend(&nodes[..1], 0, 2), None);
+        let mut unfitted = nodes;
+        unfitted[3].tangent = None;
+        assert_eq!(bend(&unfitted, 4, 4), None);
     }
 }

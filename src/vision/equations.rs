@@ -196,8 +196,8 @@ fn add_strip(
         let modelled = times_light(&own[i]);
         sum.squares += model.light[i] * (modelled - 2.0 * picture[i]);
         sum.right[i] += picture[i] - modelled;
-        for j in 0..=i {
-            sum.normal[(i, j)] += own[i][j];
+        for (j, value) in own[i][..=i].iter().enumerate() {
+            sum.normal[(i, j)] += value;
         }
     }
     // Corner, direction and blur as combinations of T, T t and the blur's column.
@@ -230,14 +230,14 @@ fn add_flat(sum: &mut Equations, sums: &Sums, sign: f64, light: &[f64; LIGHT]) {
     let level: [f64; 3] = std::array::from_fn(|i| light[i] + sign * light[i + 3]);
     sum.squares += sums.square;
     for i in 0..3 {
-        let modelled: f64 = (0..3).map(|j| moments[i][j] * level[j]).sum();
+        let modelled: f64 = moments[i].iter().zip(level).map(|(m, l)| m * l).sum();
         sum.squares += level[i] * (modelled - 2.0 * sums.light[i]);
         sum.right[i] += sums.light[i] - modelled;
         sum.right[i + 3] += sign * (sums.light[i] - modelled);
-        for j in 0..3 {
-            sum.normal[(i, j)] += moments[i][j];
-            sum.normal[(i + 3, j)] += sign * moments[i][j];
-            sum.normal[(i + 3, j + 3)] += moments[i][j];
+        for (j, moment) in moments[i].into_iter().enumerate() {
+            sum.normal[(i, j)] += moment;
+            sum.normal[(i + 3, j)] += sign * moment;
+            sum.normal[(i + 3, j + 3)] += moment;
         }
     }
 }

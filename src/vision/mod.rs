@@ -35,6 +35,7 @@ mod gauss;
 mod grid;
 pub mod half;
 mod measure;
+mod place;
 mod profile;
 mod refine;
 mod response;
