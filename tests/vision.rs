@@ -103,6 +103,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         ("bent 90 px", bent(large.clone(), 58.0, 45.0)),
         ("shaded", Scene { shade: 0.5, ..bent(plain(50.0, 2.0, 5.0), 15.0, 12.0) }),
         ("shaded, blur 1", blur(Scene { shade: 0.5, ..bent(plain(50.0, 2.0, 5.0), 15.0, 12.0) }, 1.0)),
+        ("shaded, blur 2", blur(Scene { shade: 0.5, ..bent(plain(50.0, 2.0, 5.0), 15.0, 12.0) }, 2.0)),
         ("blur 0.3, tilted 60 deg, rolled 45", blur(Scene::view(300, 300, 60.0, 45.0, 60.0, shift), 0.3)),
         ("blur 0.5, tilted 60 deg, rolled 45", blur(Scene::view(400, 400, 60.0, 45.0, 60.0, shift), 0.5)),
         ("blur 1, tilted 60 deg, rolled 45", blur(plain(60.0, 45.0, 60.0), 1.0)),

@@ -1,5 +1,6 @@
 //! The blur of a picture, from fits of some corners in which it is free.
 
+use super::Settings;
 use super::measure::FIRST_MARGIN_PX;
 use super::place::Place;
 use super::refine::{Effort, Fit, fit};
@@ -27,16 +28,16 @@ const STEP_PX: f64 = 1e-3;
 
 /// The blur across the column and the row lines, in px: medians over the corners at `places`. `None` where no corner
 /// could be fitted.
-pub(super) fn estimate(sight: &Sight<'_>, places: &[Place], window: f64) -> Option<[f64; 2]> {
+pub(super) fn estimate(sight: &Sight<'_>, places: &[Place], settings: &Settings) -> Option<[f64; 2]> {
     let few: Vec<Place> = places.iter().copied().step_by(FIRST_OF).collect();
-    let (first, agree) = medians(sight, &few, window, [FIRST_SIGMA_PX; 2])?;
-    let (places, sigma) = if agree { (&few[..], first) } else { (places, medians(sight, places, window, first)?.0) };
+    let (first, agree) = medians(sight, &few, settings, [FIRST_SIGMA_PX; 2])?;
+    let (places, sigma) = if agree { (&few[..], first) } else { (places, medians(sight, places, settings, first)?.0) };
     if sigma[0].max(sigma[1]) >= MAYBE_SHARP_PX {
         return Some(sigma);
     }
     let squares = |sigma: [f64; 2]| -> f64 {
         let effort = Effort { free_blur: false, steps: 8, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
-        let fits = fits(sight, places, window, HALF_PX, [sigma, sigma], &effort);
+        let fits = fits(sight, places, settings, HALF_PX, [sigma, sigma], &effort);
         fits.iter().flatten().map(|f| f.residual * f.residual).sum()
     };
     Some(if squares([0.0; 2]) <= squares(sigma) { [0.0; 2] } else { sigma })
@@ -47,21 +48,21 @@ pub(super) fn estimate(sight: &Sight<'_>, places: &[Place], window: f64) -> Opti
 fn fits(
     sight: &Sight<'_>,
     places: &[Place],
-    window: f64,
+    settings: &Settings,
     half_px: f64,
     [start, near]: [[f64; 2]; 2],
     effort: &Effort,
 ) -> Vec<Option<Fit>> {
     let run = |place: &Place| {
-        let half = window.min(half_px / place.step_px());
+        let half = settings.window.min(half_px / place.step_px());
         let pixels = gather(sight.image, sight.valid.as_ref(), &place.frame(near, half, FIRST_MARGIN_PX));
-        fit(&pixels, &place.model(start), &Effort { most_sigma_px: 0.5 * place.step_px(), ..*effort })
+        fit(&pixels, &place.model(start, settings.light), &Effort { most_sigma_px: 0.5 * place.step_px(), ..*effort })
     };
     places.par_iter().map(run).collect()
 }
 
 /// The medians of the blurs of free fits that start from `sigma`, and whether the fits agree.
-fn medians(sight: &Sight<'_>, places: &[Place], window: f64, mut sigma: [f64; 2]) -> Option<([f64; 2], bool)> {
+fn medians(sight: &Sight<'_>, places: &[Place], settings: &Settings, mut sigma: [f64; 2]) -> Option<([f64; 2], bool)> {
     let effort = Effort { free_blur: true, steps: 15, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
     let mut agree = false;
     let (mut half_px, mut near_px) = if sigma[0].max(sigma[1]) < NEAR_SIGMA_PX {
@@ -70,7 +71,7 @@ fn medians(sight: &Sight<'_>, places: &[Place], window: f64, mut sigma: [f64; 2]
         (f64::INFINITY, 2.0 * sigma[0].max(sigma[1]))
     };
     for _ in 0..ROUNDS {
-        let fits = fits(sight, places, window, half_px, [sigma, [near_px; 2]], &effort);
+        let fits = fits(sight, places, settings, half_px, [sigma, [near_px; 2]], &effort);
         agree = true;
         for (k, sigma) in sigma.iter_mut().enumerate() {
             let found: Vec<f64> = fits.iter().flatten().map(|f| f.model.sigma_px[k]).collect();

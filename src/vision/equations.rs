@@ -28,7 +28,7 @@ pub(super) struct Equations {
 struct Ready {
     normals: [DVec2; 2],
     tangents: [DVec2; 2],
-    /// What blur and pixel add to the distance from a bent edge, in px.
+    /// What blur and pixel add to the distance from an edge that is bent, or lies in light that is not even, in px.
     shifts_px: [f64; 2],
 }
 
@@ -38,9 +38,14 @@ impl Ready {
             let (sin, cos) = libm::sincos(angle);
             DVec2::new(cos, sin)
         });
+        // A mean over a spread of variance v of a pattern p in light that varies by the share g is p + v g p', to first
+        // order p shifted by v g.
+        let [_, _, _, a0, ax, ay] = model.light;
+        let share = if a0 == 0.0 { DVec2::ZERO } else { DVec2::new(ax, ay) / a0 };
         let shifts_px = [0, 1].map(|k| {
-            let sigma = model.sigma_px[k];
-            0.5 * model.curvature[k] * (sigma * sigma + PIXEL_VARIANCE)
+            let blur = model.sigma_px[k] * model.sigma_px[k];
+            let spread = PIXEL_VARIANCE + if model.light_is_blurred { blur } else { 0.0 };
+            0.5 * model.curvature[k] * (blur + PIXEL_VARIANCE) + spread * share.dot(normals[k])
         });
         Self { normals, tangents: normals.map(DVec2::perp), shifts_px }
     }

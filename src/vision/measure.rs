@@ -68,10 +68,9 @@ pub fn measure(sight: &Sight<'_>, lattices: Lattices, settings: &Settings) -> De
         let due = |[shift, sigma]: [f64; 2]| shift > DUE.0.max(DUE.1 * sigma);
         let first = fit_all(sight, &grid, |place| {
             let half = settings.window.min(FIRST_HALF.0.max(FIRST_HALF.1 / place.step_px()));
-            place
-                .due_px
-                .is_none_or(due)
-                .then(|| (place.frame(start_sigma, half, FIRST_MARGIN_PX), place.model(start_sigma), effort))
+            place.due_px.is_none_or(due).then(|| {
+                (place.frame(start_sigma, half, FIRST_MARGIN_PX), place.model(start_sigma, settings.light), effort)
+            })
         });
         if first.is_empty() {
             break;
@@ -95,7 +94,11 @@ pub fn measure(sight: &Sight<'_>, lattices: Lattices, settings: &Settings) -> De
     let effort = Effort { free_blur, steps: if free_blur { 12 } else { 6 }, tolerance_px: LAST_STEP_PX, ..effort };
     let last = fit_all(sight, &grid, |place| {
         let effort = Effort { most_sigma_px: 0.5 * place.step_px(), ..effort };
-        Some((place.frame(start_sigma, settings.window, LAST_MARGIN_PX), place.model(start_sigma), effort))
+        Some((
+            place.frame(start_sigma, settings.window, LAST_MARGIN_PX),
+            place.model(start_sigma, settings.light),
+            effort,
+        ))
     });
     prune(&mut grid, &mut rejected, &last, |fit, typical| {
         let limit = (MOST_RESIDUAL.0 * typical.residual).max(MOST_RESIDUAL.1 * fit.model.light[3].abs());
@@ -235,5 +238,5 @@ fn estimate_blur(sight: &Sight<'_>, grid: &Grid, settings: &Settings) -> Option<
         .collect();
     let stride = inner.len().div_ceil(PILOTS).max(1);
     let pilots = inner.keys().step_by(stride);
-    blur::estimate(sight, &pilots.filter_map(|&cell| grid.place(cell)).collect::<Vec<Place>>(), settings.window)
+    blur::estimate(sight, &pilots.filter_map(|&cell| grid.place(cell)).collect::<Vec<Place>>(), settings)
 }

@@ -1,5 +1,6 @@
 //! What the lattice says of one corner: where its edges run, how they bend, and how far its neighbours are.
 
+use super::Light;
 use super::curvature::{Line, Node, Tangent, bend, least_power, left_by_power, line, powers_of};
 use super::grid::{Lattice, NEIGHBOURS};
 use super::profile::Shape;
@@ -232,7 +233,7 @@ impl Place {
         self.steps.determinant().abs() / self.steps.x_axis.length().max(self.steps.y_axis.length())
     }
 
-    pub(super) fn model(&self, sigma_px: [f64; 2]) -> Model {
+    pub(super) fn model(&self, sigma_px: [f64; 2], light: Light) -> Model {
         let normal = |line: &Line| libm::atan2(-line.tangent.x, line.tangent.y);
         Model {
             corner: DVec2::ZERO,
@@ -240,6 +241,7 @@ impl Place {
             curvature: self.lines.map(|l| l.curvature),
             sigma_px,
             light: self.light,
+            light_is_blurred: light == Light::OnBoard,
         }
     }
 

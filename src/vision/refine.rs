@@ -3,7 +3,8 @@
 //! With r the pixel's centre from the corner, and for each edge k its normal n, tangent t and curvature kappa,
 //!
 //! ```text
-//! d_k = n.r + kappa/2 ((t.r)^2 + s_k^2 + 1/12)         signed distance, with what blur and pixel do to a bent edge
+//! d_k = n.r + kappa/2 ((t.r)^2 + s_k^2 + 1/12) + g_k    signed distance, with what blur and pixel do to a bent edge
+//!                                                     and in light that varies (`equations`)
 //! p   = mean of sign(d_0) sign(d_1)                   E0 E1 and a correction where both edges are near (`crossing`)
 //! I   = (m0 + mx x + my y) + (A0 + Ax x + Ay y) p
 //! ```
@@ -38,6 +39,8 @@ pub(super) struct Model {
     pub(super) sigma_px: [f64; 2],
     /// m0, mx, my, A0, Ax, Ay; with A0 = 0 a fit finds its own start.
     pub(super) light: [f64; LIGHT],
+    /// Whether the light varies on the board, before the blur, or behind it.
+    pub(super) light_is_blurred: bool,
 }
 
 impl Model {

@@ -25,6 +25,8 @@ pub struct Scene {
     pub sigma_px: f64,
     /// The light falls by this share from the middle to the corner of the picture, and by half of it from left to right.
     pub shade: f64,
+    /// Whether it does so in the camera, behind the blur, and not on the board.
+    pub vignetted: bool,
 }
 
 impl Scene {
@@ -50,6 +52,7 @@ impl Scene {
             levels: [0.05, 0.85],
             sigma_px: 0.0,
             shade: 0.0,
+            vignetted: false,
         }
     }
 
@@ -139,7 +142,8 @@ impl Scene {
     pub fn render(&self) -> Raster<f32> {
         // Parts average the pattern before the blur, which adds up to a sixth of a part's square to the blur's variance,
         // depending on where in a part an edge falls: with a sixth of the blur, 0.2 % of the blur.
-        let parts = if self.sigma_px == 0.0 { 1 } else { (6.0 / self.sigma_px).ceil().max(4.0) as usize };
+        let even = if self.sigma_px == 0.0 { 1 } else { (6.0 / self.sigma_px).ceil().max(4.0) as usize };
+        let parts = if self.shade == 0.0 { even } else { even.max(4) };
         // What lies beyond the picture blurs into it.
         let margin = (6.0 * self.sigma_px).ceil() as usize;
         let kernel = self.kernel(parts, margin);
@@ -157,15 +161,24 @@ impl Scene {
                 (0..self.width).map(at).collect()
             })
             .collect();
-        let edge = DVec2::new(self.width as f64, self.height as f64) * 0.5;
         let data = (0..self.height * self.width).into_par_iter().map(|k| {
             let (i, j) = (k % self.width, k / self.width);
             let mean: f64 = kernel.iter().enumerate().map(|(r, weight)| weight * narrow[j * parts + r][i]).sum();
-            let q = (DVec2::new(i as f64 + 0.5, j as f64 + 0.5) - edge) / edge;
-            let light = (1.0 - 0.5 * self.shade * q.length_squared()) * (1.0 - 0.25 * self.shade * q.x);
-            ((self.levels[0] + (self.levels[1] - self.levels[0]) * 0.5 * (1.0 + mean)) * light) as f32
+            if self.vignetted {
+                // At the pixel's middle: over a pixel that moves an edge by a twelfth of the light's change a px.
+                (mean * self.light(DVec2::new(i as f64 + 0.5, j as f64 + 0.5))) as f32
+            } else {
+                mean as f32
+            }
         });
         Raster::from_data(self.width, self.height, data.collect())
+    }
+
+    /// The light at an image position.
+    fn light(&self, p: DVec2) -> f64 {
+        let edge = DVec2::new(self.width as f64, self.height as f64) * 0.5;
+        let q = (p - edge) / edge;
+        (1.0 - 0.5 * self.shade * q.length_squared()) * (1.0 - 0.25 * self.shade * q.x)
     }
 
     /// Weights of the parts of a row in a pixel: a Gaussian, summed over the pixel.
@@ -191,17 +204,20 @@ impl Scene {
         (inside && seen.iter().all(|p| p.floor() == cell)).then(|| sign(cell.x) * sign(cell.y))
     }
 
-    /// The mean pattern over the parts of one row of parts that begins at `y`.
+    /// The radiance, before any blur, of the parts of one row of parts that begins at `y`.
     fn fine_row(&self, alone: &[Option<f64>], y: f64, parts: usize, margin: usize) -> Vec<f64> {
         let side = 1.0 / parts as f64;
         let mut fine = Vec::with_capacity(alone.len() * parts);
         for (i, value) in alone.iter().enumerate() {
             for part in 0..parts {
                 let x = i as f64 + part as f64 * side - margin as f64;
-                fine.push(value.unwrap_or_else(|| {
+                let pattern = value.unwrap_or_else(|| {
                     let at = |a: f64, b: f64| self.board(DVec2::new(x + a * side, y + b * side));
                     self.mean([at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)], DVec2::new(x, y), side)
-                }));
+                });
+                let radiance = self.levels[0] + (self.levels[1] - self.levels[0]) * 0.5 * (1.0 + pattern);
+                let even = self.shade == 0.0 || self.vignetted;
+                fine.push(if even { radiance } else { radiance * self.light(DVec2::new(x, y) + 0.5 * side) });
             }
         }
         fine
