@@ -1,0 +1,12 @@
+//! Does the eye measure what is there? Pictures with known corners; one file a question.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod answers;
+mod boards;
+mod borders;
+mod clean;
+mod judge;
+mod noise;
+mod photograph;

@@ -1,0 +1,50 @@
+//! Does it reach the bound with noise, and know its error?
+
+use crate::common::board::{Noise, Scene};
+use crate::judge::{bound, judge};
+use biprism::vision::{Settings, detect};
+use glam::DVec2;
+
+#[test]
+fn reaches_the_cramer_rao_bound_with_noise_and_knows_its_error() {
+    let scene = Scene {
+        sigma_px: 0.7,
+        bend_px: DVec2::new(10.0, 8.0),
+        ..Scene::view(640, 720, 50.0, 3.0, 8.0, DVec2::new(3.25, -4.63))
+    };
+    let clean = scene.render();
+    let whole: Vec<_> = scene.corners().into_iter().filter(|(index, _)| scene.visible(*index) > 0.999).collect();
+    let sample: Vec<[f64; 2]> = whole.iter().step_by(9).map(|(index, _)| bound(&scene, *index, 0.45)).collect();
+    let variance = sample.iter().map(|b| b[0] + b[1]).sum::<f64>() / sample.len() as f64;
+    for (noise, seeds) in [(0.01, 8), (0.03, 8), (0.05, 8)] {
+        let (mut squares, mut distance, mut count, mut sum) = (0.0, 0.0, 0.0, DVec2::ZERO);
+        for seed in 0..seeds {
+            let image = Noise::new(1000 * seed + (noise * 1e4) as u64).added(&clean, noise);
+            let detection = detect(&image, None, &Settings::default());
+            let judged = judge(&scene, &detection);
+            assert_eq!((judged.missing, judged.wrong), (0, 0), "{noise} {seed}");
+            for (_, truth) in &whole {
+                let corner = detection
+                    .corners
+                    .iter()
+                    .min_by(|a, b| a.position_px.distance(*truth).total_cmp(&b.position_px.distance(*truth)))
+                    .unwrap();
+                let e = corner.position_px - *truth;
+                squares += e.length_squared();
+                distance += 0.5 * e.dot(corner.covariance_px2.inverse() * e);
+                sum += e;
+                count += 1.0;
+            }
+        }
+        let (rms, limit) = ((squares / count).sqrt(), noise * variance.sqrt());
+        let (ratio, calibration, bias) = (rms / limit, distance / count, sum / count);
+        println!(
+            "noise {noise}: rms {rms:.5} bound {limit:.5} ratio {ratio:.4} calibration {calibration:.3} bias {bias:.5}"
+        );
+        // The ratio's own standard error is 1 / sqrt(4 count) = 0.012.
+        assert!(ratio < 1.05, "{noise}: {ratio}");
+        assert!((0.9..1.1).contains(&calibration), "{noise}: {calibration}");
+        // Four standard errors of the mean.
+        assert!(bias.abs().max_element() < 4.0 * rms / (2.0 * count).sqrt(), "{noise}: {bias}");
+    }
+}
