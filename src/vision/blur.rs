@@ -16,7 +16,7 @@ const FIRST_OF: usize = 4;
 /// They agree when the middle half of their blurs lies within this share of the median.
 const AGREEMENT: f64 = 0.01;
 /// Median blurs below this, in px, may come from a sharp picture; the residual decides.
-const MAYBE_SHARP_PX: f64 = 0.3;
+pub(super) const MAYBE_SHARP_PX: f64 = 0.3;
 /// Half the window of a first fit, and the blur that the pixels near an edge are chosen for, in px: a wider one needs a
 /// wider window.
 const HALF_PX: f64 = 12.0;
@@ -25,6 +25,10 @@ const NEAR_SIGMA_PX: f64 = 1.2;
 const ROUNDS: usize = 4;
 /// A fit is done when corner, edges and blurs move by less than this, in px.
 const STEP_PX: f64 = 1e-3;
+/// The same, and the steps at most, where a sharp picture is told from a narrow blur: without blur an edge on the border
+/// of its pixels comes nearer by a share at each step only, and what is left of its way would count against it.
+const SHARP_STEP_PX: f64 = 1e-5;
+const SHARP_STEPS: usize = 20;
 
 /// The blur across the column and the row lines, in px: medians over the corners at `places`. `None` where no corner
 /// could be fitted.
@@ -36,7 +40,8 @@ pub(super) fn estimate(sight: &Sight<'_>, places: &[Place], settings: &Settings)
         return Some(sigma);
     }
     let squares = |sigma: [f64; 2]| -> f64 {
-        let effort = Effort { free_blur: false, steps: 8, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
+        let effort =
+            Effort { free_blur: false, steps: SHARP_STEPS, tolerance_px: SHARP_STEP_PX, most_sigma_px: f64::INFINITY };
         let fits = fits(sight, places, settings, HALF_PX, [sigma, sigma], &effort);
         fits.iter().flatten().map(|f| f.residual * f.residual).sum()
     };

@@ -1,6 +1,6 @@
 //! From a lattice of rough crossings to measured corners: the blur, a first fit, pruning, and the last fit.
 
-use super::blur::{self, FIRST_SIGMA_PX};
+use super::blur::{self, FIRST_SIGMA_PX, MAYBE_SHARP_PX};
 use super::grid::{Lattice, Lattices, NEIGHBOURS, from_zero, is_broad, normalise};
 use super::place::{Grid, Place};
 use super::refine::{Effort, Fit, Model, fit};
@@ -30,6 +30,13 @@ const DUE: (f64, f64) = (2e-4, 0.2);
 /// The last fit is done when a step is below this, in px. Steps shrink with their square over some 0.3 px, so the next
 /// would be of 1e-5 px.
 const LAST_STEP_PX: f64 = 2e-3;
+/// Under a blur below this, in px, that range is as narrow as the blur, and an edge on the border of its pixels comes
+/// nearer by a share at each step only, since without blur its slope is a wider pixel's (`profile`): there the step itself
+/// must be as small.
+const NARROW_SIGMA_PX: f64 = 0.1;
+const NARROW_STEP_PX: f64 = 1e-5;
+/// Steps of the last fit at most: of a blur that is known, of a narrow one, and of a free one.
+const LAST_STEPS: [usize; 3] = [6, 16, 12];
 /// A fit that ends further than this from its candidate, in px, has found something else.
 const MOST_MOVE_PX: f64 = 3.0;
 /// The weakest contrast against the median of the lattice.
@@ -55,11 +62,11 @@ pub fn measure(sight: &Sight<'_>, lattices: Lattices, settings: &Settings) -> De
     let positions: Vec<DVec2> = sight.candidates.iter().map(|c| c.position).collect();
     let lattice = normalise(&largest, |k| positions[k]);
     let mut grid = Grid::new(lattice, positions);
-    let sigma_px = match settings.blur {
+    let mut sigma_px = match settings.blur {
         Blur::Known(sigma_px) => Some([sigma_px.max(0.0); 2]),
         Blur::Common | Blur::PerCorner => estimate_blur(sight, &grid, settings),
     };
-    let start_sigma = sigma_px.unwrap_or([FIRST_SIGMA_PX; 2]);
+    let mut start_sigma = sigma_px.unwrap_or([FIRST_SIGMA_PX; 2]);
     let moved = |fit: &Fit| fit.model.corner.length() > MOST_MOVE_PX;
 
     // First fit: a smaller window, from the crossings.
@@ -88,10 +95,21 @@ pub fn measure(sight: &Sight<'_>, lattices: Lattices, settings: &Settings) -> De
         grid.choose_powers();
     }
     prune_kinks(&mut grid, &mut rejected);
+    // A blur far narrower than a pixel shows in few pixels, and what it is hangs on the bends, which are known now.
+    if !matches!(settings.blur, Blur::Known(_)) && start_sigma[0].max(start_sigma[1]) < MAYBE_SHARP_PX {
+        sigma_px = estimate_blur(sight, &grid, settings).or(sigma_px);
+        start_sigma = sigma_px.unwrap_or(start_sigma);
+    }
 
     // Last fit: the full window, curvatures from the first fit's positions.
     let free_blur = settings.blur == Blur::PerCorner;
-    let effort = Effort { free_blur, steps: if free_blur { 12 } else { 6 }, tolerance_px: LAST_STEP_PX, ..effort };
+    let narrow = start_sigma[0].min(start_sigma[1]) < NARROW_SIGMA_PX;
+    let (steps, tolerance_px) = match (free_blur, narrow) {
+        (true, _) => (LAST_STEPS[2], LAST_STEP_PX),
+        (false, true) => (LAST_STEPS[1], NARROW_STEP_PX),
+        (false, false) => (LAST_STEPS[0], LAST_STEP_PX),
+    };
+    let effort = Effort { free_blur, steps, tolerance_px, ..effort };
     let last = fit_all(sight, &grid, |place| {
         let effort = Effort { most_sigma_px: 0.5 * place.step_px(), ..effort };
         Some((
