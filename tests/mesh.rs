@@ -45,7 +45,7 @@ fn tessellated(system: &System, which: usize, cells: usize) -> Triangles {
             let (z, zx, zy) = sheet.sag().gradient(x, y);
             (z, DVec3::new(-zx, -zy, 1.0).normalize())
         }
-        Surface::Mesh { .. } => panic!("the prism is no mesh yet"),
+        _ => panic!("the prism has planes or sheets"),
     })
 }
 

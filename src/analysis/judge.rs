@@ -142,7 +142,9 @@ pub fn measure(scene: &Scene, system: &System, own: View, others: &[View]) -> Ju
 /// How the rays of the picture's pixels ended, those that met the board's plane left out.
 pub fn fates(film: &Film) -> BTreeMap<&'static str, usize> {
     let count = |fate: Fate| film.class.data().iter().filter(|&&c| c == render::Class::from(fate)).count();
-    Fate::ALL.into_iter().map(|fate| (fate.name(), count(fate))).collect()
+    // Only scenes that ask for clipping know of it.
+    let known = Fate::ALL.into_iter().filter(|&fate| fate != Fate::Clipped || count(fate) > 0);
+    known.map(|fate| (fate.name(), count(fate))).collect()
 }
 
 /// Whether two depths differ by more than rounding.

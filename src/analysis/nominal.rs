@@ -53,6 +53,24 @@ impl Frame {
     }
 }
 
+/// Why a half has no virtual camera.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoPinhole {
+    /// The central ray of the half ends so.
+    Ends(Fate),
+    /// The real camera is telecentric: its rays meet in no point.
+    Telecentric,
+}
+
+impl std::fmt::Display for NoPinhole {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Ends(fate) => write!(f, "the central ray ends ({})", fate.name()),
+            Self::Telecentric => write!(f, "the camera is telecentric"),
+        }
+    }
+}
+
 /// The virtual camera of a half, found from the half image's central ray alone: it lies on that ray's extension beside
 /// the real camera (in its plane of constant z), is parallel to it, has its focal length and pixels, and sees with the
 /// half image's centre where that ray goes.
@@ -60,17 +78,18 @@ impl Frame {
 /// For the design paper's prisms this is its O' with z = 0. For any other prism it is what the prism would be used as.
 ///
 /// # Errors
-/// The fate of the central ray when it does not pass the prism.
-pub fn virtual_camera(system: &System, frame: &Frame) -> Result<Pinhole, Fate> {
+/// [`NoPinhole`].
+pub fn virtual_camera(system: &System, frame: &Frame) -> Result<Pinhole, NoPinhole> {
+    let tangent_per_px = system.camera.tangent_per_px().ok_or(NoPinhole::Telecentric)?;
     let centre_px = frame.centre_px(system);
-    let (ray, _) = system.exit_ray(centre_px)?;
+    let (ray, _) = system.exit_ray(centre_px).map_err(NoPinhole::Ends)?;
     if ray.direction.z <= 0.0 {
-        return Err(Fate::PastBoard);
+        return Err(NoPinhole::Ends(Fate::PastBoard));
     }
     let tangent = ray.direction.truncate() / ray.direction.z;
     let camera_z = system.camera.position_mm().z;
     let centre_mm = ray.at((camera_z - ray.origin.z) / ray.direction.z);
-    let focal_px = 1.0 / system.camera.tangent_per_px();
+    let focal_px = 1.0 / tangent_per_px;
     let principal_px = frame.own(centre_px) - tangent * focal_px;
     Ok(Pinhole { focal_px: DVec2::splat(focal_px), ..Pinhole::parallel(centre_mm, focal_px, 1.0, principal_px) })
 }

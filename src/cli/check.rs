@@ -2,7 +2,7 @@
 
 use super::args::CheckArgs;
 use super::{Outcome, files, say};
-use crate::analysis::nominal::{Frame, virtual_camera};
+use crate::analysis::nominal::{Frame, NoPinhole, virtual_camera};
 use crate::problem::Problem;
 use crate::scene;
 use crate::vision::half::Half;
@@ -15,7 +15,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
         let frame = Frame::new(&system, half);
         match virtual_camera(&system, &frame) {
             Ok(camera) => json!({ "virtual_camera_mm": camera.centre_mm().to_array() }),
-            Err(fate) => json!({ "central_ray": fate.name() }),
+            Err(NoPinhole::Ends(fate)) => json!({ "central_ray": fate.name() }),
+            Err(NoPinhole::Telecentric) => json!({ "camera": "telecentric" }),
         }
     };
     let doubt = scene.prism.body().and_then(scene::Body::index_doubt);
@@ -45,7 +46,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
         for half in Half::BOTH {
             let camera = virtual_camera(&system, &Frame::new(&system, half));
             let said = camera.map_or_else(
-                |fate| format!("none: the central ray ends ({})", fate.name()),
+                |why| format!("none: {why}"),
                 |c| {
                     format!(
                         "at ({:.4}, {:.4}, {:.4}) mm",

@@ -60,7 +60,7 @@ pub(super) fn picture_name(path: &Path) -> Result<(), Problem> {
 
 /// Writes the picture as its name's ending asks: .png holds the radiance, .exr also the ground truth.
 pub(super) fn picture(path: &Path, scene: &Scene, system: &System, film: &Film) -> Result<(), Problem> {
-    let what = serde_json::json!({
+    let mut what = serde_json::json!({
         "scene": scene.name,
         "prism": prism_name(&scene.prism),
         "pixel_centre": "(i + 0.5, j + 0.5)",
@@ -69,6 +69,14 @@ pub(super) fn picture(path: &Path, scene: &Scene, system: &System, film: &Film) 
         "P": "the same in the world, mm",
         "class": ["left", "right", "missed", "total_reflection", "not_converged", "past_board"],
     });
+    if system.clips()
+        && let Some(classes) = what["class"].as_array_mut()
+    {
+        classes.push("clipped".into());
+    }
+    if film.noise.is_some() {
+        what["Y.error"] = "standard error of Y, from the spread of random sets of samples".into();
+    }
     let json = what.to_string();
     let notes = Notes { json: &json, pitch_mm: Some(scene.camera.pitch_mm) };
     match ending(path).as_str() {
@@ -125,6 +133,9 @@ fn channels(system: &System, film: &Film) -> Vec<Channel> {
         for (k, name) in ["R", "G", "B"].into_iter().enumerate() {
             channels.push(Channel::f32(name, colour.map(|pixel| pixel[k])));
         }
+    }
+    if let Some(noise) = &film.noise {
+        channels.push(Channel::f32("Y.error", noise.clone()));
     }
     channels
 }

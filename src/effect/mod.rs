@@ -1,8 +1,9 @@
 //! What a scene may ask for beyond geometry: one opt-in effect a file, and one table of them all.
 //!
 //! An effect exists for a scene when the scene has its table `[effect.<name>]`; one of strength 0 is as good as absent,
-//! bit for bit. There are three kinds, by the place where they take hold ([`Hook`]):
+//! bit for bit. There are four kinds, by the place where they take hold ([`Hook`]):
 //!
+//! - **Instrument** effects are built into the instrument: `system` knows them, and so do its rays and fates.
 //! - **Ray** effects average pictures. A finite pupil shows the mean of what its points see, each of which is a pinhole:
 //!   [`Effects::variants`] lists the variants of the instrument with their weights, `system::vary` builds one of them,
 //!   and `render` sums up their pictures, each by the certified map and without noise.
@@ -19,9 +20,9 @@
 //! 1. `effect/<name>.rs`: the settings as a plain struct of validated values in mm, rad and nm (field names carry the
 //!    unit), its formulas as functions of numbers with their source, `is_nothing()` for strength 0, and tests of them
 //!    against closed forms. This room uses `num`, `geom`, `optics` and `raster` at most.
-//! 2. Here: a field of [`Effects`], a row of [`TABLE`], and one line in `variants`, `gain` or `develop`. A ray effect
-//!    adds what it varies to [`Variant`] and the change itself to `System::varied` in `system/vary.rs`; a transport
-//!    effect finds all it may need in [`Journey`].
+//! 2. Here: a field of [`Effects`], a row of [`TABLE`] (in `effect/table.rs`), and one line in `at`, `gain`
+//!    or `develop`, or in `System::with_effects` for the instrument. A ray effect adds what it varies to [`Variant`] and
+//!    the change itself to `System::varied` in `system/vary.rs`; a transport effect finds all it may need in [`Journey`].
 //! 3. `scene/effects.rs`: the table of the scene file with its ranges, its line in `EffectTables` and its conversion;
 //!    then the schema is written anew (`UPDATE_SCHEMA=1`, see `tests/scene_schema.rs`).
 //! 4. `scenes/cases/effect_<name>.toml` with its golden, and in `tests/effects.rs` what theory says of the picture. The
@@ -29,6 +30,7 @@
 //!    not nothing.
 
 pub mod absorption;
+pub mod clipping;
 pub mod coating;
 pub mod cos4;
 pub mod diffraction;
@@ -37,11 +39,16 @@ pub mod fresnel;
 pub mod ghosts;
 pub mod journey;
 pub mod lamp;
+pub mod manufacture;
 pub mod quadrature;
+pub mod roughness;
 pub mod sensor;
+mod table;
+pub mod telecentric;
 pub mod thin_lens;
 
 pub use absorption::Absorption;
+pub use clipping::Clipping;
 pub use coating::Coating;
 pub use cos4::Cos4;
 pub use diffraction::Diffraction;
@@ -50,8 +57,12 @@ pub use fresnel::Fresnel;
 pub use ghosts::Ghosts;
 pub use journey::{Journey, Landing};
 pub use lamp::Lamp;
-pub use quadrature::Quadrature;
+pub use manufacture::Manufacture;
+pub use quadrature::{Points, Quadrature};
+pub use roughness::Roughness;
 pub use sensor::Sensor;
+pub use table::{Hook, Row, TABLE};
+pub use telecentric::Telecentric;
 pub use thin_lens::ThinLens;
 
 use crate::raster::Raster;
@@ -64,6 +75,14 @@ use glam::DVec2;
 pub struct Effects {
     /// A lens of finite aperture in focus at one distance.
     pub thin_lens: Option<ThinLens>,
+    /// A telecentric lens in place of the pinhole.
+    pub telecentric: Option<Telecentric>,
+    /// What keeps rays from passing.
+    pub clipping: Option<Clipping>,
+    /// The prism as it was made.
+    pub manufacture: Option<Manufacture>,
+    /// Rough surfaces.
+    pub roughness: Option<Roughness>,
     /// The natural fall of light towards the rim of the picture.
     pub cos4: Option<Cos4>,
     /// The board lit by a lamp.
@@ -86,124 +105,13 @@ pub struct Effects {
     pub quadrature: Quadrature,
 }
 
-/// Where an effect takes hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Hook {
-    /// The picture becomes a mean over variants of the instrument.
-    Ray,
-    /// A smooth factor of each ray's light.
-    Transport,
-    /// A function of the whole picture.
-    Film,
-}
-
-/// What the house knows of an effect.
-#[derive(Debug, Clone, Copy)]
-pub struct Row {
-    /// Its table in a scene file is `[effect.<key>]`.
-    pub key: &'static str,
-    /// Where it takes hold.
-    pub hook: Hook,
-    /// What it is.
-    pub what: &'static str,
-    /// Where its formulas come from.
-    pub source: &'static str,
-    /// What it costs.
-    pub cost: &'static str,
-    /// Whether it is called for, and with a strength above 0.
-    pub acts: fn(&Effects) -> bool,
-}
-
-/// Every effect, in the order in which light meets them.
-pub const TABLE: [Row; 10] = [
-    Row {
-        key: "lamp",
-        hook: Hook::Transport,
-        what: "the board lit by a point lamp and evenly from all around",
-        source: "inverse square law and Lambert's cosine law",
-        cost: "one ray a pixel",
-        acts: |effects| effects.lamp.is_some_and(|e| !e.is_nothing()),
-    },
-    Row {
-        key: "fresnel",
-        hook: Hook::Transport,
-        what: "what the surfaces of the glass reflect is missing behind it, polarised or not",
-        source: "Fresnel's formulas (Born & Wolf, Principles of Optics, 1.5.2)",
-        cost: "one ray a pixel",
-        acts: |effects| effects.fresnel.is_some(),
-    },
-    Row {
-        key: "coating",
-        hook: Hook::Transport,
-        what: "a single layer on every surface of the glass",
-        source: "characteristic matrix (Macleod, Thin-Film Optical Filters, 2.6; Born & Wolf, 1.6.2)",
-        cost: "nothing beyond `fresnel`, which it needs",
-        acts: |effects| effects.fresnel.is_some() && effects.coating.is_some_and(|e| !e.is_nothing()),
-    },
-    Row {
-        key: "absorption",
-        hook: Hook::Transport,
-        what: "what the glass absorbs along the way of each ray",
-        source: "Beer and Lambert's law",
-        cost: "one ray a pixel",
-        acts: |effects| effects.absorption.is_some_and(|e| !e.is_nothing()),
-    },
-    Row {
-        key: "ghosts",
-        hook: Hook::Ray,
-        what: "light that reaches the camera after reflections at the surfaces of the glass",
-        source: "rays parted at every surface by Fresnel's formulas, without chance",
-        cost: "samples x samples rays a pixel, each parted about 2 + bounces times; needs `fresnel`",
-        acts: |effects| effects.fresnel.is_some() && effects.ghosts.is_some_and(|e| !e.is_nothing()),
-    },
-    Row {
-        key: "dispersion",
-        hook: Hook::Ray,
-        what: "light of many wavelengths, each bent by its own index",
-        source: "dispersion formulas of the makers and of articles, named with each glass in `optics::medium`",
-        cost: "one picture for each wavelength",
-        acts: |effects| effects.dispersion.as_ref().is_some_and(|e| !e.is_nothing()),
-    },
-    Row {
-        key: "thin_lens",
-        hook: Hook::Ray,
-        what: "an aperture of finite size and shape, in focus at one distance",
-        source: "thin lens equation (Born & Wolf, Principles of Optics, 4.4)",
-        cost: "one picture for each point of the pupil",
-        acts: |effects| effects.thin_lens.is_some_and(|e| !e.is_nothing()),
-    },
-    Row {
-        key: "cos4",
-        hook: Hook::Transport,
-        what: "natural fall of illumination towards the rim of the picture",
-        source: "cosine fourth law (Born & Wolf, Principles of Optics, 4.8.3)",
-        cost: "one ray a pixel",
-        acts: |effects| effects.cos4.is_some_and(|e| !e.is_nothing()),
-    },
-    Row {
-        key: "diffraction",
-        hook: Hook::Film,
-        what: "the Airy pattern of a round aperture in place of a point",
-        source: "Born & Wolf, Principles of Optics, 8.5.2; Goodman, Introduction to Fourier Optics, 7.3",
-        cost: "a picture of up to 4 x 4 samples a pixel, convolved",
-        acts: |effects| effects.diffraction.is_some_and(|e| !e.is_nothing()),
-    },
-    Row {
-        key: "sensor",
-        hook: Hook::Film,
-        what: "from light to numbers: fill factor, colour filters, fixed pattern, shot and read noise, full well, ADC, gamma",
-        source: "EMVA Standard 1288, linear model",
-        cost: "some random numbers a pixel",
-        acts: |effects| effects.sensor.is_some_and(|e| !e.is_nothing()),
-    },
-];
-
 /// One variant of the instrument, a pinhole like the plain one, and its share of the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variant {
-    /// The point of the pupil, from its centre, in mm.
-    pub pupil_mm: DVec2,
+    /// The point of the pupil: in mm from its centre for a lens, as the sines of a direction for a telecentric one.
+    pub pupil: DVec2,
+    /// Slopes that are added to those of the front and the back where they refract.
+    pub slopes: [DVec2; 2],
     /// The wavelength; `None` for the one to which the scene's index belongs.
     pub wave: Option<dispersion::Wave>,
     /// Its share of the grey picture; the shares of all variants sum up to 1.
@@ -262,19 +170,55 @@ impl Effects {
     /// How far rays of the variants may stray in a prism from those of the instrument itself, in mm.
     pub fn spare_mm(&self) -> f64 {
         // A glass between lens and focus meets less than the aperture; the rest allows for refraction in it.
-        self.thin_lens.map_or(0.0, |lens| 1.25 * lens.radius_mm)
+        let cone_mm = |lens: Telecentric| lens.focus_mm * Telecentric::tangents(DVec2::new(lens.na, 0.0)).x;
+        let stray_mm = self.manufacture.as_ref().map_or(0.0, Manufacture::stray_mm);
+        stray_mm + 1.25 * (self.thin_lens.map_or(0.0, |lens| lens.radius_mm) + self.telecentric.map_or(0.0, cone_mm))
     }
 
-    /// The variants of the instrument whose weighted mean is the picture; one that is the instrument itself where no ray
-    /// effect acts.
-    pub fn variants(&self) -> Vec<Variant> {
-        let plain = Variant { pupil_mm: DVec2::ZERO, wave: None, grey: 1.0, colour: None };
-        let points = match self.thin_lens.filter(|lens| !lens.is_nothing()) {
-            None => vec![plain],
-            Some(lens) => {
-                let n = self.quadrature.points;
-                let pupil_mm = |k| lens.pupil_mm(quadrature::unit_square(k, n));
-                (0..n).map(|k| Variant { pupil_mm: pupil_mm(k), grey: 1.0 / n as f64, ..plain }).collect()
+    /// Whether the picture is a mean over variants of the instrument.
+    pub fn averages(&self) -> bool {
+        self.act_by(Hook::Ray) || self.dimensions() > 0
+    }
+
+    /// Dimensions of the cube that the variants are drawn from, two for a pupil of finite size and two for each rough
+    /// surface.
+    pub fn dimensions(&self) -> usize {
+        2 * (usize::from(self.has_pupil()) + self.roughness.map_or(0, |rough| rough.rough()))
+    }
+
+    /// Whether the pupil is more than a point.
+    fn has_pupil(&self) -> bool {
+        self.thin_lens.is_some_and(|lens| !lens.is_nothing()) || self.telecentric.is_some_and(|lens| lens.na > 0.0)
+    }
+
+    /// The variant of point k of a set.
+    fn at(&self, set: &Points, k: usize, plain: Variant) -> Variant {
+        let mut next = 0;
+        let mut two = || {
+            next += 2;
+            DVec2::new(set.at(k, next - 2), set.at(k, next - 1))
+        };
+        let pupil = match (&self.thin_lens, &self.telecentric) {
+            _ if !self.has_pupil() => DVec2::ZERO,
+            (Some(lens), _) => lens.pupil_mm(two()),
+            (None, lens) => lens.map_or(DVec2::ZERO, |lens| lens.sines(two())),
+        };
+        let slopes = self.roughness.map_or(plain.slopes, |rough| {
+            [0, 1].map(|which| if rough.slope[which] > 0.0 { rough.slopes(which, two()) } else { DVec2::ZERO })
+        });
+        Variant { pupil, slopes, ..plain }
+    }
+
+    /// The variants of the instrument whose weighted mean is the picture, by set number `replicate` of points; one that is
+    /// the instrument itself where no ray effect acts.
+    pub fn variants(&self, replicate: usize) -> Vec<Variant> {
+        let plain = Variant { pupil: DVec2::ZERO, slopes: [DVec2::ZERO; 2], wave: None, grey: 1.0, colour: None };
+        let points = match self.dimensions() {
+            0 => vec![plain],
+            dimensions => {
+                let set = Points::new(&self.quadrature, dimensions, replicate);
+                let share = 1.0 / set.count() as f64;
+                (0..set.count()).map(|k| Variant { grey: share, ..self.at(&set, k, plain) }).collect()
             }
         };
         match self.dispersion.as_ref().filter(|dispersion| !dispersion.is_nothing()) {
@@ -375,8 +319,8 @@ mod tests {
             assert!(!(row.acts)(&Effects::default()), "{}", row.key);
         }
         assert_eq!(
-            Effects::default().variants(),
-            [Variant { pupil_mm: DVec2::ZERO, wave: None, grey: 1.0, colour: None }]
+            Effects::default().variants(0),
+            [Variant { pupil: DVec2::ZERO, slopes: [DVec2::ZERO; 2], wave: None, grey: 1.0, colour: None }]
         );
     }
 
@@ -384,8 +328,9 @@ mod tests {
     fn weights_of_the_variants_sum_up_to_one() {
         let lens = ThinLens::new(2.8, 1000.0, thin_lens::Aperture::Circle, 35.0);
         for points in [1, 2, 7, 64] {
-            let effects = Effects { thin_lens: Some(lens), quadrature: Quadrature { points }, ..Effects::default() };
-            let variants = effects.variants();
+            let quadrature = Quadrature { points, ..Quadrature::default() };
+            let effects = Effects { thin_lens: Some(lens), quadrature, ..Effects::default() };
+            let variants = effects.variants(0);
             assert_eq!(variants.len(), points);
             let sum: f64 = variants.iter().map(|v| v.grey).sum();
             // One rounding for each term.

@@ -1,47 +1,121 @@
 //! Where ray effects take their samples.
 
-use glam::DVec2;
+use crate::num::deviates::Stream;
 
 /// How ray effects are sampled.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quadrature {
-    /// Points of the pupil.
+    /// Points of one set: of the pupil, and of the slopes of rough surfaces.
     pub points: usize,
+    /// Sets, each shifted at random; a single one is not. Their spread tells the error of their mean.
+    pub replicates: usize,
+    /// No further set is taken once the standard error of the mean is below this, of full scale 1, in the worst block of
+    /// the picture.
+    pub noise: Option<f64>,
+    /// Of the random shifts.
+    pub seed: u64,
 }
 
 impl Default for Quadrature {
     fn default() -> Self {
-        Self { points: 64 }
+        Self { points: 64, replicates: 1, noise: None, seed: 1 }
     }
 }
 
-/// The inverse of the golden ratio.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// The purpose of the random shifts among the random numbers of a scene.
+const PURPOSE: u32 = 0x5AF7;
+/// Sets before a spread is believed.
+pub const LEAST_REPLICATES: usize = 4;
 
-/// Point k of n that fill the unit square evenly: equal steps in the first coordinate, multiples of the golden ratio in
-/// the second, whose fractions are the most even of all (Niederreiter, Random Number Generation and Quasi-Monte Carlo
-/// Methods, 1992, 3.2; on a disk this is Vogel's sunflower spiral).
-pub fn unit_square(k: usize, n: usize) -> DVec2 {
-    DVec2::new((k as f64 + 0.5) / n as f64, (GOLDEN * (k as f64 + 0.5)).fract())
+/// Points that fill the unit cube of some dimensions evenly.
+///
+/// The first coordinate runs in equal steps; the others are multiples of the inverse powers of the root of
+/// x^(d + 1) = x + 1, the golden ratio for one of them (Roberts, "The unreasonable effectiveness of quasirandom sequences",
+/// 2018; Niederreiter, Random Number Generation and Quasi-Monte Carlo Methods, 1992, 3.2). Two of them on a disk are
+/// Vogel's sunflower spiral. Random shifts modulo 1 keep the set even and make each of its points uniform (Cranley &
+/// Patterson, SIAM J. Numer. Anal. 13, 1976, 904), so that the mean over sets is without bias and their spread tells its
+/// error.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Points {
+    count: usize,
+    steps: Vec<f64>,
+    shifts: Vec<f64>,
+}
+
+impl Points {
+    /// Set number `replicate` in `dimensions`, at least 1.
+    pub fn new(quadrature: &Quadrature, dimensions: usize, replicate: usize) -> Self {
+        let count = quadrature.points;
+        let root = root(dimensions.saturating_sub(1));
+        let powers = std::iter::successors(Some(1.0 / root), |power| Some(power / root));
+        let steps: Vec<f64> = std::iter::once(1.0 / count as f64).chain(powers).take(dimensions).collect();
+        let mut random = Stream::new(quadrature.seed, PURPOSE, 0, replicate as u32);
+        let shifts = steps.iter().enumerate().map(|(k, step)| match (quadrature.replicates, k) {
+            (1, _) => 0.5 * step,
+            (_, 0) => random.uniform() * step,
+            _ => random.uniform(),
+        });
+        let shifts = shifts.collect();
+        Self { count, steps, shifts }
+    }
+
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Coordinate j of point k, in 0..1.
+    pub fn at(&self, k: usize, j: usize) -> f64 {
+        (self.steps[j] * k as f64 + self.shifts[j]).fract()
+    }
+}
+
+/// The root above 1 of x^(d + 1) = x + 1, by its fixed point x = (1 + x)^(1/(d + 1)), which contracts.
+fn root(d: usize) -> f64 {
+    (0..64).fold(1.5, |x, _| libm::pow(1.0 + x, 1.0 / (d as f64 + 1.0)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Every box [0, a) x [0, b) holds its area's share of the points, to the log(n) / n that even sets reach.
+    fn largest_gap(points: &Points, i: usize, j: usize) -> f64 {
+        let n = points.count();
+        let mut worst = 0.0f64;
+        for (a, b) in (1..=20).flat_map(|a| (1..=20).map(move |b| (a, b))) {
+            let (a, b) = (f64::from(a) / 20.0, f64::from(b) / 20.0);
+            let inside = (0..n).filter(|&k| points.at(k, i) < a && points.at(k, j) < b).count();
+            worst = worst.max((inside as f64 / n as f64 - a * b).abs());
+        }
+        worst
+    }
+
+    /// Every box [0, a) x [0, b) of the first two coordinates holds its area's share of the points, to the log(n) / n that
+    /// even sets reach; and so does, to a few times that, every pair of the six of a lens with two rough surfaces.
     #[test]
     fn points_are_even() {
         for n in [16, 64, 256, 1024] {
-            let points: Vec<DVec2> = (0..n).map(|k| unit_square(k, n)).collect();
-            let mut worst = 0.0f64;
-            for (i, j) in (1..=20).flat_map(|i| (1..=20).map(move |j| (i, j))) {
-                let corner = DVec2::new(f64::from(i), f64::from(j)) / 20.0;
-                let inside = points.iter().filter(|p| p.cmplt(corner).all()).count();
-                worst = worst.max((inside as f64 / n as f64 - corner.x * corner.y).abs());
+            for replicates in [1, 8] {
+                let quadrature = Quadrature { points: n, replicates, ..Quadrature::default() };
+                let even = (1.0 + 0.5 * libm::log(n as f64)) / n as f64;
+                // Random points would be off by about 1 / sqrt(n).
+                let two = Points::new(&quadrature, 2, 3);
+                let found = largest_gap(&two, 0, 1);
+                assert!(found < 2.0 * even, "{n} {replicates}: {found}");
+                let six = Points::new(&quadrature, 6, 3);
+                for (i, j) in (0..6).flat_map(|j| (0..j).map(move |i| (i, j))) {
+                    let found = largest_gap(&six, i, j);
+                    assert!(found < (8.0 * even).min(2.0 / (n as f64).sqrt()), "{n} {replicates} {i} {j}: {found}");
+                }
             }
-            // Random points would be off by about 1 / sqrt(n).
-            assert!(worst < (1.0 + 0.5 * libm::log(n as f64)) / n as f64, "{n}: {worst}");
         }
+    }
+
+    #[test]
+    fn sets_differ_by_seed_and_number_and_are_the_same_again() {
+        let of =
+            |seed, replicate| Points::new(&Quadrature { replicates: 4, seed, ..Quadrature::default() }, 2, replicate);
+        assert_eq!(of(1, 2), of(1, 2));
+        assert!(of(1, 2) != of(1, 3) && of(1, 2) != of(2, 2));
     }
 }

@@ -74,11 +74,12 @@ fn direction(angle_rad: f64) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::quadrature::unit_square;
+    use crate::effect::{Points, Quadrature};
 
     fn points(aperture: Aperture, n: usize) -> Vec<DVec2> {
         let lens = ThinLens { focus_mm: 1000.0, focal_mm: 35.0, radius_mm: 2.0, aperture };
-        (0..n).map(|k| lens.pupil_mm(unit_square(k, n))).collect()
+        let set = Points::new(&Quadrature { points: n, ..Quadrature::default() }, 2, 0);
+        (0..n).map(|k| lens.pupil_mm(DVec2::new(set.at(k, 0), set.at(k, 1)))).collect()
     }
 
     /// The second moment about an axis: r^2 / 4 of a disk, r^2 (2 + cos(2 pi / n)) / 12 of a regular polygon of n sides

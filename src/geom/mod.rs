@@ -61,6 +61,12 @@ impl Pose {
         self.rotation * v
     }
 
+    /// The motion that does `first`, then this.
+    #[must_use]
+    pub fn after(&self, first: &Self) -> Self {
+        Self { rotation: self.rotation * first.rotation, translation_mm: self.point(first.translation_mm) }
+    }
+
     /// The opposite motion.
     #[must_use]
     pub fn inverse(&self) -> Self {

@@ -5,6 +5,7 @@ pub mod chebyshev;
 pub mod deviates;
 pub mod exact;
 pub mod lsq;
+pub mod normal;
 pub mod ode;
 pub mod philox;
 pub mod poly2;

@@ -12,11 +12,14 @@ pub enum Fate {
     NotConverged,
     /// It left the prism and never meets the plane of the board.
     PastBoard,
+    /// It met the rim of the glass, a ridge that is not sharp, or a stop.
+    Clipped,
 }
 
 impl Fate {
     /// All fates, in the order of their codes.
-    pub const ALL: [Self; 4] = [Self::Missed, Self::TotalReflection, Self::NotConverged, Self::PastBoard];
+    pub const ALL: [Self; 5] =
+        [Self::Missed, Self::TotalReflection, Self::NotConverged, Self::PastBoard, Self::Clipped];
 
     /// The name used in reports.
     pub const fn name(self) -> &'static str {
@@ -25,6 +28,7 @@ impl Fate {
             Self::TotalReflection => "total_reflection",
             Self::NotConverged => "not_converged",
             Self::PastBoard => "past_board",
+            Self::Clipped => "clipped",
         }
     }
 }

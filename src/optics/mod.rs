@@ -2,8 +2,10 @@
 
 pub mod crossing;
 pub mod fate;
+pub mod flaw;
 pub mod fresnel;
 pub mod medium;
+mod height;
 pub mod mesh;
 pub mod polarisation;
 pub mod snell;

@@ -1,10 +1,11 @@
 //! Shapes that a ray can meet, in the frame of the prism.
 
 use super::fate::Fate;
+use super::flaw::Flaw;
 use super::mesh::Mesh;
-use crate::geom::{Ray, Rect};
+use crate::geom::{Pose, Ray, Rect};
 use crate::num::bernstein::Bernstein;
-use crate::num::poly2::Poly2;
+use crate::num::poly2::{Jet, Poly2};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -26,6 +27,20 @@ pub enum Surface {
         mesh: Arc<Mesh>,
         /// Whether the surface is the mirror image.
         mirrored: bool,
+    },
+    /// A plane or a sheet out of figure.
+    Flawed {
+        /// The surface as it should be.
+        base: Box<Surface>,
+        /// What is added to its height.
+        flaw: Arc<Flaw>,
+    },
+    /// Any surface somewhere else.
+    Moved {
+        /// The surface in its own frame.
+        base: Box<Surface>,
+        /// From its own frame to this one, and back.
+        poses: Box<[Pose; 2]>,
     },
 }
 
@@ -64,7 +79,7 @@ pub struct Meeting {
 }
 
 /// Newton's method gives up after this many steps; from a good start it needs 3 to 5.
-const MAX_STEPS: usize = 16;
+pub(super) const MAX_STEPS: usize = 16;
 /// A crossing that was bracketed before is polished by steps of at most this share of the ray's way over the sheet, so
 /// that a nearly tangent ray is not thrown to another crossing.
 const POLISH: f64 = 1e-9;
@@ -90,6 +105,11 @@ impl Surface {
                 let met = mesh.meet(&Ray { origin: own(ray.origin), direction: own(ray.direction) })?;
                 Ok(Meeting { normal: own(met.normal), ..met })
             }
+            Self::Flawed { .. } => self.meet_by_height(ray, residual_mm),
+            Self::Moved { base, poses } => {
+                let met = base.meet(&ray.moved(&poses[1]), residual_mm)?;
+                Ok(Meeting { normal: poses[0].vector(met.normal), ..met })
+            }
         }
     }
 
@@ -98,8 +118,12 @@ impl Surface {
     #[inline]
     pub fn tangent(&self, meeting: &Meeting) -> DVec3 {
         match self {
-            Self::Plane { .. } | Self::Freeform(_) => meeting.normal,
+            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => meeting.normal,
             Self::Mesh { mesh, mirrored } => turned(mesh.tangent(meeting), *mirrored),
+            Self::Moved { base, poses } => {
+                let own = Meeting { normal: poses[1].vector(meeting.normal), ..*meeting };
+                poses[0].vector(base.tangent(&own))
+            }
         }
     }
 
@@ -113,6 +137,12 @@ impl Surface {
             Self::Mesh { mesh, mirrored } => {
                 let own = |v| turned(v, *mirrored);
                 own(mesh.normal_change(meeting, own(point), own(normal), own(step)))
+            }
+            Self::Flawed { .. } => self.jet(point.x, point.y).map_or(DVec3::ZERO, |jet| turn(&jet, normal, step)),
+            Self::Moved { base, poses } => {
+                let [_, own] = **poses;
+                let met = Meeting { normal: own.vector(meeting.normal), ..*meeting };
+                poses[0].vector(base.normal_change(&met, own.point(point), own.vector(normal), own.vector(step)))
             }
         }
     }
@@ -282,13 +312,18 @@ impl Freeform {
 
     fn normal_change(&self, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
         let (p, n, s) = (self.own(point), self.own(normal), self.own(step));
-        let j = self.sag.jet(p.x, p.y);
-        let gradient = DVec3::new(-j.dx, -j.dy, 1.0);
-        let change = DVec3::new(-(j.dxx * s.x + j.dxy * s.y), -(j.dxy * s.x + j.dyy * s.y), 0.0);
-        let turn = (change - n * n.dot(change)) / gradient.length();
-        // `normal` may point along or against the gradient.
-        self.own(if n.dot(gradient) < 0.0 { -turn } else { turn })
+        self.own(turn(&self.sag.jet(p.x, p.y), n, s))
     }
+}
+
+/// How the unit normal `n` of a height with the jet `j`, of either orientation, turns when its point moves by `s`.
+#[inline(always)]
+fn turn(j: &Jet, n: DVec3, s: DVec3) -> DVec3 {
+    let gradient = DVec3::new(-j.dx, -j.dy, 1.0);
+    let change = DVec3::new(-(j.dxx * s.x + j.dxy * s.y), -(j.dxy * s.x + j.dyy * s.y), 0.0);
+    let turn = (change - n * n.dot(change)) / gradient.length();
+    // `n` may point along or against the gradient.
+    if n.dot(gradient) < 0.0 { -turn } else { turn }
 }
 
 #[cfg(test)]

@@ -25,8 +25,9 @@ fn sampled(system: &System, n: usize, wanted: Wanted, progress: &(dyn Fn(usize) 
     let fine = light(&system.sampled(n), Wanted { truth: false }, &share);
     let px = 1.0 / n as f64;
     let account = Account { map_px: px * fine.account.map_px, bend_px: px * fine.account.bend_px, ..fine.account };
+    // Of the samples, the noise has not the picture's size.
     if !wanted.truth {
-        return Film { account, ..fine };
+        return Film { noise: None, account, ..fine };
     }
     let own = picture(&Plan::new(system), wanted, &|_| ());
     Film { radiance: fine.radiance, colour: fine.colour, counts: fine.counts, account, ..own }

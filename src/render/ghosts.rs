@@ -210,6 +210,9 @@ impl<'a> Watch<'a> {
         let Self { system, ghosts, .. } = self;
         let Some(prism) = &system.prism else { return };
         let ray = system.camera.ray(px);
+        if system.stop.is_some_and(|stop| stop.margin_mm(&ray) < 0.0) {
+            return;
+        }
         let limits = Limits { bounces: ghosts.bounces, least_power: ghosts.least_power };
         let residual_mm = system.accuracy.surface_residual_mm;
         prism.follow(&ray, Beam::new(ray.direction, self.light), self.body, limits, residual_mm, &mut |exit| {

@@ -41,7 +41,9 @@ impl<'a> Looker<'a> {
     /// By packets of rays where `packets`, else ray by ray: the bits are the same.
     pub(super) fn new(system: &'a System, packets: bool) -> Self {
         let layout = match &system.prism {
-            _ if !packets => Layout::Alone,
+            // Packets know neither stops nor the halves of a camera whose rays are parallel.
+            _ if !packets || system.stop.is_some() => Layout::Alone,
+            None if system.camera.tangent_per_px().is_none() => Layout::Alone,
             None => Layout::Nothing,
             Some(prism) => layout(prism),
         };
@@ -73,14 +75,14 @@ fn layout(prism: &Prism) -> Layout {
     fn plane(surface: &Surface) -> Option<Plane> {
         match *surface {
             Surface::Plane { point, normal } => Some(Plane { point, normal }),
-            Surface::Freeform(_) | Surface::Mesh { .. } => None,
+            _ => None,
         }
     }
     fn sheets<P: Polynomial>(prism: &Prism, table: fn(&Poly2) -> Option<P>) -> Option<Biprism<Sheet<P>>> {
         let sheet = |f: &Freeform| Some(Sheet::new(f, table(f.sag())?));
         prism.for_packets(|surface| match surface {
             Surface::Freeform(f) => sheet(f),
-            Surface::Plane { .. } | Surface::Mesh { .. } => None,
+            _ => None,
         })
     }
     (prism.for_packets(plane).map(Layout::Planes))

@@ -267,6 +267,28 @@ fn power(h: DVec2, s: usize, t: usize) -> f64 {
     (0..s).map(|_| h.x).product::<f64>() * (0..t).map(|_| h.y).product::<f64>()
 }
 
+/// Whether nothing clips a ray along the border of `region`: every sample of the margin there is greater than the margin
+/// bends between two of them, so that a rim that only just crosses the border is not overlooked.
+fn passes_all_along(system: &System, region: &Region, rays: &mut u64) -> bool {
+    if !system.clips() {
+        return true;
+    }
+    let low = DVec2::new(region.columns.start as f64, region.rows.start as f64) + INSET_PX;
+    let high = DVec2::new(region.columns.end as f64, region.rows.end as f64) - INSET_PX;
+    let corners = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
+    (0..4).all(|k| {
+        let (from, to) = (corners[k], corners[(k + 1) % 4]);
+        let steps = (from.distance(to) / BORDER_STEP as f64).ceil().max(4.0) as usize;
+        *rays += steps as u64 + 1;
+        let margin = |i: usize| system.margin_mm(from.lerp(to, i as f64 / steps as f64));
+        let margins: Vec<f64> = (0..=steps).map(margin).collect();
+        let bends = margins.windows(3).map(|m| (m[0] + m[2] - 2.0 * m[1]).abs());
+        // A parabola strays from its chords by an eighth of its second difference; margins have kinks at corners.
+        let bend = bends.fold(0.0, f64::max);
+        margins.iter().all(|m| *m > bend || *m == f64::INFINITY)
+    })
+}
+
 /// The degrees in s and t beyond which the coefficients sum up to less than `error`: at least two below those of the
 /// series, whose last two orders so vouch for what the series itself leaves out.
 fn kept(series: &Series, error: f64) -> Option<[usize; 2]> {
@@ -330,6 +352,7 @@ impl Cover {
             return self.trace(region);
         }
         if columns.max(rows) <= system.accuracy.patch_px
+            && passes_all_along(system, &region, &mut self.rays)
             && let Some(mut patch) = Patch::fit(system, &region, &mut self.rays)
         {
             if system.effects.act_by(Hook::Transport) {

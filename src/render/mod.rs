@@ -34,6 +34,9 @@ pub struct Film {
     pub radiance: Raster<f32>,
     /// The same of red, green and blue, where the sensor tells them apart.
     pub colour: Option<Raster<[f32; 3]>>,
+    /// Standard error of the radiance, estimated from the spread of random sets of samples; `None` where there is one set or
+    /// nothing is sampled.
+    pub noise: Option<Raster<f32>>,
     /// What happened to each pixel's centre ray; 0 x 0 where [`Wanted`] leaves it out.
     pub class: Raster<Class>,
     /// The board position that each pixel's centre sees, in mm; (0, 0) where `class` is no side; 0 x 0 where [`Wanted`]
@@ -65,6 +68,8 @@ pub struct Account {
     pub mapped: f64,
     /// Pictures that the picture is the mean of.
     pub passes: usize,
+    /// Standard error of a pixel in the worst block of 16 x 16 px, of full scale 1, where random sets tell it.
+    pub noise: Option<f64>,
 }
 
 impl Account {
@@ -91,7 +96,13 @@ impl std::fmt::Display for Account {
                 100.0 * mapped
             ),
         }?;
-        if self.passes > 1 { write!(f, "; mean of {} pictures", self.passes) } else { Ok(()) }
+        if self.passes > 1 {
+            write!(f, "; mean of {} pictures", self.passes)?;
+        }
+        match self.noise {
+            Some(noise) => write!(f, ", standard error {noise:.1e} of full scale in the worst block"),
+            None => Ok(()),
+        }
     }
 }
 
@@ -118,6 +129,8 @@ pub enum Class {
     NotConverged = 4,
     /// It never meets the board's plane.
     PastBoard = 5,
+    /// It met the rim of the glass, a ridge that is not sharp, or a stop.
+    Clipped = 6,
 }
 
 impl Class {
@@ -138,6 +151,7 @@ impl From<Fate> for Class {
             Fate::TotalReflection => Self::TotalReflection,
             Fate::NotConverged => Self::NotConverged,
             Fate::PastBoard => Self::PastBoard,
+            Fate::Clipped => Self::Clipped,
         }
     }
 }
@@ -239,8 +253,8 @@ pub fn render_wanted(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) 
 
 /// The light that reaches the film; arguments as of [`render_wanted`].
 fn light(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    if system.effects.act_by(Hook::Ray) {
-        passes::sum(system, &system.effects.variants(), wanted, progress)
+    if system.effects.averages() {
+        passes::mean(system, &|replicate| system.effects.variants(replicate), wanted, progress)
     } else {
         picture(&Plan::new(system), wanted, progress)
     }
@@ -273,7 +287,7 @@ pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -
     let mut work = Work { counts: Counts { rays: plan.rays, ..Counts::default() }, bend_px: 0.0 };
     done.into_iter().for_each(|w| work += w);
     let account = plan.account(work.bend_px);
-    Film { radiance, colour: None, class, board_mm, counts: work.counts, account }
+    Film { radiance, colour: None, noise: None, class, board_mm, counts: work.counts, account }
 }
 
 fn render_band(plan: &Plan, band: &mut Band) -> Work {

@@ -147,6 +147,7 @@ impl<'a> Plan<'a> {
             patches: sides * self.patches.len(),
             mapped: (sides * mapped) as f64 / (width * height) as f64,
             passes: 1,
+            noise: None,
         }
     }
 }

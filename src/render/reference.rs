@@ -177,7 +177,7 @@ impl Reference<'_> {
                 if (cell.x + cell.y).rem_euclid(2.0) == 0.0 { board.black } else { board.white }
             }
             Class::PastBoard => board.background,
-            Class::Missed | Class::TotalReflection | Class::NotConverged => 0.0,
+            Class::Missed | Class::TotalReflection | Class::NotConverged | Class::Clipped => 0.0,
         }
     }
 

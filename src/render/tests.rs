@@ -202,10 +202,15 @@ fn colours_are_the_passes_by_their_shares() {
     let lens = ThinLens::new(2.0, 500.0, Aperture::Circle, 35.0);
     let effects = Effects { thin_lens: Some(lens), ..Effects::default() };
     let system = System { effects, ..built(&scene, Accuracy::exact()) };
-    let variant =
-        |x: f64, grey, colour| Variant { pupil_mm: DVec2::new(x, 0.0), wave: None, grey, colour: Some(colour) };
+    let variant = |x: f64, grey, colour| Variant {
+        pupil: DVec2::new(x, 0.0),
+        slopes: [DVec2::ZERO; 2],
+        wave: None,
+        grey,
+        colour: Some(colour),
+    };
     let variants = [variant(-3.0, 0.25, [1.0, 0.0, 0.5]), variant(3.0, 0.75, [0.0, 1.0, 0.5])];
-    let summed = super::passes::sum(&system, &variants, Wanted { truth: false }, &|_| ());
+    let summed = super::passes::mean(&system, &|_| variants.to_vec(), Wanted { truth: false }, &|_| ());
     let [a, b] = variants.map(|variant| film(&Plan::new(&system.varied(&variant))).radiance);
     assert!(a != b);
     let colour = summed.colour.expect("every variant has colours");

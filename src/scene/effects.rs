@@ -3,7 +3,7 @@
 use super::document::Document;
 use super::limits::*;
 use super::sensor::{SensorFile, sensor};
-use super::{Board, Camera, Prism, light};
+use super::{Board, Camera, Prism, flaws, lens, light};
 use crate::effect::diffraction::LARGEST_SCALE_PX;
 use crate::effect::thin_lens::{Aperture, ThinLens};
 use crate::effect::{Cos4, Diffraction, Effects, Lamp, Quadrature};
@@ -25,6 +25,14 @@ pub(super) enum EffectsFile {
 pub(super) struct EffectTables {
     /// A lens of finite aperture in place of the pinhole: what is out of focus is blurred.
     pub(super) thin_lens: Option<ThinLensFile>,
+    /// A telecentric lens in place of the pinhole, with its pupils at infinity on both sides.
+    pub(super) telecentric: Option<lens::TelecentricFile>,
+    /// What keeps rays from passing: the rim of the prism, a ridge that is not sharp, a stop before the lens.
+    pub(super) clipping: Option<lens::ClippingFile>,
+    /// The prism as it was made.
+    pub(super) manufacture: Option<flaws::ManufactureFile>,
+    /// Rough surfaces, which scatter.
+    pub(super) roughness: Option<flaws::RoughnessFile>,
     /// The natural fall of light towards the rim of the picture.
     pub(super) cos4: Option<Cos4File>,
     /// A point lamp that lights the board.
@@ -49,14 +57,25 @@ pub(super) struct EffectTables {
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct QuadratureFile {
-    /// Points of the pupil, a picture each.
+    /// Points of one set, a picture each: of the pupil, and of the slopes of rough surfaces.
     #[schemars(range(min = 1, max = POINTS))]
     pub(super) points: usize,
+    /// Sets at most, each shifted at random, whose spread tells the error of their mean. A single set is not shifted.
+    #[schemars(range(min = 1, max = REPLICATES))]
+    pub(super) replicates: usize,
+    /// No further set is taken once the standard error of a pixel is below this, of full scale 1, in the worst block of 16
+    /// x 16 pixels.
+    #[schemars(range(min = 0, max = 1))]
+    pub(super) noise: Option<f64>,
+    /// Of the random shifts.
+    #[schemars(range(max = SEED))]
+    pub(super) seed: u32,
 }
 
 impl Default for QuadratureFile {
     fn default() -> Self {
-        Self { points: Quadrature::default().points }
+        let Quadrature { points, replicates, noise, seed } = Quadrature::default();
+        Self { points, replicates, noise, seed: seed as u32 }
     }
 }
 
@@ -142,8 +161,19 @@ pub(super) fn effects(
             return Err(light::needs_fresnel(document, table));
         }
     }
+    if file.thin_lens.is_some() && file.telecentric.is_some() {
+        return Err(lens::two_lenses(document));
+    }
     let all = Effects {
         thin_lens: file.thin_lens.as_ref().map(|lens| thin_lens(lens, camera)),
+        telecentric: file.telecentric.as_ref().map(|lens| lens::telecentric(document, lens)).transpose()?,
+        clipping: file
+            .clipping
+            .as_ref()
+            .map(|clipping| lens::clipping(document, clipping, camera, prism))
+            .transpose()?,
+        manufacture: file.manufacture.as_ref().map(|file| flaws::manufacture(document, file, prism)).transpose()?,
+        roughness: file.roughness.as_ref().map(flaws::roughness),
         cos4: file.cos4.as_ref().map(|cos4| Cos4 { exponent: cos4.exponent }),
         lamp: file.lamp.as_ref().map(|file| lamp(document, file, camera, board)).transpose()?,
         fresnel: file.fresnel.as_ref().map(light::fresnel),
@@ -153,7 +183,7 @@ pub(super) fn effects(
         dispersion: file.dispersion.as_ref().map(|file| light::dispersion(document, file, prism)).transpose()?,
         diffraction: file.diffraction.as_ref().map(|file| diffraction(document, file, camera)).transpose()?,
         sensor: file.sensor.as_ref().map(|file| sensor(document, file)).transpose()?,
-        quadrature: Quadrature { points: quadrature.points },
+        quadrature: lens::quadrature(document, quadrature)?,
     };
     // A table that is not simulated must be right all the same.
     Ok(match which {

@@ -96,3 +96,13 @@ pub(super) const RESPONSE_ROWS: usize = 4096;
 pub(super) const POWER: f64 = 1e12;
 /// The wavelength to which an index belongs where the scene says nothing: the catalogues' n_d, in nm.
 pub(super) const D_LINE_NM: f64 = crate::optics::medium::D_NM;
+/// Random sets of points.
+pub(super) const REPLICATES: usize = 1 << 16;
+/// The largest magnification; the smallest is its inverse.
+pub(super) const MAGNIFICATION: f64 = 1e6;
+/// The largest numerical aperture: the cone of a telecentric lens stays well short of a half-space.
+pub(super) const NA: f64 = 0.9;
+/// Waves of one surface.
+pub(super) const WAVINESS: usize = 1000;
+/// The largest root mean square slope of a rough surface, in deg.
+pub(super) const ROUGHEST_DEG: f64 = 20.0;

@@ -12,6 +12,8 @@ pub mod mesh;
 mod ply;
 mod document;
 mod effects;
+mod flaws;
+mod lens;
 mod light;
 mod sensor;
 mod limits;

@@ -4,13 +4,14 @@
 use super::document::Document;
 use super::limits::FACET_DEG;
 use super::{Biprism, Camera, PolynomialPrism, Prism, Scene};
+use crate::effect::Telecentric;
 use crate::geom::{Pose, Ray};
 use crate::problem::Problem;
 use glam::{DVec2, DVec3};
 
 /// Judge how camera, prism and board stand to each other.
 pub(super) fn check(document: &Document, scene: &Scene) -> Result<(), Problem> {
-    let camera = &scene.camera;
+    let camera = &Lens { camera: scene.camera, telecentric: scene.effects.telecentric };
     let back = match &scene.prism {
         Prism::Flat(prism) => Some(biprism(document, camera, prism, false)?),
         Prism::Freeform(prism, _) => Some(biprism(document, camera, prism, true)?),
@@ -19,6 +20,13 @@ pub(super) fn check(document: &Document, scene: &Scene) -> Result<(), Problem> {
         Prism::None | Prism::PointCloud(_) | Prism::Mesh(_) => None,
     };
     board(document, scene, back.as_ref())
+}
+
+/// The camera, and its telecentric lens where it has one.
+#[derive(Clone, Copy)]
+struct Lens {
+    camera: Camera,
+    telecentric: Option<Telecentric>,
 }
 
 /// Where the glass ends: the plane z = `z_mm` of the prism's frame.
@@ -35,7 +43,7 @@ struct Faces<'a> {
     slope: f64,
 }
 
-fn biprism(document: &Document, camera: &Camera, prism: &Biprism, designed: bool) -> Result<Back, Problem> {
+fn biprism(document: &Document, camera: &Lens, prism: &Biprism, designed: bool) -> Result<Back, Problem> {
     let prism_from_world = prism.body.world_from_prism.inverse();
     let angle_rad = match prism.facet_angle_rad {
         Some(angle) => angle,
@@ -48,9 +56,9 @@ fn biprism(document: &Document, camera: &Camera, prism: &Biprism, designed: bool
     Ok(Back { prism_from_world, z_mm: prism.ridge_distance_mm + prism.thickness_mm })
 }
 
-fn pinhole_is_in_front(document: &Document, camera: &Camera, faces: &Faces) -> Result<(), Problem> {
+fn pinhole_is_in_front(document: &Document, camera: &Lens, faces: &Faces) -> Result<(), Problem> {
     let distance = faces.prism.ridge_distance_mm;
-    let pinhole = faces.prism_from_world.point(camera.position_mm);
+    let pinhole = faces.prism_from_world.point(camera.camera.position_mm);
     if pinhole.z < distance + pinhole.x.abs() * faces.slope {
         return Ok(());
     }
@@ -64,7 +72,7 @@ fn pinhole_is_in_front(document: &Document, camera: &Camera, faces: &Faces) -> R
 }
 
 /// The depth of a facet is a ratio of linear functions of the sensor's point, so it is greatest at a corner.
-fn facets_end_before_base(document: &Document, camera: &Camera, faces: &Faces) -> Result<(), Problem> {
+fn facets_end_before_base(document: &Document, camera: &Lens, faces: &Faces) -> Result<(), Problem> {
     let (distance, thickness) = (faces.prism.ridge_distance_mm, faces.prism.thickness_mm);
     let (base_z, degrees) = (distance + thickness, faces.angle_rad.to_degrees());
     for ray in field(camera, 1, 1) {
@@ -90,7 +98,7 @@ fn facets_end_before_base(document: &Document, camera: &Camera, faces: &Faces) -
 }
 
 /// A design starts from the middle ray of each half image; a flat prism is worth a picture if any ray passes.
-fn light_passes(document: &Document, camera: &Camera, faces: &Faces, designed: bool) -> Result<(), Problem> {
+fn light_passes(document: &Document, camera: &Lens, faces: &Faces, designed: bool) -> Result<(), Problem> {
     const CELLS: (usize, usize) = (16, 8);
     let body = &faces.prism.body;
     let passes = |ray: Ray| {
@@ -117,7 +125,8 @@ fn light_passes(document: &Document, camera: &Camera, faces: &Faces, designed: b
 
 /// alpha of the design paper's Eq. 5, corrected: tan(alpha) = sin(delta) / (k - cos(delta)), with k the index ratio and
 /// delta the direction of the middle of a half image.
-fn parallel_angle(document: &Document, camera: &Camera, prism: &Biprism) -> Result<f64, Problem> {
+fn parallel_angle(document: &Document, camera: &Lens, prism: &Biprism) -> Result<f64, Problem> {
+    let camera = &camera.camera;
     let tan_delta = camera.width_px as f64 * camera.pitch_mm / (4.0 * camera.focal_length_mm);
     let cos_delta = 1.0 / (1.0 + tan_delta * tan_delta).sqrt();
     let ratio = prism.body.index / prism.body.outer_index;
@@ -133,12 +142,12 @@ fn parallel_angle(document: &Document, camera: &Camera, prism: &Biprism) -> Resu
     Err(document.problem(document.span("prism.index"), rule, "give `facet_angle_deg`, or another `index`"))
 }
 
-fn polynomial(document: &Document, camera: &Camera, prism: &PolynomialPrism) -> Result<Back, Problem> {
+fn polynomial(document: &Document, camera: &Lens, prism: &PolynomialPrism) -> Result<Back, Problem> {
     let middle = |domain: crate::geom::Rect| -> DVec2 { (domain.min + domain.max) / 2.0 };
     let prism_from_world = prism.body.world_from_prism.inverse();
     let (f, b) = (middle(prism.front.domain), middle(prism.back.domain));
     let (front_z, back_z) = (prism.front.sag.value(f.x, f.y), prism.back.sag.value(b.x, b.y));
-    let pinhole = prism_from_world.point(camera.position_mm);
+    let pinhole = prism_from_world.point(camera.camera.position_mm);
     for (key, z) in [("front", front_z), ("back", back_z)] {
         if !z.is_finite() {
             let at = format!("prism.{key}");
@@ -190,23 +199,26 @@ fn board(document: &Document, scene: &Scene, back: Option<&Back>) -> Result<(), 
 }
 
 /// The rays of a grid of `columns` x `rows` cells over the whole sensor, borders included, in the world.
-fn field(camera: &Camera, columns: usize, rows: usize) -> impl Iterator<Item = Ray> {
+fn field(camera: &Lens, columns: usize, rows: usize) -> impl Iterator<Item = Ray> {
     let camera = *camera;
     (0..=rows)
         .flat_map(move |j| (0..=columns).map(move |i| ray(&camera, i as f64 / columns as f64, j as f64 / rows as f64)))
 }
 
 /// The rays of the middles of the two half images.
-fn half_centres(camera: &Camera) -> impl Iterator<Item = Ray> {
+fn half_centres(camera: &Lens) -> impl Iterator<Item = Ray> {
     let camera = *camera;
     [0.25, 0.75].into_iter().map(move |u| ray(&camera, u, 0.5))
 }
 
 /// The ray of the sensor's point (u, v), each from 0 to 1.
-fn ray(camera: &Camera, u: f64, v: f64) -> Ray {
-    let x = (u - 0.5) * camera.width_px as f64 * camera.pitch_mm / camera.focal_length_mm;
-    let y = (v - 0.5) * camera.height_px as f64 * camera.pitch_mm / camera.focal_length_mm;
-    Ray { origin: camera.position_mm, direction: DVec3::new(x, y, 1.0).normalize() }
+fn ray(&Lens { camera, telecentric }: &Lens, u: f64, v: f64) -> Ray {
+    let place = DVec2::new((u - 0.5) * camera.width_px as f64, (v - 0.5) * camera.height_px as f64) * camera.pitch_mm;
+    let origin = camera.position_mm;
+    match telecentric {
+        None => Ray { origin, direction: (place / camera.focal_length_mm).extend(1.0).normalize() },
+        Some(lens) => Ray { origin: origin + (place / lens.magnification).extend(0.0), direction: DVec3::Z },
+    }
 }
 
 /// Where a ray that starts in front of z = D + |x| slope first meets it, and the normal there (towards +z); `None`
@@ -277,7 +289,7 @@ mod tests {
         let document = Document::parse(include_str!("../../scenes/paper.toml"), "paper").unwrap();
         let scene = super::super::check::scene(&document, document.values().unwrap(), None).unwrap();
         let Prism::Freeform(prism, _) = &scene.prism else { panic!("the paper has a freeform prism") };
-        let angle = parallel_angle(&document, &scene.camera, prism).unwrap();
+        let angle = parallel_angle(&document, &Lens { camera: scene.camera, telecentric: None }, prism).unwrap();
         // The paper's 8.85 deg, to the digits of the recomputation.
         assert!((angle.to_degrees() - 8.85428).abs() < 5e-6);
     }

@@ -1,6 +1,6 @@
-//! The pinhole camera: image positions to rays.
+//! The camera: image positions to rays.
 
-use crate::effect::ThinLens;
+use crate::effect::{Telecentric, ThinLens};
 use crate::geom::Ray;
 use crate::num::simd::Lanes;
 use crate::scene;
@@ -8,14 +8,13 @@ use crate::trace::carry::Differentials;
 use crate::trace::packet::{Rays, Vectors};
 use glam::{DVec2, DVec3};
 
-/// A pinhole camera that looks along +z, its image un-inverted.
+/// A camera that looks along +z, its image un-inverted: a pinhole, or a telecentric lens.
 ///
 /// Every image position has a ray, inside the sensor or not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
     position_mm: DVec3,
-    /// Tangent of the field angle per pixel: pitch / focal length.
-    tangent_per_px: f64,
+    projection: Projection,
     /// The principal point: the image position whose ray runs along z; the centre of the sensor for a plain pinhole.
     centre_px: DVec2,
     /// Tangent of the image-side angle less that of the object-side one: how a lens turns rays through this point of it.
@@ -23,12 +22,35 @@ pub struct Camera {
     size_px: [usize; 2],
 }
 
+/// How rays belong to image positions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Projection {
+    /// All start at one point.
+    Pinhole {
+        /// Tangent of the field angle per pixel: pitch / focal length.
+        tangent_per_px: f64,
+    },
+    /// All run in one direction.
+    Telecentric {
+        /// Steps of their origins per pixel: pitch / magnification.
+        mm_per_px: f64,
+        /// The unit direction.
+        direction: DVec3,
+    },
+}
+
 impl Camera {
-    /// The camera of a scene.
-    pub fn new(camera: &scene::Camera) -> Self {
+    /// The camera of a scene, with a telecentric lens where one is given.
+    pub fn new(camera: &scene::Camera, telecentric: Option<&Telecentric>) -> Self {
+        let projection = match telecentric {
+            None => Projection::Pinhole { tangent_per_px: camera.pitch_mm / camera.focal_length_mm },
+            Some(lens) => {
+                Projection::Telecentric { mm_per_px: camera.pitch_mm / lens.magnification, direction: DVec3::Z }
+            }
+        };
         Self {
             position_mm: camera.position_mm,
-            tangent_per_px: camera.pitch_mm / camera.focal_length_mm,
+            projection,
             centre_px: DVec2::new(camera.width_px as f64, camera.height_px as f64) * 0.5,
             turn: DVec2::ZERO,
             size_px: [camera.width_px, camera.height_px],
@@ -41,9 +63,29 @@ impl Camera {
     pub fn through(&self, lens: &ThinLens, point_mm: DVec2) -> Self {
         Self {
             position_mm: self.position_mm + point_mm.extend(0.0),
-            centre_px: self.centre_px + point_mm / (lens.focus_mm * self.tangent_per_px),
+            centre_px: self.centre_px + point_mm / (lens.focus_mm * self.per_px()),
             turn: self.turn + point_mm / lens.focal_mm,
             ..*self
+        }
+    }
+
+    /// What `lens`, whose camera this is, sees in one direction of its cones, given by its sines: every image position the
+    /// same point of the plane in focus as before.
+    #[must_use]
+    pub fn along(&self, lens: &Telecentric, sines: DVec2) -> Self {
+        let mm_per_px = self.per_px();
+        let direction = sines.extend((1.0 - sines.length_squared()).sqrt());
+        Self {
+            projection: Projection::Telecentric { mm_per_px, direction },
+            centre_px: self.centre_px + Telecentric::tangents(sines) * (lens.focus_mm / mm_per_px),
+            ..*self
+        }
+    }
+
+    /// Tangent of the field angle per pixel of a pinhole, mm per pixel of a telecentric lens.
+    fn per_px(&self) -> f64 {
+        match self.projection {
+            Projection::Pinhole { tangent_per_px: step } | Projection::Telecentric { mm_per_px: step, .. } => step,
         }
     }
 
@@ -51,18 +93,24 @@ impl Camera {
     #[must_use]
     pub fn sampled(&self, n: usize) -> Self {
         let [width, height] = self.size_px;
-        Self {
-            tangent_per_px: self.tangent_per_px / n as f64,
-            centre_px: self.centre_px * n as f64,
-            size_px: [width * n, height * n],
-            ..*self
-        }
+        let n_px = n as f64;
+        let projection = match self.projection {
+            Projection::Pinhole { tangent_per_px } => Projection::Pinhole { tangent_per_px: tangent_per_px / n_px },
+            Projection::Telecentric { mm_per_px, direction } => {
+                Projection::Telecentric { mm_per_px: mm_per_px / n_px, direction }
+            }
+        };
+        Self { projection, centre_px: self.centre_px * n_px, size_px: [width * n, height * n], ..*self }
     }
 
     /// Whether mirror images in the plane x = 0 have mirrored rays, bit for bit, and no pixel lies across it.
     pub fn keeps_mirror_images(&self) -> bool {
         let width = self.size_px[0];
-        self.position_mm.x == 0.0 && width.is_multiple_of(2) && self.centre_px.x == 0.5 * width as f64
+        let upright = match self.projection {
+            Projection::Pinhole { .. } => true,
+            Projection::Telecentric { direction, .. } => direction.x == 0.0,
+        };
+        upright && self.position_mm.x == 0.0 && width.is_multiple_of(2) && self.centre_px.x == 0.5 * width as f64
     }
 
     /// Columns and rows of the sensor.
@@ -70,51 +118,83 @@ impl Camera {
         self.size_px
     }
 
-    /// The pinhole, in the world.
+    /// The pinhole, or the middle of the plane from which distances to a telecentric lens are counted, in the world.
     pub fn position_mm(&self) -> DVec3 {
         self.position_mm
     }
 
-    /// Tangent of the field angle per pixel: pitch over focal length.
-    pub fn tangent_per_px(&self) -> f64 {
-        self.tangent_per_px
+    /// Tangent of the field angle per pixel, pitch over focal length; `None` for a telecentric lens.
+    pub fn tangent_per_px(&self) -> Option<f64> {
+        match self.projection {
+            Projection::Pinhole { tangent_per_px } => Some(tangent_per_px),
+            Projection::Telecentric { .. } => None,
+        }
     }
 
-    /// Cosine of the angle to the axis at which light reaches an image position.
+    /// Whether a ray of this camera belongs to the right half of the picture, its middle included.
+    #[inline(always)]
+    pub fn is_right(&self, ray: &Ray) -> bool {
+        match self.projection {
+            Projection::Pinhole { .. } => ray.direction.x >= 0.0,
+            Projection::Telecentric { .. } => ray.origin.x >= self.position_mm.x,
+        }
+    }
+
+    /// Cosine of the angle to the axis at which light reaches an image position, as far as it weakens the light: the
+    /// directions of a telecentric lens are chosen in proportion to what they give.
     pub fn image_cos(&self, px: DVec2) -> f64 {
-        let t = (px - self.centre_px) * self.tangent_per_px + self.turn;
-        1.0 / (1.0 + t.length_squared()).sqrt()
+        match self.projection {
+            Projection::Pinhole { tangent_per_px } => {
+                let t = (px - self.centre_px) * tangent_per_px + self.turn;
+                1.0 / (1.0 + t.length_squared()).sqrt()
+            }
+            Projection::Telecentric { .. } => 1.0,
+        }
     }
 
     /// The ray of an image position.
     #[inline(always)]
     pub fn ray(&self, px: DVec2) -> Ray {
-        let t = (px - self.centre_px) * self.tangent_per_px;
-        Ray { origin: self.position_mm, direction: DVec3::new(t.x, t.y, 1.0).normalize() }
+        let t = (px - self.centre_px) * self.per_px();
+        match self.projection {
+            Projection::Pinhole { .. } => {
+                Ray { origin: self.position_mm, direction: DVec3::new(t.x, t.y, 1.0).normalize() }
+            }
+            Projection::Telecentric { direction, .. } => Ray { origin: self.position_mm + t.extend(0.0), direction },
+        }
     }
 
     /// The rays of a packet of image positions, with the bits of [`Camera::ray`].
     #[inline(always)]
     pub fn rays(&self, px: [Lanes; 2]) -> Rays {
-        let scale = Lanes::splat(self.tangent_per_px);
+        let scale = Lanes::splat(self.per_px());
         let x = (px[0] - Lanes::splat(self.centre_px.x)) * scale;
         let y = (px[1] - Lanes::splat(self.centre_px.y)) * scale;
-        let direction = Vectors { x, y, z: Lanes::splat(1.0) }.normalize();
-        Rays { origin: Vectors::splat(self.position_mm), direction }
+        let position = Vectors::splat(self.position_mm);
+        match self.projection {
+            Projection::Pinhole { .. } => {
+                Rays { origin: position, direction: Vectors { x, y, z: Lanes::splat(1.0) }.normalize() }
+            }
+            Projection::Telecentric { direction, .. } => {
+                let origin = Vectors { x: position.x + x, y: position.y + y, z: position.z };
+                Rays { origin, direction: Vectors::splat(direction) }
+            }
+        }
     }
 
     /// How the ray of `px` changes with the position.
     #[inline(always)]
     pub fn differentials(&self, px: DVec2) -> Differentials {
-        let t = (px - self.centre_px) * self.tangent_per_px;
+        let s = self.per_px();
+        let (right, down) = (DVec3::new(s, 0.0, 0.0), DVec3::new(0.0, s, 0.0));
+        if let Projection::Telecentric { .. } = self.projection {
+            return Differentials { origin: [right, down], direction: [DVec3::ZERO; 2] };
+        }
+        let t = (px - self.centre_px) * s;
         let a = DVec3::new(t.x, t.y, 1.0);
         let length = a.length();
         let d = a / length;
         let turn = |step: DVec3| (step - d * d.dot(step)) / length;
-        let s = self.tangent_per_px;
-        Differentials {
-            origin: [DVec3::ZERO; 2],
-            direction: [turn(DVec3::new(s, 0.0, 0.0)), turn(DVec3::new(0.0, s, 0.0))],
-        }
+        Differentials { origin: [DVec3::ZERO; 2], direction: [turn(right), turn(down)] }
     }
 }

@@ -3,6 +3,8 @@
 pub mod aim;
 pub mod board;
 pub mod camera;
+pub mod clip;
+mod flaws;
 mod gain;
 pub mod mesh;
 pub mod prism;
@@ -14,12 +16,13 @@ use crate::effect::Effects;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
 use crate::problem::Problem;
-use crate::scene::Scene;
+use crate::scene::{self, Scene};
 use crate::trace::carry::{Carry, Differentials, Path};
 use glam::{DMat2, DVec2};
 
 pub use board::Board;
 pub use camera::Camera;
+pub use clip::Opening;
 pub use prism::{Prism, Side};
 
 /// The instrument of one scene.
@@ -31,6 +34,8 @@ pub struct System {
     pub prism: Option<Prism>,
     /// The board.
     pub board: Board,
+    /// An opening before the camera, through which all rays must go.
+    pub stop: Option<Opening>,
     /// What is asked of each ray.
     pub accuracy: Accuracy,
     /// What the picture shows besides geometry. Rays do not know of it: what is traced, seen and aimed at here is the
@@ -61,16 +66,38 @@ pub struct Footprint {
 /// # Errors
 /// When the prism cannot be designed from the scene's values.
 pub fn build(scene: &Scene) -> Result<System, Problem> {
+    Ok(ideal(scene)?.with_effects(&scene.effects, &scene.camera))
+}
+
+/// The instrument of a scene without its effects, large enough for all of them.
+///
+/// # Errors
+/// As [`build`].
+pub fn ideal(scene: &Scene) -> Result<System, Problem> {
     Ok(System {
-        camera: Camera::new(&scene.camera),
+        camera: Camera::new(&scene.camera, None),
         prism: Prism::build(&scene.prism, &scene.camera, scene.effects.spare_mm())?,
         board: Board::new(&scene.board),
+        stop: None,
         accuracy: scene.accuracy,
-        effects: scene.effects.clone(),
+        effects: Effects::default(),
     })
 }
 
 impl System {
+    /// This ideal instrument, whose camera is `camera`, with `effects`.
+    #[must_use]
+    pub fn with_effects(&self, effects: &Effects, camera: &scene::Camera) -> Self {
+        let stop = effects.clipping.and_then(|clipping| clipping.stop);
+        Self {
+            camera: Camera::new(camera, effects.telecentric.as_ref()),
+            prism: self.prism.as_ref().map(|prism| prism.with_effects(effects)),
+            stop: stop.map(|stop| Opening::new(&stop, camera)),
+            effects: effects.clone(),
+            ..self.clone()
+        }
+    }
+
     /// Whether the picture is its own mirror image, bit for bit: camera, prism and board have the plane x = 0 as their
     /// plane of symmetry, and no pixel lies across it.
     pub fn is_mirror_symmetric(&self) -> bool {
@@ -130,9 +157,14 @@ impl System {
 
     #[inline(always)]
     fn exit<C: Carry>(&self, ray: Ray, carry: &mut C) -> Result<(Ray, Side), Fate> {
+        if let Some(stop) = &self.stop
+            && stop.margin_mm(&ray) < 0.0
+        {
+            return Err(Fate::Clipped);
+        }
         match &self.prism {
             // Without glass there are no sides; the image's own halves stand in for them.
-            None => Ok((ray, if ray.direction.x >= 0.0 { Side::Right } else { Side::Left })),
+            None => Ok((ray, if self.camera.is_right(&ray) { Side::Right } else { Side::Left })),
             Some(prism) => prism.pass(&ray, self.accuracy.surface_residual_mm, carry),
         }
     }

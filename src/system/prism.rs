@@ -1,6 +1,7 @@
 //! The prism as two sides, each a front and a back surface between the same media.
 
 use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM};
+use crate::effect::{Clipping, Effects};
 use crate::geom::{Pose, Ray};
 use crate::optics::fate::Fate;
 use crate::optics::mesh::Mesh;
@@ -10,7 +11,7 @@ use crate::scene;
 use crate::trace::carry::Carry;
 use crate::trace::packet::Biprism;
 use crate::trace::sequential::pass;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
 /// Relative rounding of a point's x on its way along a ray: a few operations.
@@ -50,11 +51,17 @@ pub struct Prism {
     eta_out: f64,
     /// n_outer, n_glass
     indices: [f64; 2],
+    /// What of the surfaces lets no light pass.
+    clip: Option<Clipping>,
+    /// Slopes that are added to those of the front and the back where light is refracted, and nowhere else.
+    slopes: Option<[DVec2; 2]>,
+    /// Whether the left side is the mirror image of the right one.
+    symmetric: bool,
 }
 
 impl Prism {
-    /// The prism of a scene; `None` where the scene has none. A designed prism is made larger than the rays of the design
-    /// by `spare_mm` on every side, so that a pupil of finite size finds glass as well.
+    /// The prism of a scene as it is meant to be; `None` where the scene has none. A designed one is made larger than the
+    /// rays of the design by `spare_mm` on every side, so that rays that stray from them find glass as well.
     ///
     /// # Errors
     /// When a design is asked for that does not exist.
@@ -110,7 +117,16 @@ impl Prism {
         let pose = body.world_from_prism;
         let poses = (!pose.is_identity()).then(|| [pose, pose.inverse()]);
         let indices = [body.outer_index, body.index];
-        Self { poses, sides, eta_in: indices[0] / indices[1], eta_out: indices[1] / indices[0], indices }
+        Self {
+            poses,
+            sides,
+            eta_in: indices[0] / indices[1],
+            eta_out: indices[1] / indices[0],
+            indices,
+            clip: None,
+            slopes: None,
+            symmetric: true,
+        }
     }
 
     /// The same glass where its index is greater by `shift`, as it is at another wavelength.
@@ -120,24 +136,50 @@ impl Prism {
         Self { eta_in: outer / glass, eta_out: glass / outer, indices: [outer, glass], ..self.clone() }
     }
 
+    /// The same glass with other surfaces, which need not be mirror images, somewhere else.
+    pub(super) fn rebuilt(self, poses: Option<[Pose; 2]>, sides: [[Surface; 2]; 2]) -> Self {
+        Self { poses, sides, symmetric: false, ..self }
+    }
+
     /// Refractive indices of the surroundings and of the glass.
     pub fn indices(&self) -> [f64; 2] {
         self.indices
     }
 
-    /// Whether the two sides are mirror images of each other in the world's plane x = 0, bit for bit. In the prism's own
-    /// frame they always are.
-    pub fn keeps_mirror_images(&self) -> bool {
-        self.poses.is_none_or(|poses| poses.iter().all(Pose::keeps_mirror_images))
+    /// This ideal prism with what `effects` say of it.
+    #[must_use]
+    pub fn with_effects(&self, effects: &Effects) -> Self {
+        let made = match effects.manufacture.as_ref().filter(|errors| !errors.is_nothing()) {
+            Some(errors) => self.made(errors),
+            None => self.clone(),
+        };
+        Self { clip: effects.clipping.filter(|clipping| !clipping.is_nothing()), ..made }
     }
 
-    /// The prism for packets of rays, each surface laid out by `shape`; `None` where `shape` is for some surface, or where
-    /// glass and surroundings have one index, which refraction treats apart.
+    /// The same prism with `slopes` added to those of the front and the back wherever light is refracted.
+    #[must_use]
+    pub fn with_slopes(&self, slopes: [DVec2; 2]) -> Self {
+        Self { slopes: (slopes != [DVec2::ZERO; 2]).then_some(slopes), ..self.clone() }
+    }
+
+    /// Whether the two sides are mirror images of each other in the world's plane x = 0, bit for bit.
+    pub fn keeps_mirror_images(&self) -> bool {
+        self.symmetric
+            && self.slopes.is_none()
+            && self.poses.is_none_or(|poses| poses.iter().all(Pose::keeps_mirror_images))
+    }
+
+    /// The prism for packets of rays, each surface laid out by `shape`; `None` where `shape` is for some surface, where a
+    /// part of the surfaces is clipped or rough, or where glass and surroundings have one index, which refraction treats apart.
     pub fn for_packets<S>(&self, shape: impl Fn(&Surface) -> Option<S>) -> Option<Biprism<S>> {
         let side = |[front, back]: &[Surface; 2]| Some([shape(front)?, shape(back)?]);
         let sides = [side(&self.sides[0])?, side(&self.sides[1])?];
         let eta = [self.eta_in, self.eta_out];
-        (eta != [1.0, 1.0]).then_some(Biprism { poses: self.poses, sides, eta })
+        (eta != [1.0, 1.0] && self.clip.is_none() && self.slopes.is_none()).then_some(Biprism {
+            poses: self.poses,
+            sides,
+            eta,
+        })
     }
 
     /// The ray behind the prism and the side that it passed, both in the world.
@@ -145,14 +187,31 @@ impl Prism {
     pub fn pass<C: Carry>(&self, ray: &Ray, residual_mm: f64, carry: &mut C) -> Result<(Ray, Side), Fate> {
         let own = self.enter(ray, carry);
         let (side, meeting) = self.first_facet(&own, residual_mm)?;
-        self.refract(&own, side, &meeting, residual_mm, carry).map(|out| (out, side))
+        self.keep(0, &own, &meeting)?;
+        let out = self.refract(&own, side, &meeting, residual_mm, carry, &|back, meeting| self.keep(1, back, meeting));
+        out.map(|out| (out, side))
     }
 
-    /// The ray behind the prism when it passes `side`, whether or not it meets that side of the ridge.
+    /// Whether the front (0) or the back (1) lets a ray (in the prism's frame) pass where it is met.
+    #[inline(always)]
+    fn keep(&self, which: usize, ray: &Ray, meeting: &Meeting) -> Result<(), Fate> {
+        match self.clip {
+            Some(_) if !self.passes_at(which, ray.at(meeting.t_mm)) => Err(Fate::Clipped),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether light goes on from this place (in the prism's frame) of the front (0) or the back (1).
+    #[inline(always)]
+    pub(super) fn passes_at(&self, which: usize, at_mm: DVec3) -> bool {
+        self.clip.is_none_or(|clip| clip.margin_mm(which, at_mm) >= 0.0)
+    }
+
+    /// The ray behind the prism when it passes `side`, whether or not it meets that side of the ridge, and unclipped.
     pub fn pass_through<C: Carry>(&self, ray: &Ray, side: Side, residual_mm: f64, carry: &mut C) -> Result<Ray, Fate> {
         let own = self.enter(ray, carry);
         let meeting = self.sides[side as usize][0].meet(&own, residual_mm)?;
-        self.refract(&own, side, &meeting, residual_mm, carry)
+        self.refract(&own, side, &meeting, residual_mm, carry, &|_, _| Ok(()))
     }
 
     /// The front (0) or back (1) surface of a side, in the prism's frame.
@@ -170,8 +229,10 @@ impl Prism {
     ) -> Result<Ray, Fate> {
         let own = self.enter(ray, &mut ());
         let [front, back] = &self.sides[side as usize];
-        let inside = pass(&own, front, &meet(0, &own)?, self.eta_in, &mut ())?;
-        let out = pass(&inside, back, &meet(1, &inside)?, self.eta_out, &mut ())?;
+        let met = meet(0, &own)?;
+        let inside = pass(&own, front, &met, met.normal, self.eta_in, &mut ())?;
+        let met = meet(1, &inside)?;
+        let out = pass(&inside, back, &met, met.normal, self.eta_out, &mut ())?;
         Ok(self.poses.map_or(out, |[world_from_prism, _]| out.moved(&world_from_prism)))
     }
 
@@ -214,6 +275,18 @@ impl Prism {
         }
     }
 
+    /// The normal by which the front (0) or the back (1) refracts.
+    #[inline(always)]
+    pub(super) fn normal(&self, which: usize, meeting: &Meeting) -> DVec3 {
+        match &self.slopes {
+            None => meeting.normal,
+            Some(slopes) => {
+                let slope = slopes[which] - meeting.normal.truncate() / meeting.normal.z;
+                DVec3::new(-slope.x, -slope.y, 1.0).normalize()
+            }
+        }
+    }
+
     #[inline(always)]
     fn refract<C: Carry>(
         &self,
@@ -222,11 +295,13 @@ impl Prism {
         front: &Meeting,
         residual_mm: f64,
         carry: &mut C,
+        keep_back: &impl Fn(&Ray, &Meeting) -> Result<(), Fate>,
     ) -> Result<Ray, Fate> {
         let [facet, base] = &self.sides[side as usize];
-        let out = pass(ray, facet, front, self.eta_in, carry).and_then(|inside| {
+        let out = pass(ray, facet, front, self.normal(0, front), self.eta_in, carry).and_then(|inside| {
             let meeting = base.meet(&inside, residual_mm)?;
-            pass(&inside, base, &meeting, self.eta_out, carry)
+            keep_back(&inside, &meeting)?;
+            pass(&inside, base, &meeting, self.normal(1, &meeting), self.eta_out, carry)
         });
         match &self.poses {
             None => out,

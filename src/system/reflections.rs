@@ -3,7 +3,9 @@
 use super::{Prism, System};
 use crate::geom::Ray;
 use crate::optics::polarisation::Beam;
+use crate::optics::surface::Meeting;
 use crate::trace::nonsequential::{Account, Body, Exit, Face, Limits, Solid};
+use glam::DVec3;
 
 impl System {
     /// What light meets in the glass, with all that the scene's effects say of its surfaces and its substance; `None` without
@@ -34,8 +36,12 @@ impl Prism {
         residual_mm: f64,
         leave: &mut impl FnMut(&Exit),
     ) -> Account {
-        let solid =
-            Solid { body, meet: |face: Face, ray: &Ray| self.sides[face.side][face.which].meet(ray, residual_mm) };
+        let meet = |face: Face, ray: &Ray| {
+            let met = self.sides[face.side][face.which].meet(ray, residual_mm)?;
+            Ok(Meeting { normal: self.normal(face.which, &met), ..met })
+        };
+        let passes = |face: Face, at_mm: DVec3| self.passes_at(face.which, at_mm);
+        let solid = Solid { body, meet, passes };
         match &self.poses {
             None => solid.follow(ray, start, limits, leave),
             Some([world_from_prism, prism_from_world]) => {

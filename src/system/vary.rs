@@ -13,12 +13,19 @@ impl System {
     /// The instrument of one variant.
     #[must_use]
     pub fn varied(&self, variant: &Variant) -> Self {
-        let camera = match &self.effects.thin_lens {
-            Some(lens) => self.camera.through(lens, variant.pupil_mm),
-            None => self.camera,
+        let camera = match (&self.effects.thin_lens, &self.effects.telecentric) {
+            (Some(lens), _) => self.camera.through(lens, variant.pupil),
+            (None, Some(lens)) => self.camera.along(lens, variant.pupil),
+            (None, None) => self.camera,
         };
-        let Some(wave) = &variant.wave else { return Self { camera, ..self.clone() } };
-        let prism = self.prism.as_ref().map(|prism| prism.with_index_shift(wave.index_shift));
-        Self { camera, prism, effects: self.effects.at_wavelength(wave.wavelength_nm), ..self.clone() }
+        let prism = self.prism.as_ref().map(|prism| {
+            let prism = prism.with_slopes(variant.slopes);
+            variant.wave.map_or(prism.clone(), |wave| prism.with_index_shift(wave.index_shift))
+        });
+        let effects = match &variant.wave {
+            Some(wave) => self.effects.at_wavelength(wave.wavelength_nm),
+            None => self.effects.clone(),
+        };
+        Self { camera, prism, effects, ..self.clone() }
     }
 }

@@ -64,7 +64,7 @@ pub struct Account {
     pub escaped: f64,
     /// Absorbed in the glass.
     pub absorbed: f64,
-    /// Given up by the limits, gone where the glass has no surface, or lost by a solver.
+    /// Given up by the limits, gone where the glass has no surface or lets nothing pass, or lost by a solver.
     pub dropped: f64,
 }
 
@@ -77,11 +77,13 @@ const RIDGE_ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 /// own side last, as it does for light that passes in sequence. A face never sees itself: it is less bent than the light on
 /// it is inclined, as it is where [`crate::optics::surface::Freeform`] knows that a ray crosses it once.
 #[derive(Debug)]
-pub struct Solid<M> {
+pub struct Solid<M, P> {
     /// What it is made of.
     pub body: Body,
     /// Where a ray in the prism's frame first meets a face, with the normal in either orientation.
     pub meet: M,
+    /// Whether light goes on from a place of a face, or is lost there.
+    pub passes: P,
 }
 
 /// Light on its way.
@@ -105,7 +107,7 @@ enum Next {
     Lost,
 }
 
-impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>> Solid<M> {
+impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>, P: Fn(Face, DVec3) -> bool> Solid<M, P> {
     /// Follows light of power 1 that comes along `ray` towards the facets: `leave` hears of all that leaves the glass,
     /// in a fixed order.
     ///
@@ -137,6 +139,11 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>> Solid<M> {
                 return;
             }
         };
+        let origin = branch.ray.at(meeting.t_mm);
+        if !(self.passes)(face, origin) {
+            account.dropped += power;
+            return;
+        }
         let mut beam = branch.beam;
         if branch.inside && self.body.absorption_per_mm != 0.0 {
             beam = beam.dimmed(left_after(self.body.absorption_per_mm, meeting.t_mm));
@@ -147,7 +154,6 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>> Solid<M> {
         let interface = self.interface(face, branch.inside);
         let refracted = refract(incoming, normal, interface.n_in / interface.n_out).map(|r| r.direction);
         let parts = beam.split(&interface, normal, incoming, reflected, refracted);
-        let origin = branch.ray.at(meeting.t_mm);
         let side = if face.which == 0 { face.side } else { branch.side };
         // Base 8, the highest bit for the digits that are there; the 20 that 64 bits hold are more than light is worth.
         let route = branch.route.wrapping_mul(8).wrapping_add(4 + 2 * face.side as u64 + face.which as u64);

@@ -34,7 +34,8 @@ fn towards(x: f64, y: f64) -> Ray {
 fn exits(body: Body, faces: &[[Surface; 2]; 2], ray: &Ray, light: Light, limits: Limits) -> (Account, Vec<Exit>) {
     let mut found = Vec::new();
     let start = Beam::new(ray.direction, light);
-    let account = Solid { body, meet: meet(faces) }.follow(ray, start, limits, &mut |exit| found.push(*exit));
+    let account = Solid { body, meet: meet(faces), passes: |_, _| true }
+        .follow(ray, start, limits, &mut |exit| found.push(*exit));
     (account, found)
 }
 
@@ -144,7 +145,8 @@ fn a_mesh_of_planes_gives_the_light_of_planes() {
             Mesh::new(Triangles::over(domain, 17, height), Normals::Flat)
         })
     });
-    let solid = Solid { body: GLASS, meet: |face: Face, ray: &Ray| meshes[face.side][face.which].meet(ray) };
+    let meet = |face: Face, ray: &Ray| meshes[face.side][face.which].meet(ray);
+    let solid = Solid { body: GLASS, meet, passes: |_, _| true };
     let limits = Limits { bounces: 4, least_power: 1e-9 };
     let mut compared = 0;
     for k in 0..300 {

@@ -42,6 +42,7 @@ fn study() -> Study {
         patches: 0,
         mapped: 0.0,
         passes: 1,
+        noise: None,
     };
     let mesh = Meshed {
         triangles: 1000,

@@ -1,0 +1,150 @@
+//! The one table of effects.
+
+use super::Effects;
+
+/// Where an effect takes hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Hook {
+    /// The instrument itself, through and through: its rays, what is true of its pictures, and what is aimed at.
+    Instrument,
+    /// The picture becomes a mean over variants of the instrument.
+    Ray,
+    /// A smooth factor of each ray's light.
+    Transport,
+    /// A function of the whole picture.
+    Film,
+}
+
+/// What the house knows of an effect.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// Its table in a scene file is `[effect.<key>]`.
+    pub key: &'static str,
+    /// Where it takes hold.
+    pub hook: Hook,
+    /// What it is.
+    pub what: &'static str,
+    /// Where its formulas come from.
+    pub source: &'static str,
+    /// What it costs.
+    pub cost: &'static str,
+    /// Whether it is called for, and with a strength above 0.
+    pub acts: fn(&Effects) -> bool,
+}
+
+/// Every effect, in the order in which light meets them.
+pub const TABLE: [Row; 14] = [
+    Row {
+        key: "lamp",
+        hook: Hook::Transport,
+        what: "the board lit by a point lamp and evenly from all around",
+        source: "inverse square law and Lambert's cosine law",
+        cost: "one ray a pixel",
+        acts: |effects| effects.lamp.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "fresnel",
+        hook: Hook::Transport,
+        what: "what the surfaces of the glass reflect is missing behind it, polarised or not",
+        source: "Fresnel's formulas (Born & Wolf, Principles of Optics, 1.5.2)",
+        cost: "one ray a pixel",
+        acts: |effects| effects.fresnel.is_some(),
+    },
+    Row {
+        key: "coating",
+        hook: Hook::Transport,
+        what: "a single layer on every surface of the glass",
+        source: "characteristic matrix (Macleod, Thin-Film Optical Filters, 2.6; Born & Wolf, 1.6.2)",
+        cost: "nothing beyond `fresnel`, which it needs",
+        acts: |effects| effects.fresnel.is_some() && effects.coating.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "absorption",
+        hook: Hook::Transport,
+        what: "what the glass absorbs along the way of each ray",
+        source: "Beer and Lambert's law",
+        cost: "one ray a pixel",
+        acts: |effects| effects.absorption.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "ghosts",
+        hook: Hook::Ray,
+        what: "light that reaches the camera after reflections at the surfaces of the glass",
+        source: "rays parted at every surface by Fresnel's formulas, without chance",
+        cost: "samples x samples rays a pixel, each parted about 2 + bounces times; needs `fresnel`",
+        acts: |effects| effects.fresnel.is_some() && effects.ghosts.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "dispersion",
+        hook: Hook::Ray,
+        what: "light of many wavelengths, each bent by its own index",
+        source: "dispersion formulas of the makers and of articles, named with each glass in `optics::medium`",
+        cost: "one picture for each wavelength",
+        acts: |effects| effects.dispersion.as_ref().is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "manufacture",
+        hook: Hook::Instrument,
+        what: "the prism out of place, of another thickness and index, its surfaces out of place and figure",
+        source: "rigid motions; Zernike polynomials (ANSI Z80.28; Born & Wolf, Principles of Optics, 9.2.1)",
+        cost: "no packets of rays where the back is moved against the front, or a figure is wrong",
+        acts: |effects| effects.manufacture.as_ref().is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "roughness",
+        hook: Hook::Ray,
+        what: "rough surfaces, which scatter light by their slopes",
+        source: "geometric limit of scatter (Beckmann & Spizzichino, The Scattering of Electromagnetic Waves, 5.3)",
+        cost: "one picture for each point of the slopes",
+        acts: |effects| effects.roughness.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "clipping",
+        hook: Hook::Instrument,
+        what: "the rim of the prism, a ridge that is not sharp, and a stop before the lens, which rays do not pass",
+        source: "geometry",
+        cost: "pixels at a border of what passes are cut; no packets of rays",
+        acts: |effects| effects.clipping.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "telecentric",
+        hook: Hook::Instrument,
+        what: "pupils at infinity on both sides: everything is shown equally large, sharp at one distance",
+        source: "Born & Wolf, Principles of Optics, 4.8.2 (telecentric stop), 4.5.1 (sine condition)",
+        cost: "one picture for each point of the pupil",
+        acts: |effects| effects.telecentric.is_some(),
+    },
+    Row {
+        key: "thin_lens",
+        hook: Hook::Ray,
+        what: "an aperture of finite size and shape, in focus at one distance",
+        source: "thin lens equation (Born & Wolf, Principles of Optics, 4.4)",
+        cost: "one picture for each point of the pupil",
+        acts: |effects| effects.thin_lens.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "cos4",
+        hook: Hook::Transport,
+        what: "natural fall of illumination towards the rim of the picture",
+        source: "cosine fourth law (Born & Wolf, Principles of Optics, 4.8.3)",
+        cost: "one ray a pixel",
+        acts: |effects| effects.cos4.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "diffraction",
+        hook: Hook::Film,
+        what: "the Airy pattern of a round aperture in place of a point",
+        source: "Born & Wolf, Principles of Optics, 8.5.2; Goodman, Introduction to Fourier Optics, 7.3",
+        cost: "a picture of up to 4 x 4 samples a pixel, convolved",
+        acts: |effects| effects.diffraction.is_some_and(|e| !e.is_nothing()),
+    },
+    Row {
+        key: "sensor",
+        hook: Hook::Film,
+        what: "from light to numbers: fill factor, colour filters, fixed pattern, shot and read noise, full well, ADC, gamma",
+        source: "EMVA Standard 1288, linear model",
+        cost: "some random numbers a pixel",
+        acts: |effects| effects.sensor.is_some_and(|e| !e.is_nothing()),
+    },
+];
