@@ -23,6 +23,8 @@ const QUALITY: usize = 6;
 
 pub(super) fn to_text(views: &[View]) -> String {
     let count: usize = views.iter().map(|v| v.corners.len()).sum();
+    // For every view or for none: a reader could not tell one that was lost from one that was not known.
+    let full = views.iter().flat_map(|v| &v.corners).all(|c| c.quality.is_some());
     let mut text = format!("{FIRST_LINE}\n---\n{CENTRE_KEY}: \"{OPENCV_CENTRE}\"\n{COUNT_KEY}: {count}\n");
     for view in views {
         let name = &view.name;
@@ -33,8 +35,8 @@ pub(super) fn to_text(views: &[View]) -> String {
         matrix(&mut text, &format!("{name}_corners"), "2d", view.corners.len(), positions);
         let indices = view.corners.iter().map(|c| format!("{}, {}", c.index[0], c.index[1]));
         matrix(&mut text, &format!("{name}_index"), "2i", view.corners.len(), indices);
-        let quality: Option<Vec<Quality>> = view.corners.iter().map(|c| c.quality).collect();
-        if let Some(quality) = quality {
+        if full {
+            let quality: Vec<Quality> = view.corners.iter().filter_map(|c| c.quality).collect();
             let rows = quality.iter().map(|q| {
                 let v = q.covariance_px2;
                 let main = f64::from(u8::from(q.polarity == Polarity::Main));

@@ -43,6 +43,16 @@ fn what_is_written_reads_back() {
 }
 
 #[test]
+fn quality_is_written_of_every_corner_or_of_none() {
+    let mut mixed = views();
+    mixed[1].corners[0].quality = None;
+    for format in [Format::Csv, Format::OpenCv] {
+        let back = parse(&to_text(&mixed, format), format, "a").unwrap();
+        assert!(back.iter().flat_map(|v| &v.corners).all(|c| c.quality.is_none()), "{format:?}");
+    }
+}
+
+#[test]
 fn json_keeps_blur_and_counts() {
     let mut views = views();
     views[0].blur_px = Some([0.7, 0.71]);
