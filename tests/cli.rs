@@ -62,7 +62,7 @@ fn compare_writes_the_same_bytes_for_any_number_of_threads() {
         let out = Command::new(env!("CARGO_BIN_EXE_biprism"))
             .current_dir(folder.path())
             .env("RAYON_NUM_THREADS", threads)
-            .args(["compare", "scene.toml", "--out", threads])
+            .args(["compare", "scene.toml", "--budget", "--out", threads])
             .output()
             .expect("it runs");
         assert!(out.status.success(), "{}", text(&out.stderr));
@@ -79,9 +79,10 @@ fn compare_writes_the_same_bytes_for_any_number_of_threads() {
             }
             (name.to_owned(), report.to_string().into_bytes())
         };
-        let files = ["flat.png", "freeform.png", "flat.exr", "freeform.exr", "comparison.png", "report.json"].map(read);
+        let pictures = ["flat.png", "freeform.png", "flat.exr", "freeform.exr", "comparison.png", "budget.png"];
+        let files: Vec<_> = pictures.into_iter().chain(["report.json"]).map(read).collect();
         match &first {
-            None => first = Some(files.to_vec()),
+            None => first = Some(files),
             Some(first) => {
                 for (a, b) in first.iter().zip(&files) {
                     assert!(a == b, "{} differs with {threads} threads", a.0);
@@ -110,6 +111,36 @@ fn compare_reports_every_corner_and_the_better_prism() {
     }
     let disparity = |k: usize| report["designs"][k]["stereo"]["vertical_disparity_rms_px"]["measured"].as_f64();
     assert!(disparity(0) > disparity(1), "flat {:?}, freeform {:?}", disparity(0), disparity(1));
+}
+
+#[test]
+fn a_budget_splits_the_error_of_every_corner() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    let compared = json(&biprism(folder.path(), &["compare", "scene.toml", "--budget", "--json"]));
+    let picture = ["measure", "out/freeform.exr", "--scene", "scene.toml", "--budget", "--json"];
+    assert_eq!(biprism(folder.path(), &picture).status.code(), Some(2), "only a picture of its own has a truth");
+    let measured = json(&biprism(folder.path(), &[&picture[..], &["--own"]].concat()));
+    for (design, fitted) in
+        [(&compared["designs"][0], false), (&compared["designs"][1], true), (&measured["designs"][0], true)]
+    {
+        let budget = &design["error_budget"];
+        let corners = budget["corners"].as_array().expect("corners");
+        assert!(corners.len() > 300 && budget["left_out"] == 0, "{} corners", corners.len());
+        assert_eq!(budget["fit"].is_object(), fitted);
+        for corner in corners {
+            let px = |key: &str, axis: usize| corner[key][axis].as_f64().unwrap_or(0.0);
+            for axis in 0..2 {
+                let steps: f64 = ["optics_px", "fit_px", "detector_px", "effects_px", "sampling_px"]
+                    .map(|key| px(key, axis))
+                    .iter()
+                    .sum();
+                let total = px("measured_px", axis) - px("ideal_px", axis);
+                // Positions of 200 px, and their differences.
+                assert!(total != 0.0 && (steps - total).abs() < 1e-12, "{corner}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Studies of an instrument: each a function of values. None touches files, and only [`cost`] reads the clock.
 
 pub mod anchor;
+pub mod budget;
 pub mod cost;
 pub mod judge;
 pub mod nominal;

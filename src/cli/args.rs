@@ -45,7 +45,13 @@ pub enum Verb {
 impl Verb {
     /// What is done without a verb.
     pub fn main_job() -> Self {
-        Self::Compare(CompareArgs { scene: None, out: PathBuf::from("out"), target_px: None, json: false })
+        Self::Compare(CompareArgs {
+            scene: None,
+            out: PathBuf::from("out"),
+            target_px: None,
+            budget: false,
+            json: false,
+        })
     }
 }
 
@@ -71,6 +77,10 @@ pub struct CompareArgs {
     /// accuracy that promises it, instead of the scene's own.
     #[arg(long, value_parser = target_px)]
     pub target_px: Option<f64>,
+    /// Also say where the error of each corner comes from (optics, fit, detector, effects, sampling), in the report and as
+    /// budget.png; renders the scene's own board once more, with every pixel traced.
+    #[arg(long)]
+    pub budget: bool,
     /// Print the report as JSON instead of the table.
     #[arg(long)]
     pub json: bool,
@@ -145,6 +155,9 @@ pub struct MeasureArgs {
     /// The picture was rendered from this very scene: compare with the exact corners too.
     #[arg(long)]
     pub own: bool,
+    /// Also say where the error of each corner comes from: optics, fit, detector, effects, sampling.
+    #[arg(long, requires = "own")]
+    pub budget: bool,
     /// Print the report as JSON instead of the table.
     #[arg(long)]
     pub json: bool,

@@ -4,14 +4,17 @@ use super::args::CompareArgs;
 use super::expect::expectations;
 use super::progress::Progress;
 use super::{Outcome, accuracy, files, say};
+use crate::analysis::budget::{self, Budget};
 use crate::analysis::judge::{Judgement, fates, judge, other_depth};
 use crate::problem::Problem;
 use crate::raster::{Notes, png};
 use crate::render::Film;
-use crate::report::figure::canvas;
+use crate::report::figure::budget::BudgetInput;
 use crate::report::figure::comparison::{self, ComparisonInput, CornerMark, FigureRow, Panel};
-use crate::report::{design, json, table};
+use crate::report::figure::{self, canvas};
+use crate::report::{self, design, json, table};
 use crate::scene::{DesignSettings, Prism, Scene};
+use glam::DVec2;
 use std::path::Path;
 
 /// One prism, judged.
@@ -19,6 +22,7 @@ struct Judged {
     name: &'static str,
     film: Film,
     judgement: Judgement,
+    budget: Option<Budget>,
 }
 
 pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
@@ -28,7 +32,8 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
     let pixels = (scene.camera.width_px * scene.camera.height_px) as u64;
     let own_depth = scene.board.world_from_board.translation_mm.z - scene.camera.position_mm.z;
     let boards = 1 + scene.analysis.depths_mm.iter().filter(|&&depth| other_depth(depth, own_depth)).count() as u64;
-    let mut progress = Progress::new(prisms.len() as u64 * boards * pixels);
+    let pictures = boards + if args.budget { budget::pictures(&scene.effects) } else { 0 };
+    let mut progress = Progress::new(prisms.len() as u64 * pictures * pixels);
     let mut judged = Vec::new();
     let mut designs = Vec::new();
     let mut written = Vec::new();
@@ -37,6 +42,12 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
         let system = files::build(scene, args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")))?;
         let rendered = progress.handle();
         let (film, judgement) = judge(scene, &system, &mut |step| progress.begin(name, step), &rendered);
+        let budget = if args.budget {
+            progress.begin(name, "budget");
+            Some(budget::budget(scene, &system, &judgement.view, &rendered)?)
+        } else {
+            None
+        };
         progress.begin(name, "write");
         for ending in ["png", "exr"] {
             let path = args.out.join(format!("{name}.{ending}"));
@@ -45,14 +56,23 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
         }
         let timing = progress.take_seconds();
         let entry = design::entry(name, &judgement, &fates(&film), timing, scene.camera.pitch_mm);
-        designs.push(json::Design { accuracy: Some(accuracy::entry(&film.account, &film.counts)), ..entry });
-        judged.push(Judged { name, film, judgement });
+        designs.push(json::Design {
+            accuracy: Some(accuracy::entry(&film.account, &film.counts)),
+            error_budget: budget.as_ref().map(report::budget::entry),
+            ..entry
+        });
+        judged.push(Judged { name, film, judgement, budget });
     }
     progress.begin("both", "figure");
     let verdict = table::verdict(&designs);
     if let [first, second] = &judged[..] {
         let path = args.out.join("comparison.png");
-        figure(&path, &scene, [first, second], &designs, &verdict)?;
+        comparison_figure(&path, &scene, [first, second], &designs, &verdict)?;
+        written.push(path);
+    }
+    if args.budget {
+        let path = args.out.join("budget.png");
+        budget_figure(&path, &scene, &judged)?;
         written.push(path);
     }
     drop(progress);
@@ -91,7 +111,7 @@ fn two_prisms(scene: &Scene) -> Result<Vec<(&'static str, Scene)>, Problem> {
 }
 
 /// `comparison.png`: two prisms side by side.
-fn figure(
+fn comparison_figure(
     path: &Path,
     scene: &Scene,
     judged: [&Judged; 2],
@@ -123,6 +143,23 @@ fn figure(
     };
     let drawn = canvas::raster(&comparison::draw(&input));
     png::write_rgb(path, &drawn, &Notes::default())
+}
+
+/// `budget.png`: where the error of each corner comes from.
+fn budget_figure(path: &Path, scene: &Scene, judged: &[Judged]) -> Result<(), Problem> {
+    let budgets: Vec<(String, &Budget)> =
+        judged.iter().filter_map(|j| Some((format!("{} prism", j.name), j.budget.as_ref()?))).collect();
+    let Some(first) = judged.first() else { return Ok(()) };
+    let full = |k: usize, px: DVec2| first.judgement.view.halves[k].frame.full(px);
+    let camera = &scene.camera;
+    let input = BudgetInput {
+        title: format!("{}: where the error of a corner comes from", scene.name),
+        picture_px: DVec2::new(camera.width_px as f64, camera.height_px as f64),
+        seam_px: 0.5 * camera.width_px as f64,
+        rows: report::budget::rows(&budgets, full),
+        width_px: 2000,
+    };
+    png::write_rgb(path, &canvas::raster(&figure::budget::draw(&input)), &Notes::default())
 }
 
 /// Detected corners of both halves with their deviation from the designed virtual camera.

@@ -4,13 +4,14 @@ use super::args::MeasureArgs;
 use super::expect::expectations;
 use super::progress::Progress;
 use super::{Outcome, files, say};
+use crate::analysis::budget;
 use crate::analysis::judge::measure;
 use crate::analysis::nominal::Frame;
 use crate::analysis::view::{Lattice, place, see};
 use crate::problem::Problem;
 use crate::raster::Raster;
 use crate::report::corners::{self, Format};
-use crate::report::{design, json, table};
+use crate::report::{self, design, json, table};
 use crate::scene::Scene;
 use crate::system::System;
 use crate::vision::half::Half;
@@ -37,10 +38,15 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Problem> {
     };
     progress.begin("picture", "measure");
     let judgement = measure(&scene, &system, view, &[]);
+    let budget = args.budget.then(|| {
+        progress.begin("picture", "budget");
+        budget::budget(&scene, &system, &judgement.view, &|_| ())
+    });
     let timing = progress.take_seconds();
     drop(progress);
     let name = files::prism_name(&scene.prism);
-    let entry = design::entry(name, &judgement, &BTreeMap::new(), timing, scene.camera.pitch_mm);
+    let mut entry = design::entry(name, &judgement, &BTreeMap::new(), timing, scene.camera.pitch_mm);
+    entry.error_budget = budget.transpose()?.map(|found| report::budget::entry(&found));
     let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs: vec![entry] };
     let outcome = expectations(&scene, &report)?;
     let words = || format!("{}\n\n{}\n", table::text(&report.designs), table::verdict(&report.designs));

@@ -8,6 +8,7 @@ pub mod virtual_camera;
 pub mod slope;
 pub mod cloud;
 pub mod march;
+pub mod marched;
 pub mod fit;
 pub mod text;
 

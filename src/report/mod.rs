@@ -1,5 +1,6 @@
 //! Results to files and figures.
 
+pub mod budget;
 pub mod cloud;
 pub mod corners;
 pub mod cost;

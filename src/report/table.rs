@@ -108,6 +108,9 @@ pub fn text(designs: &[Design]) -> String {
             let _ = write!(text, "  {value:>column$}");
         }
     }
+    for (name, budget) in designs.iter().filter_map(|d| Some((&d.name, d.error_budget.as_ref()?))) {
+        let _ = write!(text, "\n{}", super::budget::words(name, budget));
+    }
     text
 }
 

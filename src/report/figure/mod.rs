@@ -4,6 +4,7 @@
 //! it into pixels and [`svg::write`] into SVG text. The same data give the same bytes on every run.
 //!
 //! ```text
+//! BudgetInput ------budget::draw--------->
 //! ComparisonInput --comparison::draw-----> Drawing --canvas::raster--> Raster<[u8; 3]>
 //! ChartInput -------chart::draw--------->          --svg::write------> SVG text
 //! QuiverInput ------field::draw_quiver-->
@@ -24,6 +25,7 @@ pub mod axis;
 pub mod colour_bar;
 mod frame;
 pub mod comparison;
+pub mod budget;
 pub mod chart;
 pub mod field;
 #[cfg(test)]

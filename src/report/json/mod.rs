@@ -15,9 +15,11 @@ use serde_json::Value;
 
 use crate::problem::Problem;
 
+pub mod budget;
 pub mod figure;
 pub mod judgement;
 
+pub use budget::{BudgetTerm, CornerBudget, ErrorBudget};
 pub use figure::{Definition, Figure, Frame, Normaliser, PixelCentre, Unit};
 
 /// A whole report.
@@ -231,18 +233,6 @@ pub struct Corners {
     /// Candidates given up, by reason.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub rejected: BTreeMap<String, u64>,
-}
-
-/// The error of a corner by its source; squares add up where the sources are independent.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ErrorBudget {
-    /// Exact position against the fitted pinhole: distortion of the optics.
-    pub optics_rms_px: Figure,
-    /// Mean of detected minus exact position over noise: bias of the detector.
-    pub detector_rms_px: Figure,
-    /// Scatter of the detected position over noise of the sensor.
-    pub noise_rms_px: Figure,
 }
 
 /// The report as it is written: indented, keys in the order of the types, a newline at the end.
