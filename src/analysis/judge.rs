@@ -13,7 +13,8 @@ use crate::metrics::virtual_camera::{
 };
 use crate::metrics::{Both, Deviation, Observation, Pair, Unmeasurable};
 use crate::optics::fate::Fate;
-use crate::render::{self, Film};
+use crate::raster::Raster;
+use crate::render::{self, Class, Film};
 use crate::scene::Scene;
 use crate::system::aim::Aimer;
 use crate::system::{Board, System};
@@ -140,8 +141,8 @@ pub fn measure(scene: &Scene, system: &System, own: View, others: &[View]) -> Ju
 }
 
 /// How the rays of the picture's pixels ended, those that met the board's plane left out.
-pub fn fates(film: &Film) -> BTreeMap<&'static str, usize> {
-    let count = |fate: Fate| film.class.data().iter().filter(|&&c| c == render::Class::from(fate)).count();
+pub fn fates(classes: &Raster<Class>) -> BTreeMap<&'static str, usize> {
+    let count = |fate: Fate| classes.data().iter().filter(|&&c| c == Class::from(fate)).count();
     // Only scenes that ask for clipping know of it.
     let known = Fate::ALL.into_iter().filter(|&fate| fate != Fate::Clipped || count(fate) > 0);
     known.map(|fate| (fate.name(), count(fate))).collect()

@@ -5,11 +5,13 @@ use crate::problem::Problem;
 use crate::raster::exr::{self, Channel};
 use crate::raster::transfer::Transfer;
 use crate::raster::{Notes, Raster, png, safe};
-use crate::render::{Class, Film};
+use crate::render::{Class, Film, Strip};
 use crate::scene::{self, Encoding, Prism, Scene};
 use crate::system::System;
 use glam::DVec2;
+use std::iter::once;
 use std::path::Path;
+use std::sync::Arc;
 
 /// The design paper's scene, which is also shipped as a file.
 const PAPER: &str = include_str!("../../scenes/paper.toml");
@@ -60,6 +62,16 @@ pub(super) fn picture_name(path: &Path) -> Result<(), Problem> {
 
 /// Writes the picture as its name's ending asks: .png holds the radiance, .exr also the ground truth.
 pub(super) fn picture(path: &Path, scene: &Scene, system: &System, film: &Film) -> Result<(), Problem> {
+    strips(path, scene, system, once(Arc::new(Strip::from(film))))
+}
+
+/// Writes a picture that comes in strips, one below the other, as [`picture`].
+pub(super) fn strips(
+    path: &Path,
+    scene: &Scene,
+    system: &System,
+    strips: impl Iterator<Item = Arc<Strip>>,
+) -> Result<(), Problem> {
     let mut what = serde_json::json!({
         "scene": scene.name,
         "prism": prism_name(&scene.prism),
@@ -74,20 +86,26 @@ pub(super) fn picture(path: &Path, scene: &Scene, system: &System, film: &Film) 
     {
         classes.push("clipped".into());
     }
-    if film.noise.is_some() {
+    let mut strips = strips.peekable();
+    if strips.peek().is_some_and(|first| first.noise.is_some()) {
         what["Y.error"] = "standard error of Y, from the spread of random sets of samples".into();
     }
     let json = what.to_string();
     let notes = Notes { json: &json, pitch_mm: Some(scene.camera.pitch_mm) };
+    let size = (scene.camera.width_px, scene.camera.height_px);
     match ending(path).as_str() {
         "png" => {
             let transfer = match scene.encoding {
                 Encoding::Linear => Transfer::Linear,
                 Encoding::Srgb => Transfer::Srgb,
             };
-            let clamped = match &film.colour {
-                None => png::write_grey16(path, &film.radiance, transfer, &notes)?,
-                Some(colour) => png::write_rgb16(path, colour, transfer, &notes)?,
+            let coloured = strips.peek().is_some_and(|first| first.colour.is_some());
+            let clamped = if coloured {
+                let colours = strips.filter_map(|strip| strip.colour.clone());
+                png::write_rgb16_strips(path, size, colours, transfer, &notes)?
+            } else {
+                let greys = strips.map(|strip| strip.radiance.clone());
+                png::write_grey16_strips(path, size, greys, transfer, &notes)?
             };
             if clamped > 0 {
                 say::words(&format!(
@@ -97,7 +115,7 @@ pub(super) fn picture(path: &Path, scene: &Scene, system: &System, film: &Film) 
             }
             Ok(())
         }
-        "exr" => exr::write(path, channels(system, film), &notes),
+        "exr" => exr::write_strips(path, size.1, strips.map(|strip| channels(system, &strip)), &notes),
         _ => picture_name(path),
     }
 }
@@ -112,29 +130,29 @@ pub(super) fn prism_name(prism: &Prism) -> &'static str {
 }
 
 /// Radiance and, for each pixel's centre, what it sees through the prism.
-fn channels(system: &System, film: &Film) -> Vec<Channel> {
+fn channels(system: &System, strip: &Strip) -> Vec<Channel> {
     let seen = |class: Class| matches!(class, Class::Left | Class::Right);
     let truth = |value: &dyn Fn([f32; 2]) -> f64| {
-        let pixels = film.board_mm.data().iter().zip(film.class.data());
+        let pixels = strip.board_mm.data().iter().zip(strip.class.data());
         let data = pixels.map(|(&mm, &class)| if seen(class) { value(mm) as f32 } else { f32::NAN }).collect();
-        Raster::from_data(film.board_mm.width(), film.board_mm.height(), data)
+        Raster::from_data(strip.board_mm.width(), strip.board_mm.height(), data)
     };
     let world = |axis: usize| truth(&|mm| system.board.world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
     let mut channels = vec![
-        Channel::f32("Y", film.radiance.clone()),
+        Channel::f32("Y", strip.radiance.clone()),
         Channel::f32("board.U", truth(&|mm| f64::from(mm[0]))),
         Channel::f32("board.V", truth(&|mm| f64::from(mm[1]))),
         Channel::f32("P.X", world(0)),
         Channel::f32("P.Y", world(1)),
         Channel::f32("P.Z", world(2)),
-        Channel::u32("class", film.class.map(|class| class as u32)),
+        Channel::u32("class", strip.class.map(|class| class as u32)),
     ];
-    if let Some(colour) = &film.colour {
+    if let Some(colour) = &strip.colour {
         for (k, name) in ["R", "G", "B"].into_iter().enumerate() {
             channels.push(Channel::f32(name, colour.map(|pixel| pixel[k])));
         }
     }
-    if let Some(noise) = &film.noise {
+    if let Some(noise) = &strip.noise {
         channels.push(Channel::f32("Y.error", noise.clone()));
     }
     channels

@@ -5,7 +5,13 @@ use super::progress::Progress;
 use super::{Outcome, accuracy, files, say};
 use crate::analysis::judge::fates;
 use crate::problem::Problem;
-use crate::{render, scene};
+use crate::render::{Account, Counts, Strip, render_strips};
+use crate::scene::{self, Scene};
+use crate::system::System;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::sync_channel;
 
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
     let scene = accuracy::asked(scene::load(&args.scene)?, args.target_px);
@@ -14,20 +20,16 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
     progress.begin(&scene.name, "design");
     let system = files::build(&scene, &args.scene)?;
     progress.begin(&scene.name, "render");
-    let film = render::render(&system, &progress.handle());
-    progress.begin(&scene.name, "write");
-    for path in &args.out {
-        files::picture(path, &scene, &system, &film)?;
-    }
+    let Done { fates, counts, account } = written(&args.out, &scene, &system, &progress.handle())?;
     let seconds = progress.take_seconds();
     drop(progress);
     if args.json {
         let done = serde_json::json!({
             "scene": scene.name,
             "size_px": [scene.camera.width_px, scene.camera.height_px],
-            "fates": fates(&film),
-            "counts": film.counts,
-            "accuracy": accuracy::entry(&film.account, &film.counts),
+            "fates": fates,
+            "counts": counts,
+            "accuracy": accuracy::entry(&account, &counts),
             "timing_s": seconds,
         });
         say::data(&format!("{done:#}\n"))?;
@@ -35,9 +37,49 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
         for path in &args.out {
             say::words(&format!("wrote {}", path.display()));
         }
-        for (fate, n) in fates(&film).into_iter().filter(|(_, n)| *n > 0) {
+        for (fate, n) in fates.into_iter().filter(|(_, n)| *n > 0) {
             say::words(&format!("{n} pixels never see the board: {fate}"));
         }
     }
-    Ok(accuracy::told(&scene.name, &film.account, &film.counts))
+    Ok(accuracy::told(&scene.name, &account, &counts))
+}
+
+/// What was done.
+struct Done {
+    fates: BTreeMap<&'static str, usize>,
+    counts: Counts,
+    account: Account,
+}
+
+/// Renders the picture strip by strip into all the files at once: of each file a thread writes one strip while the next
+/// is made, so that few strips are held at a time.
+fn written(
+    paths: &[PathBuf],
+    scene: &Scene,
+    system: &System,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Done, Problem> {
+    std::thread::scope(|scope| {
+        let writers: Vec<_> = paths
+            .iter()
+            .map(|path| {
+                let (strips, received) = sync_channel::<Arc<Strip>>(1);
+                (strips, scope.spawn(move || files::strips(path, scene, system, received.into_iter())))
+            })
+            .collect();
+        let mut all_fates = BTreeMap::new();
+        let (counts, account) = render_strips(system, progress, &mut |strip| {
+            fates(&strip.class).into_iter().for_each(|(fate, n)| *all_fates.entry(fate).or_insert(0) += n);
+            let strip = Arc::new(strip);
+            for (strips, _) in &writers {
+                // A writer that takes no more has met a problem, which is told below.
+                let _ = strips.send(Arc::clone(&strip));
+            }
+        });
+        for (strips, writer) in writers {
+            drop(strips);
+            writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+        }
+        Ok(Done { fates: all_fates, counts, account })
+    })
 }

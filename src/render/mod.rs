@@ -13,6 +13,7 @@ mod passes;
 mod plan;
 mod reference;
 mod settled;
+mod strips;
 pub mod supersample;
 mod third;
 mod tile;
@@ -24,8 +25,10 @@ use crate::raster::Raster;
 use crate::system::System;
 use plan::BAND_ROWS;
 use rayon::prelude::*;
+use std::ops::Range;
 
 pub use plan::Plan;
+pub use strips::{STRIP_ROWS, Strip, render_strips};
 
 /// A rendered picture with its own account.
 #[derive(Debug, Clone, PartialEq)]
@@ -188,6 +191,13 @@ struct Work {
     bend_px: f64,
 }
 
+impl Work {
+    /// What planning took.
+    fn of(plan: &Plan) -> Self {
+        Self { counts: Counts { rays: plan.rays, ..Counts::default() }, bend_px: 0.0 }
+    }
+}
+
 impl std::ops::AddAssign for Work {
     fn add_assign(&mut self, other: Self) {
         self.counts += other.counts;
@@ -262,9 +272,19 @@ fn light(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> 
 
 /// The picture of a plan, one pass without film effects, with what is wanted of it; `progress` as in [`render`].
 pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    let [width, height] = plan.system.camera.size_px();
-    let truth_size = if wanted.truth { [width, height] } else { [0, 0] };
-    let mut radiance = Raster::filled(width, height, 0.0);
+    let [_, height] = plan.system.camera.size_px();
+    let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, progress);
+    let mut work = Work::of(plan);
+    work += done;
+    Film { radiance, colour, noise, class, board_mm, counts: work.counts, account: plan.account(work.bend_px) }
+}
+
+/// The `rows` of the picture of a plan, the first of which is a multiple of [`BAND_ROWS`], and the work they were; `wanted`
+/// and `progress` as in [`picture`].
+fn rows(plan: &Plan, rows: Range<usize>, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> (Strip, Work) {
+    let [width, _] = plan.system.camera.size_px();
+    let truth_size = if wanted.truth { [width, rows.len()] } else { [0, 0] };
+    let mut radiance = Raster::filled(width, rows.len(), 0.0);
     let mut class = Raster::filled(truth_size[0], truth_size[1], Class::Left);
     let mut board_mm = Raster::filled(truth_size[0], truth_size[1], [0.0; 2]);
     let size = width * BAND_ROWS;
@@ -272,7 +292,7 @@ pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -
     let bands: Vec<Band> = (radiance.data_mut().chunks_mut(size).enumerate())
         .map(|(k, radiance)| {
             let truth = truths.next().map(|(class, board_mm)| Truth { class, board_mm });
-            Band { width, first_row: k * BAND_ROWS, radiance, truth }
+            Band { width, first_row: rows.start + k * BAND_ROWS, radiance, truth }
         })
         .collect();
     let done: Vec<Work> = bands
@@ -284,10 +304,9 @@ pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -
             work
         })
         .collect();
-    let mut work = Work { counts: Counts { rays: plan.rays, ..Counts::default() }, bend_px: 0.0 };
+    let mut work = Work::default();
     done.into_iter().for_each(|w| work += w);
-    let account = plan.account(work.bend_px);
-    Film { radiance, colour: None, noise: None, class, board_mm, counts: work.counts, account }
+    (Strip { radiance, colour: None, noise: None, class, board_mm }, work)
 }
 
 fn render_band(plan: &Plan, band: &mut Band) -> Work {

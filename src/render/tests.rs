@@ -1,6 +1,7 @@
 use super::looks::Looker;
 use super::plan::Plan;
-use super::{Class, Film, Wanted, picture, render};
+use super::strips::by_bands;
+use super::{Class, Film, STRIP_ROWS, Wanted, picture, render};
 use crate::accuracy::{Accuracy, Sampling};
 use crate::geom::Pose;
 use crate::scene::{self, Prism, Scene};
@@ -121,6 +122,31 @@ fn packets_see_the_very_positions_of_single_rays() {
             }
         }
     }
+}
+
+/// Strips one below the other are the picture, and of the same work.
+#[test]
+fn strips_make_the_picture() {
+    let mut divided = 0;
+    for accuracy in [Accuracy::draft(), Accuracy::exact()] {
+        for (name, system) in instruments(accuracy, 2) {
+            let whole = render(&system, &|_| ());
+            let (mut radiance, mut class, mut board_mm, mut heights) = (vec![], vec![], vec![], vec![]);
+            let (counts, account) = by_bands(&Plan::new(&system), 2, &|_| (), &mut |strip| {
+                heights.push(strip.radiance.height());
+                radiance.extend(strip.radiance.into_data());
+                class.extend(strip.class.into_data());
+                board_mm.extend(strip.board_mm.into_data());
+            });
+            assert!(radiance == whole.radiance.data() && class == whole.class.data(), "{name}");
+            assert!(board_mm == whole.board_mm.data(), "{name}");
+            assert_eq!((counts, account), (whole.counts, whole.account), "{name}");
+            let (last, others) = heights.split_last().expect("a picture has rows");
+            assert!(others.iter().all(|h| *h == 2 * STRIP_ROWS) && *last <= 2 * STRIP_ROWS, "{heights:?}");
+            divided += others.len();
+        }
+    }
+    assert!(divided > 10, "the scenes above are no longer higher than a strip");
 }
 
 #[test]

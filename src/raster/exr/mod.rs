@@ -4,7 +4,7 @@ mod read;
 mod write;
 
 pub use read::{read, read_channels};
-pub use write::write;
+pub use write::{BLOCK_ROWS, write, write_strips};
 
 pub(super) use read::read_from;
 

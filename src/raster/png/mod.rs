@@ -4,7 +4,7 @@ mod read;
 mod write;
 
 pub use read::read;
-pub use write::{write_grey16, write_rgb, write_rgb16, write_rgba};
+pub use write::{write_grey16, write_grey16_strips, write_rgb, write_rgb16_strips, write_rgba};
 
 pub(super) use read::read_from;
 

@@ -6,8 +6,13 @@ use crate::raster::transfer::Transfer;
 use crate::raster::{KEY, Notes, Raster, checked_size};
 use ::png::{BitDepth, ColorType, Compression, Encoder, PixelDimensions, ScaledFloat, SrgbRenderingIntent, Unit};
 use rayon::prelude::*;
+use std::borrow::Borrow;
 use std::io::{self, Write};
+use std::iter::once;
 use std::path::Path;
+
+/// The compressed picture is cut into chunks of this many bytes.
+const CHUNK_BYTES: usize = 1 << 16;
 
 /// Writes linear light in [0, 1] as 16-bit grey and returns how many pixels lay outside and were clamped.
 ///
@@ -22,32 +27,53 @@ pub fn write_grey16(
     transfer: Transfer,
     notes: &Notes<'_>,
 ) -> Result<usize, Problem> {
-    let clamped = picture.data().iter().filter(|light| !(0.0..=1.0).contains(*light)).count();
-    let levels: Vec<[u8; 2]> = picture.data().par_iter().map(|&light| level16(light, transfer).to_be_bytes()).collect();
-    let size = (picture.width(), picture.height());
+    write_grey16_strips(path, (picture.width(), picture.height()), once(picture), transfer, notes)
+}
+
+/// The same of a picture of the given columns and rows that comes in strips, one below the other; it is never held as a
+/// whole.
+///
+/// # Errors
+/// Those of [`write_grey16`], and strips that are not the whole picture.
+pub fn write_grey16_strips(
+    path: &Path,
+    size: (usize, usize),
+    strips: impl Iterator<Item: Borrow<Raster<f32>>>,
+    transfer: Transfer,
+    notes: &Notes<'_>,
+) -> Result<usize, Problem> {
+    let mut clamped = 0;
     let form = Form { color: ColorType::Grayscale, depth: BitDepth::Sixteen, transfer };
-    write(path, size, form, levels.as_flattened(), notes)?;
+    let strips = strips.map(|strip| {
+        let data = strip.borrow().data();
+        clamped += data.iter().filter(|light| !(0.0..=1.0).contains(*light)).count();
+        levels16(data, transfer)
+    });
+    write(path, size, form, strips, notes)?;
     Ok(clamped)
 }
 
 /// Writes linear red, green and blue light in [0, 1] as 16-bit numbers and returns how many pixels had a channel outside
-/// and were clamped; the rest as [`write_grey16`].
+/// and were clamped; the rest as [`write_grey16_strips`].
 ///
 /// # Errors
-/// Those of [`write_grey16`].
-pub fn write_rgb16(
+/// Those of [`write_grey16_strips`].
+pub fn write_rgb16_strips(
     path: &Path,
-    picture: &Raster<[f32; 3]>,
+    size: (usize, usize),
+    strips: impl Iterator<Item: Borrow<Raster<[f32; 3]>>>,
     transfer: Transfer,
     notes: &Notes<'_>,
 ) -> Result<usize, Problem> {
-    let outside = |light: &f32| !(0.0..=1.0).contains(light);
-    let clamped = picture.data().iter().filter(|pixel| pixel.iter().any(outside)).count();
-    let channels = picture.data().as_flattened();
-    let levels: Vec<[u8; 2]> = channels.par_iter().map(|&light| level16(light, transfer).to_be_bytes()).collect();
-    let size = (picture.width(), picture.height());
+    let mut clamped = 0;
     let form = Form { color: ColorType::Rgb, depth: BitDepth::Sixteen, transfer };
-    write(path, size, form, levels.as_flattened(), notes)?;
+    let outside = |light: &f32| !(0.0..=1.0).contains(light);
+    let strips = strips.map(|strip| {
+        let data = strip.borrow().data();
+        clamped += data.iter().filter(|pixel| pixel.iter().any(outside)).count();
+        levels16(data.as_flattened(), transfer)
+    });
+    write(path, size, form, strips, notes)?;
     Ok(clamped)
 }
 
@@ -57,7 +83,7 @@ pub fn write_rgb16(
 /// Those of [`write_grey16`].
 pub fn write_rgb(path: &Path, figure: &Raster<[u8; 3]>, notes: &Notes<'_>) -> Result<(), Problem> {
     let form = Form { color: ColorType::Rgb, depth: BitDepth::Eight, transfer: Transfer::Srgb };
-    write(path, (figure.width(), figure.height()), form, figure.data().as_flattened(), notes)
+    write(path, (figure.width(), figure.height()), form, once(figure.data().as_flattened()), notes)
 }
 
 /// Writes a figure of 8-bit sRGB red, green, blue and opacity; the colours are not multiplied by the opacity.
@@ -66,7 +92,13 @@ pub fn write_rgb(path: &Path, figure: &Raster<[u8; 3]>, notes: &Notes<'_>) -> Re
 /// Those of [`write_grey16`].
 pub fn write_rgba(path: &Path, figure: &Raster<[u8; 4]>, notes: &Notes<'_>) -> Result<(), Problem> {
     let form = Form { color: ColorType::Rgba, depth: BitDepth::Eight, transfer: Transfer::Srgb };
-    write(path, (figure.width(), figure.height()), form, figure.data().as_flattened(), notes)
+    write(path, (figure.width(), figure.height()), form, once(figure.data().as_flattened()), notes)
+}
+
+/// The bytes of the nearest 16-bit levels.
+fn levels16(light: &[f32], transfer: Transfer) -> Vec<u8> {
+    let levels: Vec<[u8; 2]> = light.par_iter().map(|&light| level16(light, transfer).to_be_bytes()).collect();
+    levels.into_flattened()
 }
 
 /// The nearest 16-bit level of a linear light, clamped to [0, 1].
@@ -87,12 +119,12 @@ fn write(
     path: &Path,
     (width, height): (usize, usize),
     form: Form,
-    samples: &[u8],
+    strips: impl Iterator<Item: AsRef<[u8]>>,
     notes: &Notes<'_>,
 ) -> Result<(), Problem> {
     checked_size(path, width, height)?;
     let density = notes.pitch_mm.map(|pitch| density(path, pitch)).transpose()?;
-    write_atomically(path, |out| encode(out, (width as u32, height as u32), form, density, notes.json, samples))
+    write_atomically(path, |out| encode(out, (width as u32, height as u32), form, density, notes.json, strips))
 }
 
 fn encode(
@@ -101,7 +133,7 @@ fn encode(
     form: Form,
     density: Option<PixelDimensions>,
     json: &str,
-    samples: &[u8],
+    mut strips: impl Iterator<Item: AsRef<[u8]>>,
 ) -> io::Result<()> {
     let mut encoder = Encoder::new(out, width, height);
     encoder.set_color(form.color);
@@ -122,7 +154,9 @@ fn encode(
         encoder.add_itxt_chunk(KEY.to_owned(), json.to_owned())?;
     }
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(samples)?;
+    let mut rows = writer.stream_writer_with_size(CHUNK_BYTES)?;
+    strips.try_for_each(|strip| rows.write_all(strip.as_ref()))?;
+    rows.finish()?;
     writer.finish()?;
     Ok(())
 }
@@ -156,6 +190,27 @@ mod tests {
         assert_eq!(bytes("1.png"), bytes("2.png"));
     }
 
+    /// Strips of any height give the bytes of the whole; too few or too many rows are an error.
+    #[test]
+    fn strips_make_the_picture() {
+        let directory = tempfile::tempdir().unwrap();
+        let picture = Raster::from_data(64, 64, (0..4096).map(|k| k as f32 / 4095.0).collect());
+        let whole = directory.path().join("whole.png");
+        write_grey16(&whole, &picture, Transfer::Linear, &Notes::default()).unwrap();
+        let by_rows = |name: &str, heights: &[usize]| {
+            let path = directory.path().join(name);
+            let mut data = picture.data().iter().copied().chain([0.5].into_iter().cycle());
+            let strips = heights.iter().map(|&h| Raster::from_data(64, h, data.by_ref().take(64 * h).collect()));
+            write_grey16_strips(&path, (64, 64), strips, Transfer::Linear, &Notes::default())?;
+            Ok::<_, Problem>(std::fs::read(path).unwrap())
+        };
+        assert_eq!(by_rows("rows.png", &[1, 30, 33]).unwrap(), std::fs::read(whole).unwrap());
+        for heights in [&[63][..], &[64, 1], &[]] {
+            by_rows("wrong.png", heights).unwrap_err();
+        }
+        assert!(!directory.path().join("wrong.png").exists());
+    }
+
     #[test]
     fn values_outside_are_clamped_and_counted() {
         let directory = tempfile::tempdir().unwrap();
@@ -175,7 +230,7 @@ mod tests {
         let path = directory.path().join("a.png");
         let pixels = vec![[0.0, 0.25, 1.0], [1.5, 0.5, -1.0], [0.75, 0.75, 0.75]];
         let picture = Raster::from_data(3, 1, pixels);
-        assert_eq!(write_rgb16(&path, &picture, Transfer::Linear, &Notes::default()).unwrap(), 1);
+        assert_eq!(write_rgb16_strips(&path, (3, 1), once(picture), Transfer::Linear, &Notes::default()).unwrap(), 1);
         let decoder = ::png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap()));
         let mut reader = decoder.read_info().unwrap();
         let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
