@@ -1,7 +1,7 @@
 //! Surfaces as heights over a plane, and surfaces moved or out of figure.
 
 use super::fate::Fate;
-use super::surface::{MAX_STEPS, Meeting, RELATIVE_RESIDUAL, Surface};
+use super::surface::{FULL_WAYS_PER_MM, MAX_STEPS, Meeting, Surface};
 use crate::geom::{Pose, Ray};
 use crate::num::poly2::Jet;
 use glam::{DVec2, DVec3};
@@ -63,7 +63,7 @@ impl Surface {
             let gap = p.z - jet.value;
             let step = gap / (ray.direction.z - jet.dx * ray.direction.x - jet.dy * ray.direction.y);
             let floor = 8.0 * f64::EPSILON * (p.z.abs() + ray.origin.z.abs() + t.abs());
-            if gap.abs() <= residual_mm.min(RELATIVE_RESIDUAL * t.abs())
+            if gap.abs() <= residual_mm * (FULL_WAYS_PER_MM * t.abs()).min(1.0)
                 || (gap.abs() >= previous && gap.abs() <= floor)
             {
                 let t_mm = t - step;

@@ -83,8 +83,9 @@ pub(super) const MAX_STEPS: usize = 16;
 /// A crossing that was bracketed before is polished by steps of at most this share of the ray's way over the sheet, so
 /// that a nearly tangent ray is not thrown to another crossing.
 const POLISH: f64 = 1e-9;
-/// The residual as a share of the way from the ray's origin, where that is less than the residual in mm.
-pub const RELATIVE_RESIDUAL: f64 = 1e-13;
+/// The residual asked for is for ways of 10 mm and more from the ray's origin; of shorter ones it is the same share: in a
+/// scene much smaller than usual, a length in mm says little.
+pub const FULL_WAYS_PER_MM: f64 = 0.1;
 
 impl Surface {
     /// Where `ray` first meets the surface at a positive distance.
@@ -256,8 +257,7 @@ impl Freeform {
             // Rounding of z and of the ray's own position may exceed the residual asked for; the second time the gap
             // does not shrink, that floor is reached.
             let floor = 8.0 * f64::EPSILON * (p.z.abs() + ray.origin.z.abs() + t.abs());
-            // In a scene much smaller than usual, a length in mm says little: there the residual is a share of the way.
-            let wanted = residual_mm.min(RELATIVE_RESIDUAL * t.abs());
+            let wanted = residual_mm * (FULL_WAYS_PER_MM * t.abs()).min(1.0);
             let step = (gap / approach).clamp(-longest_mm, longest_mm);
             if gap.abs() <= wanted || (gap.abs() >= previous && gap.abs() <= floor) {
                 let inside = t > 0.0 && self.domain.contains(DVec2::new(p.x, p.y));

@@ -8,7 +8,7 @@ use crate::geom::{Pose, Rect};
 use crate::num::poly2::Poly2;
 use crate::num::simd::{Lanes, Mask};
 use crate::optics::snell::CAREFUL_BELOW;
-use crate::optics::surface::{Freeform, RELATIVE_RESIDUAL};
+use crate::optics::surface::{FULL_WAYS_PER_MM, Freeform};
 use glam::{DMat3, DVec3};
 
 /// A vector in every lane.
@@ -260,7 +260,7 @@ impl<P: Polynomial> Shape for Sheet<P> {
             let (zx, zy) = (pu * a, pv * b);
             let gap = p.z - z;
             let next = t - gap / (d.z - zx * d.x - zy * d.y);
-            let wanted = residual.min(Lanes::splat(RELATIVE_RESIDUAL) * t.abs());
+            let wanted = residual * (Lanes::splat(FULL_WAYS_PER_MM) * t.abs()).min(Lanes::splat(1.0));
             let newly = gap.abs().le(wanted) & !done;
             (t_mm, zx_met, zy_met) = (newly.select(next, t_mm), newly.select(zx, zx_met), newly.select(zy, zy_met));
             let Rect { min, max } = self.domain;

@@ -2,7 +2,7 @@
 
 use super::corners::{Corners, Mark};
 use super::eye::rms_px;
-use super::time::{Spread, Taken, timed};
+use super::time::{Spread, Taken, cpu_ms};
 use super::{Settings, Shifts, shift_px};
 use crate::analysis::nominal::{Frame, virtual_camera};
 use crate::optics::mesh::Normals;
@@ -49,7 +49,7 @@ pub(super) fn all<'a>(system: &'a System, settings: &Settings) -> Vec<Mesh<'a>> 
     let kinds = [Normals::Flat, Normals::Smooth];
     let sizes = settings.triangles.iter().flat_map(|&n| kinds.map(|normals| (n, normals)));
     let mesh = |(n, normals)| {
-        let (build_ms, tessellated) = timed(|| Tessellated::new(system, n, normals));
+        let (build_ms, tessellated) = cpu_ms(|| Tessellated::new(system, n, normals));
         Some(Mesh { system, tessellated: tessellated?, normals, build_ms })
     };
     sizes.filter_map(mesh).collect()

@@ -27,7 +27,7 @@ use ways::Way;
 pub use designs::Design;
 pub use eye::Measured;
 pub use meshes::Meshed;
-pub use time::{Spread, calibration};
+pub use time::{Spread, calibration, cpu_ms};
 
 /// How much the study does.
 #[derive(Debug, Clone, PartialEq)]

@@ -47,7 +47,7 @@ fn now_ms() -> f64 {
 }
 
 /// CPU time that `work` takes on this thread, in ms, and its result. Work that goes to other threads is not counted.
-pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
+pub fn cpu_ms<T>(work: impl FnOnce() -> T) -> (f64, T) {
     let start = now_ms();
     let result = work();
     (now_ms() - start, result)
@@ -55,7 +55,7 @@ pub(super) fn timed<T>(work: impl FnOnce() -> T) -> (f64, T) {
 
 /// CPU time of one run of the yardstick, in ms.
 fn yardstick_ms() -> f64 {
-    timed(|| black_box(calibration(black_box(CALIBRATION_RAYS)))).0
+    cpu_ms(|| black_box(calibration(black_box(CALIBRATION_RAYS)))).0
 }
 
 /// The times of something that was repeated.
@@ -71,7 +71,7 @@ impl Taken {
     /// Runs `work` once more.
     pub(super) fn again<T>(&mut self, work: impl FnOnce() -> T) -> T {
         self.yardstick_ms.push(yardstick_ms());
-        let (ms, result) = timed(work);
+        let (ms, result) = cpu_ms(work);
         self.ms.push(ms);
         result
     }

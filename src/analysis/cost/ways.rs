@@ -66,7 +66,7 @@ pub(super) fn all(settings: &Settings) -> Vec<Way> {
         .zip(Level::ALL)
         .map(|(k, level)| Way::by("level", level.name(), f64::from(k), level.accuracy()))
         .collect();
-    for residual in [1e-3, 1e-6, 1e-9, 1e-12] {
+    for residual in [1e-1, 1e-3, 1e-6, 1e-9, 1e-12] {
         let accuracy = Accuracy { surface_residual_mm: residual, ..exact };
         ways.push(Way::by("surface_residual_mm", format!("{residual:.0e}"), residual, accuracy));
     }

@@ -38,7 +38,7 @@ fn pictures(text: &mut String, study: &Study) {
     let best = front(&study.pictures);
     let _ = writeln!(
         text,
-        "\n{:21} {:>10}  {:>8} {:>8} {:>8} {:>10}  {:>9} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
+        "\n{:21} {:>10}  {:>8} {:>8} {:>8} {:>10}  {:>9} {:>8} {:>8} {:>9} {:>8} {:>8} {:>8} {:>8}",
         "pictures",
         "",
         "ms",
@@ -48,6 +48,7 @@ fn pictures(text: &mut String, study: &Study) {
         "RMSE",
         "line p99",
         "line max",
+        "corn. p99",
         "corner",
         "found",
         "reproj.",
@@ -60,7 +61,7 @@ fn pictures(text: &mut String, study: &Study) {
         let mark = if best.iter().any(|b| std::ptr::eq::<Setting>(*b, s)) { '*' } else { ' ' };
         let _ = writeln!(
             text,
-            "{name:21} {:>10}{mark} {:>8} {:>8} {:>8} {:>10}  {:>9} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8}",
+            "{name:21} {:>10}{mark} {:>8} {:>8} {:>8} {:>10}  {:>9} {:>8} {:>8} {:>9} {:>8} {:>8} {:>8} {:>8}",
             s.value,
             short(Some(s.time_ms.median)),
             short(Some(s.time_ms.p90)),
@@ -69,6 +70,7 @@ fn pictures(text: &mut String, study: &Study) {
             short(Some(s.rmse)),
             short(s.lines_px.map(|l| l.p99)),
             short(s.lines_px.map(|l| l.max)),
+            short(s.corners_px.map(|c| c.p99)),
             short(s.corners_px.map(|c| c.max)),
             short(s.measured.shifts_px.map(|c| c.max)),
             short(s.measured.reprojection_rms_px),
