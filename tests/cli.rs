@@ -230,6 +230,40 @@ fn an_index_at_another_wavelength_is_noted() {
     }
 }
 
+/// A picture's plan: what is kept and dropped, and why; and that the picture is made by it.
+#[test]
+fn check_shows_the_plan_and_render_follows_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let with = |effects: &'static str| {
+        move |text: String| {
+            let tables = "[effect.cos4]\n[effect.absorption]\nper_mm = 1e-9\n";
+            format!("{}\n{tables}", text.replacen("name =", &format!("effects = {effects}\nname ="), 1))
+        }
+    };
+    small_scene(folder.path(), with("\"auto\""));
+    let plan = json(&biprism(folder.path(), &["check", "scene.toml", "--json"]))["plan"].clone();
+    let effects = plan["effects"].as_array().expect("a list");
+    let of = |key: &str| effects.iter().find(|effect| effect["effect"] == key).expect("it acts");
+    assert!(of("cos4")["kept"] == true && of("absorption")["kept"] == false, "{plan}");
+    assert!(of("absorption")["bound"]["grey"].as_f64().expect("a number") < 1e-6);
+    assert!(of("absorption")["saved_s"].is_number() && plan["time_s"].as_f64().expect("a time") > 0.0);
+    // Radiance, class, board position: 13 bytes a pixel.
+    assert_eq!(plan["memory_bytes"], 480 * 270 * 13);
+    assert_eq!((&plan["passes"], &plan["level"]), (&Value::from(1), &Value::from("standard")));
+    let told = text(&biprism(folder.path(), &["check", "scene.toml"]).stdout);
+    assert!(told.contains("absorption") && told.contains("dropped") && told.contains("every ray reaches"), "{told}");
+    let picture = |folder: &Path| {
+        let done = biprism(folder, &["render", "scene.toml", "--out", "a.png"]);
+        assert!(done.status.success());
+        let told = text(&done.stderr).contains("left out: absorption");
+        (fs::read(folder.join("a.png")).expect("it is written"), told)
+    };
+    let (lighter, told) = picture(folder.path());
+    assert!(told);
+    small_scene(folder.path(), move |text| format!("{text}\n[effect.cos4]\n"));
+    assert!(picture(folder.path()) == (lighter, false));
+}
+
 #[test]
 fn missing_files_and_bad_names_are_told() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -3,6 +3,7 @@
 pub mod anchor;
 pub mod budget;
 pub mod cost;
+pub mod forecast;
 pub mod judge;
 pub mod nominal;
 pub mod stability;

@@ -1,6 +1,7 @@
 //! `biprism check`: what a scene holds, without a picture of it.
 
 use super::args::CheckArgs;
+use super::plan::Plan;
 use super::{Outcome, files, say};
 use crate::analysis::nominal::{Frame, NoPinhole, virtual_camera};
 use crate::problem::Problem;
@@ -19,6 +20,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
             Err(NoPinhole::Telecentric) => json!({ "camera": "telecentric" }),
         }
     };
+    let plan = Plan::new(&scene, &system)?;
     let doubt = scene.prism.body().and_then(scene::Body::index_doubt);
     let found = json!({
         "scene": scene.name,
@@ -28,6 +30,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
             "squares": [scene.board.columns, scene.board.rows],
             "centre_mm": scene.board.world_from_board.translation_mm.to_array(),
         },
+        "plan": plan.json(),
         "doubts": doubt.iter().collect::<Vec<_>>(),
         "halves": { "left": half(Half::Left), "right": half(Half::Right) },
     });
@@ -58,6 +61,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
             );
             text += &format!("{:7} virtual camera {said}\n", half.name());
         }
+        text += &plan.text();
         say::data(&text)?;
         if let Some(doubt) = doubt {
             say::words(&format!("note: {doubt}"));

@@ -7,6 +7,7 @@ mod accuracy;
 mod analyse;
 pub mod args;
 mod check;
+mod plan;
 mod compare;
 mod corners;
 mod cost;

@@ -21,6 +21,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
     let system = files::build(&scene, &args.scene)?;
     progress.begin(&scene.name, "render");
     let Done { fates, counts, account } = written(&args.out, &scene, &system, &progress.handle())?;
+    let left_out: Vec<&str> =
+        scene.effects.acting().filter(|row| !(row.acts)(&system.effects)).map(|row| row.key).collect();
     let seconds = progress.take_seconds();
     drop(progress);
     if args.json {
@@ -29,6 +31,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
             "size_px": [scene.camera.width_px, scene.camera.height_px],
             "fates": fates,
             "counts": counts,
+            "effects_left_out": left_out,
             "accuracy": accuracy::entry(&account, &counts),
             "timing_s": seconds,
         });
@@ -36,6 +39,9 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
     } else {
         for path in &args.out {
             say::words(&format!("wrote {}", path.display()));
+        }
+        if !left_out.is_empty() {
+            say::words(&format!("left out: {}; `biprism check` says why", left_out.join(", ")));
         }
         for (fate, n) in fates.into_iter().filter(|(_, n)| *n > 0) {
             say::words(&format!("{n} pixels never see the board: {fate}"));

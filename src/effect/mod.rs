@@ -61,7 +61,7 @@ pub use manufacture::Manufacture;
 pub use quadrature::{Points, Quadrature};
 pub use roughness::Roughness;
 pub use sensor::Sensor;
-pub use table::{Hook, Row, TABLE};
+pub use table::{Bounding, Hook, Row, TABLE};
 pub use telecentric::Telecentric;
 pub use thin_lens::ThinLens;
 
@@ -103,6 +103,24 @@ pub struct Effects {
     pub sensor: Option<Sensor>,
     /// How ray effects are sampled.
     pub quadrature: Quadrature,
+    /// Effects that change less than this are left out; `None` keeps all.
+    pub auto: Option<Threshold>,
+}
+
+/// What may be left out: effects that together change neither a pixel nor an edge by more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Threshold {
+    /// Change of a pixel, of full scale 1; `None` where any will do.
+    pub grey: Option<f64>,
+    /// Move of an edge, in px; `None` where any will do.
+    pub px: Option<f64>,
+}
+
+impl Default for Threshold {
+    /// Half a step of an 8-bit picture, and a hundredth of a pixel.
+    fn default() -> Self {
+        Self { grey: Some(0.5 / 255.0), px: Some(0.01) }
+    }
 }
 
 /// One variant of the instrument, a pinhole like the plain one, and its share of the picture.
@@ -160,6 +178,14 @@ impl Effects {
     /// The rows of [`TABLE`] that act.
     pub fn acting(&self) -> impl Iterator<Item = &'static Row> {
         TABLE.iter().filter(|row| (row.acts)(self))
+    }
+
+    /// Of these effects, those of which `kept` says so, sampled as these, and none of them to be left out.
+    #[must_use]
+    pub fn only(&self, kept: impl Fn(&Row) -> bool) -> Self {
+        let mut only = Self { quadrature: self.quadrature, ..Self::default() };
+        TABLE.iter().filter(|row| kept(row)).for_each(|row| (row.take)(&mut only, self));
+        only
     }
 
     /// Whether an effect with this hook acts.

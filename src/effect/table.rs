@@ -31,6 +31,27 @@ pub struct Row {
     pub cost: &'static str,
     /// Whether it is called for, and with a strength above 0.
     pub acts: fn(&Effects) -> bool,
+    /// Takes its settings over from other effects.
+    pub take: fn(&mut Effects, &Effects),
+    /// How a bound of what it changes is found.
+    pub bounding: Bounding,
+}
+
+/// How a bound of what an effect changes is found: see `system::bounds`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bounding {
+    /// By its factors of the light over the picture.
+    Factors,
+    /// By how far its variants, or the instrument with it, see from what is seen without.
+    Displacements,
+    /// By the borders that it draws.
+    Borders,
+    /// By how far it spreads light.
+    Spread,
+    /// By the light that it adds.
+    Added,
+    /// Not at all, for this reason: it is always kept.
+    Never(&'static str),
 }
 
 /// Every effect, in the order in which light meets them.
@@ -42,6 +63,8 @@ pub const TABLE: [Row; 14] = [
         source: "inverse square law and Lambert's cosine law",
         cost: "one ray a pixel",
         acts: |effects| effects.lamp.is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.lamp = from.lamp,
+        bounding: Bounding::Factors,
     },
     Row {
         key: "fresnel",
@@ -50,6 +73,8 @@ pub const TABLE: [Row; 14] = [
         source: "Fresnel's formulas (Born & Wolf, Principles of Optics, 1.5.2)",
         cost: "one ray a pixel",
         acts: |effects| effects.fresnel.is_some(),
+        take: |to, from| to.fresnel = from.fresnel,
+        bounding: Bounding::Factors,
     },
     Row {
         key: "coating",
@@ -58,6 +83,8 @@ pub const TABLE: [Row; 14] = [
         source: "characteristic matrix (Macleod, Thin-Film Optical Filters, 2.6; Born & Wolf, 1.6.2)",
         cost: "nothing beyond `fresnel`, which it needs",
         acts: |effects| effects.fresnel.is_some() && effects.coating.is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.coating = from.coating,
+        bounding: Bounding::Factors,
     },
     Row {
         key: "absorption",
@@ -66,6 +93,8 @@ pub const TABLE: [Row; 14] = [
         source: "Beer and Lambert's law",
         cost: "one ray a pixel",
         acts: |effects| effects.absorption.is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.absorption = from.absorption,
+        bounding: Bounding::Factors,
     },
     Row {
         key: "ghosts",
@@ -74,6 +103,8 @@ pub const TABLE: [Row; 14] = [
         source: "rays parted at every surface by Fresnel's formulas, without chance",
         cost: "samples x samples rays a pixel, each parted about 2 + bounces times; needs `fresnel`",
         acts: |effects| effects.fresnel.is_some() && effects.ghosts.is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.ghosts = from.ghosts,
+        bounding: Bounding::Added,
     },
     Row {
         key: "dispersion",
@@ -82,6 +113,8 @@ pub const TABLE: [Row; 14] = [
         source: "dispersion formulas of the makers and of articles, named with each glass in `optics::medium`",
         cost: "one picture for each wavelength",
         acts: |effects| effects.dispersion.as_ref().is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.dispersion = from.dispersion.clone(),
+        bounding: Bounding::Displacements,
     },
     Row {
         key: "manufacture",
@@ -90,6 +123,8 @@ pub const TABLE: [Row; 14] = [
         source: "rigid motions; Zernike polynomials (ANSI Z80.28; Born & Wolf, Principles of Optics, 9.2.1)",
         cost: "no packets of rays where the back is moved against the front, or a figure is wrong",
         acts: |effects| effects.manufacture.as_ref().is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.manufacture = from.manufacture.clone(),
+        bounding: Bounding::Displacements,
     },
     Row {
         key: "roughness",
@@ -98,6 +133,8 @@ pub const TABLE: [Row; 14] = [
         source: "geometric limit of scatter (Beckmann & Spizzichino, The Scattering of Electromagnetic Waves, 5.3)",
         cost: "one picture for each point of the slopes",
         acts: |effects| effects.roughness.is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.roughness = from.roughness,
+        bounding: Bounding::Displacements,
     },
     Row {
         key: "clipping",
@@ -106,6 +143,8 @@ pub const TABLE: [Row; 14] = [
         source: "geometry",
         cost: "pixels at a border of what passes are cut; no packets of rays",
         acts: |effects| effects.clipping.is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.clipping = from.clipping,
+        bounding: Bounding::Borders,
     },
     Row {
         key: "telecentric",
@@ -114,6 +153,8 @@ pub const TABLE: [Row; 14] = [
         source: "Born & Wolf, Principles of Optics, 4.8.2 (telecentric stop), 4.5.1 (sine condition)",
         cost: "one picture for each point of the pupil",
         acts: |effects| effects.telecentric.is_some(),
+        take: |to, from| to.telecentric = from.telecentric,
+        bounding: Bounding::Never("it is another camera"),
     },
     Row {
         key: "thin_lens",
@@ -122,6 +163,8 @@ pub const TABLE: [Row; 14] = [
         source: "thin lens equation (Born & Wolf, Principles of Optics, 4.4)",
         cost: "one picture for each point of the pupil",
         acts: |effects| effects.thin_lens.is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.thin_lens = from.thin_lens,
+        bounding: Bounding::Displacements,
     },
     Row {
         key: "cos4",
@@ -130,6 +173,8 @@ pub const TABLE: [Row; 14] = [
         source: "cosine fourth law (Born & Wolf, Principles of Optics, 4.8.3)",
         cost: "one ray a pixel",
         acts: |effects| effects.cos4.is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.cos4 = from.cos4,
+        bounding: Bounding::Factors,
     },
     Row {
         key: "diffraction",
@@ -138,6 +183,8 @@ pub const TABLE: [Row; 14] = [
         source: "Born & Wolf, Principles of Optics, 8.5.2; Goodman, Introduction to Fourier Optics, 7.3",
         cost: "a picture of up to 4 x 4 samples a pixel, convolved",
         acts: |effects| effects.diffraction.is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.diffraction = from.diffraction,
+        bounding: Bounding::Spread,
     },
     Row {
         key: "sensor",
@@ -146,5 +193,7 @@ pub const TABLE: [Row; 14] = [
         source: "EMVA Standard 1288, linear model",
         cost: "some random numbers a pixel",
         acts: |effects| effects.sensor.is_some_and(|e| !e.is_nothing()),
+        take: |to, from| to.sensor = from.sensor,
+        bounding: Bounding::Never("a sensor is asked for as it is, and its noise has no bound"),
     },
 ];

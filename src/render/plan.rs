@@ -131,7 +131,7 @@ impl<'a> Plan<'a> {
     }
 
     /// What the picture promises and keeps, given the bend left inside its pixels.
-    pub(super) fn account(&self, bend_px: f64) -> Account {
+    pub fn account(&self, bend_px: f64) -> Account {
         let [width, height] = self.system.camera.size_px();
         let sides = if self.mirrored { 2 } else { 1 };
         let mapped: usize = self.patches.iter().map(|p| p.region.columns.len() * p.region.rows.len()).sum();

@@ -4,20 +4,56 @@ use super::document::Document;
 use super::limits::*;
 use super::sensor::{SensorFile, sensor};
 use super::{Board, Camera, Prism, flaws, lens, light};
+use crate::accuracy::COARSEST_TARGET_PX;
 use crate::effect::diffraction::LARGEST_SCALE_PX;
 use crate::effect::thin_lens::{Aperture, ThinLens};
-use crate::effect::{Cos4, Diffraction, Effects, Lamp, Quadrature};
+use crate::effect::{Cos4, Diffraction, Effects, Lamp, Quadrature, Threshold};
 use crate::problem::Problem;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
 pub(super) enum EffectsFile {
-    #[default]
+    Word(WordFile),
+    Auto(AutoFile),
+}
+
+impl Default for EffectsFile {
+    fn default() -> Self {
+        Self::Word(WordFile::All)
+    }
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum WordFile {
     All,
     None,
+    Auto,
+}
+
+/// Those that may change more than a threshold.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AutoFile {
+    /// The threshold: effects that together change less are left out.
+    pub(super) auto: ThresholdFile,
+}
+
+/// Changes that may be left out; effects must be below each that is given.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct ThresholdFile {
+    /// Change of a pixel, of full scale 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = 1))]
+    pub(super) grey: Option<f64>,
+    /// Move of an edge or a corner, in px.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0, max = COARSEST_TARGET_PX))]
+    pub(super) px: Option<f64>,
 }
 
 #[derive(Debug, Default, Deserialize, JsonSchema)]
@@ -184,11 +220,20 @@ pub(super) fn effects(
         diffraction: file.diffraction.as_ref().map(|file| diffraction(document, file, camera)).transpose()?,
         sensor: file.sensor.as_ref().map(|file| sensor(document, file)).transpose()?,
         quadrature: lens::quadrature(document, quadrature)?,
+        auto: None,
     };
     // A table that is not simulated must be right all the same.
+    let auto = |threshold| Effects { auto: Some(threshold), ..all.clone() };
     Ok(match which {
-        EffectsFile::All => all,
-        EffectsFile::None => Effects::default(),
+        EffectsFile::Word(WordFile::All) => all,
+        EffectsFile::Word(WordFile::None) => Effects::default(),
+        EffectsFile::Word(WordFile::Auto) => auto(Threshold::default()),
+        EffectsFile::Auto(AutoFile { auto: ThresholdFile { grey: None, px: None } }) => {
+            let rule = "`effects.auto` is empty, and says of no effect that it may be left out".to_owned();
+            let help = "give `grey`, `px` or both: effects = { auto = { grey = 0.002, px = 0.01 } }";
+            return Err(document.problem(document.span("effects"), rule, help));
+        }
+        EffectsFile::Auto(AutoFile { auto: ThresholdFile { grey, px } }) => auto(Threshold { grey, px }),
     })
 }
 

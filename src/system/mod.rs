@@ -1,7 +1,9 @@
 //! Values to an instrument: camera, prism and board with every constant computed beforehand, immutable once built.
 
 pub mod aim;
+pub mod auto;
 pub mod board;
+mod bounds;
 pub mod camera;
 pub mod clip;
 mod flaws;
@@ -21,6 +23,7 @@ use crate::trace::carry::{Carry, Differentials, Path};
 use glam::{DMat2, DVec2};
 
 pub use board::Board;
+pub use bounds::Bound;
 pub use camera::Camera;
 pub use clip::Opening;
 pub use prism::{Prism, Side};
@@ -61,12 +64,14 @@ pub struct Footprint {
     pub jacobian: DMat2,
 }
 
-/// Builds the instrument, designing the prism first where the scene asks for that.
+/// Builds the instrument, designing the prism first where the scene asks for that, without the effects that the scene says
+/// may be left out.
 ///
 /// # Errors
 /// When the prism cannot be designed from the scene's values.
 pub fn build(scene: &Scene) -> Result<System, Problem> {
-    Ok(ideal(scene)?.with_effects(&scene.effects, &scene.camera))
+    let ideal = ideal(scene)?;
+    Ok(ideal.with_effects(&auto::settled(&ideal, scene), &scene.camera))
 }
 
 /// The instrument of a scene without its effects, large enough for all of them.

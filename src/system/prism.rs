@@ -214,6 +214,12 @@ impl Prism {
         self.refract(&own, side, &meeting, residual_mm, carry, &|_, _| Ok(()))
     }
 
+    /// Where a ray of the world meets the front of a side, in the prism's frame, in mm.
+    pub(super) fn met_mm(&self, ray: &Ray, side: Side, residual_mm: f64) -> Option<DVec3> {
+        let own = self.enter(ray, &mut ());
+        self.sides[side as usize][0].meet(&own, residual_mm).ok().map(|met| own.at(met.t_mm))
+    }
+
     /// The front (0) or back (1) surface of a side, in the prism's frame.
     pub fn surface(&self, side: Side, which: usize) -> &Surface {
         &self.sides[side as usize][which]

@@ -1,0 +1,110 @@
+//! What a picture will be and cost, before it is made.
+
+use crate::accuracy::{Level, Sampling};
+use crate::effect::Hook;
+use crate::optics::fate::Fate;
+use crate::problem::Problem;
+use crate::render::Plan;
+use crate::scene::Scene;
+use crate::system::auto::{Verdict, verdicts};
+use crate::system::{self, System};
+use glam::DVec2;
+use std::collections::BTreeMap;
+
+/// The plan of a picture.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Forecast {
+    /// The level of accuracy.
+    pub level: Level,
+    /// How pixels learn what they see.
+    pub sampling: Sampling,
+    /// Patches of the map.
+    pub patches: usize,
+    /// Share of the pixels for which the map stands.
+    pub mapped: f64,
+    /// Pictures that are summed up, at most.
+    pub passes: usize,
+    /// Samples along each side of a pixel.
+    pub samples: usize,
+    /// The effects that act, and what becomes of each.
+    pub effects: Vec<Verdict>,
+    /// Memory of the picture and its ground truth while it is made, in bytes, without the program itself.
+    pub memory_bytes: u64,
+    /// Share of the pixels that end in each fate, from a grid of them.
+    pub fates: BTreeMap<&'static str, f64>,
+}
+
+/// Pixels along each side of the grid that is asked for fates.
+const GRID: usize = 65;
+/// A picture of this many pixels or more is timed in place of a larger one.
+const TIMED_PX: usize = 100_000;
+
+/// What the picture of `scene` will be, whose instrument is `system`.
+///
+/// # Errors
+/// When the instrument cannot be built.
+pub fn forecast(scene: &Scene, system: &System) -> Result<Forecast, Problem> {
+    let account = Plan::new(system).account(0.0);
+    let size = system.camera.size_px();
+    let effects = &system.effects;
+    let sets = if effects.dimensions() > 0 { effects.quadrature.replicates } else { 1 };
+    let (passes, samples) = (sets * effects.variants(0).len(), effects.samples(size));
+    Ok(Forecast {
+        level: account.level,
+        sampling: system.accuracy.sampling,
+        patches: account.patches,
+        mapped: account.mapped,
+        passes,
+        samples,
+        effects: verdicts(scene)?,
+        memory_bytes: memory_bytes(system, sets, samples),
+        fates: fates(system),
+    })
+}
+
+/// What is held of every pixel: radiance (4 bytes), class (1) and board position (8). A mean of pictures is summed up in
+/// f64 beside the picture of one pass, and so are the squares of its sets; three more of each where there are colours.
+fn memory_bytes(system: &System, sets: usize, samples: usize) -> u64 {
+    let effects = &system.effects;
+    let [width, height] = system.camera.size_px();
+    let colours = if effects.variants(0).iter().any(|variant| variant.colour.is_some()) { 3 } else { 0 };
+    let mut each = 4 + 4 * colours;
+    if effects.averages() {
+        each += 4 + 8 + 8 * colours + if sets > 1 { 16 + 8 * colours } else { 0 };
+    }
+    let fine = if samples > 1 { each * samples * samples } else { 0 };
+    let developed = if effects.act_by(Hook::Film) { 4 + 4 * colours } else { 0 };
+    (width * height * (each + fine + developed + 9)) as u64
+}
+
+fn fates(system: &System) -> BTreeMap<&'static str, f64> {
+    let size = DVec2::from_array(system.camera.size_px().map(|n| n as f64));
+    let mut counts: BTreeMap<&'static str, f64> = BTreeMap::new();
+    for k in 0..GRID * GRID {
+        let place = (DVec2::new((k % GRID) as f64, (k / GRID) as f64) + 0.5) / GRID as f64;
+        if let Err(fate) = system.look(size * place) {
+            *counts.entry(Fate::name(fate)).or_default() += 1.0 / (GRID * GRID) as f64;
+        }
+    }
+    counts
+}
+
+/// How many times fewer pixels each way a picture has that is timed in place of the one of `scene`.
+pub fn times_smaller(scene: &Scene) -> usize {
+    let pixels = scene.camera.width_px * scene.camera.height_px;
+    (pixels / TIMED_PX).isqrt().max(1)
+}
+
+/// The instrument of `scene` on a sensor of the same size with [`times_smaller`] fewer pixels each way, with all effects but
+/// `left_out`: to be timed. `None` where it cannot be built.
+pub fn smaller(scene: &Scene, left_out: &[&str]) -> Option<System> {
+    let times = times_smaller(scene);
+    let mut scene = scene.clone();
+    let camera = &mut scene.camera;
+    let fewer = |n: usize| if times == 1 { n } else { (n / (2 * times)).max(1) * 2 };
+    let width_mm = camera.width_px as f64 * camera.pitch_mm;
+    (camera.width_px, camera.height_px) = (fewer(camera.width_px), fewer(camera.height_px));
+    camera.pitch_mm = width_mm / camera.width_px as f64;
+    scene.effects = scene.effects.only(|row| !left_out.contains(&row.key));
+    system::build(&scene).ok()
+}

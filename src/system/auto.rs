@@ -1,0 +1,92 @@
+//! Which effects are worth their time: what each changes at most, against what the scene says may be left out.
+
+use super::bounds::{Bound, bound};
+use super::{System, ideal};
+use crate::effect::{Bounding, Effects, Row, Threshold};
+use crate::problem::Problem;
+use crate::scene::Scene;
+
+/// What becomes of an effect.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Verdict {
+    /// Its key.
+    pub effect: &'static str,
+    /// What it changes at most; `None` where no bound is known.
+    pub bound: Option<Bound>,
+    /// Whether it is simulated.
+    pub kept: bool,
+    /// Why.
+    pub why: &'static str,
+}
+
+/// Effects that are made of what surfaces reflect, and so keep `fresnel`.
+const OF_REFLECTION: [&str; 2] = ["coating", "ghosts"];
+
+/// What becomes of every effect that acts in a scene; all are kept where the scene asks for all of them.
+///
+/// # Errors
+/// When the instrument cannot be built.
+pub fn verdicts(scene: &Scene) -> Result<Vec<Verdict>, Problem> {
+    Ok(judge(&ideal(scene)?, scene))
+}
+
+/// [`verdicts`] of a scene whose instrument without effects is `ideal`.
+///
+/// The effects are gone through from the weakest on, and left out as long as all that are left out change no more than
+/// the threshold even if their changes add up.
+pub(super) fn judge(ideal: &System, scene: &Scene) -> Vec<Verdict> {
+    let effects = &scene.effects;
+    let verdict = |row: &'static Row| {
+        let why = match (effects.auto, row.bounding) {
+            (None, _) => "the scene asks for it",
+            (_, Bounding::Never(why)) => why,
+            _ => "no bound of its change is known",
+        };
+        Verdict { effect: row.key, bound: bound(ideal, scene, row), kept: true, why }
+    };
+    let mut all: Vec<Verdict> = effects.acting().map(verdict).collect();
+    let Some(threshold) = effects.auto else { return all };
+    let share = |bound: Bound| threshold.share(bound.grey, bound.px);
+    let mut order: Vec<usize> = (0..all.len()).collect();
+    let weight = |k: &usize| all[*k].bound.map_or(f64::INFINITY, share);
+    order.sort_by(|a, b| weight(a).total_cmp(&weight(b)));
+    let mut left_out = Bound { grey: 0.0, px: 0.0 };
+    for k in order {
+        let Some(bound) = all[k].bound else { continue };
+        let together = Bound { grey: left_out.grey + bound.grey, px: left_out.px + bound.px };
+        // What stands on reflection is weaker than it, or keeps it.
+        let needed = all[k].effect == "fresnel" && all.iter().any(|v| v.kept && OF_REFLECTION.contains(&v.effect));
+        let (kept, why) = match () {
+            () if share(bound) > 1.0 => (true, "may change more than the threshold"),
+            () if needed => (true, "another effect that is kept stands on it"),
+            () if share(together) > 1.0 => (true, "may change more than the threshold with those left out"),
+            () => (false, "changes less than the threshold"),
+        };
+        (all[k].kept, all[k].why) = (kept, why);
+        if !kept {
+            left_out = together;
+        }
+    }
+    all
+}
+
+/// The effects of a scene that its picture is made with.
+pub(super) fn settled(ideal: &System, scene: &Scene) -> Effects {
+    if scene.effects.auto.is_none() {
+        return scene.effects.clone();
+    }
+    let verdicts = judge(ideal, scene);
+    scene.effects.only(|row| verdicts.iter().any(|verdict| verdict.effect == row.key && verdict.kept))
+}
+
+impl Threshold {
+    /// A change as a share of what may be left out: above 1 where it may not.
+    fn share(&self, grey: f64, px: f64) -> f64 {
+        let of = |limit: Option<f64>, value: f64| match limit {
+            None => 0.0,
+            Some(_) if value == 0.0 => 0.0,
+            Some(limit) => value / limit,
+        };
+        of(self.grey, grey).max(of(self.px, px))
+    }
+}
