@@ -9,7 +9,8 @@ use crate::geom::{Ray, Rect};
 use glam::{DVec2, DVec3};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
-use obvhs::bvh2::{Bvh2, builder::build_bvh2};
+use obvhs::bvh2::{Bvh2, leaf_collapser::collapse};
+use obvhs::ploc::PlocBuilder;
 use obvhs::ray::RayHit;
 
 /// Which normal refracts a ray that meets a triangle.
@@ -102,6 +103,24 @@ impl PartialEq for Mesh {
 /// Boxes grow by this many roundings of f32 of their largest coordinate, so that rounding never hides a triangle.
 const BOX_ROUNDINGS: f64 = 8.0;
 
+/// Triangles of a leaf of the hierarchy, at most.
+const TRIANGLES_PER_LEAF: u32 = 2;
+
+/// The boxes in order for rays. The crate's own `build_bvh2` moves nodes about afterwards, which can make the tree deeper than
+/// the depth it notes for the stacks of rays.
+fn hierarchy(boxes: &[Aabb]) -> Bvh2 {
+    let parameters = BvhBuildParams::medium_build();
+    let mut hierarchy = PlocBuilder::with_capacity(boxes.len()).build(
+        parameters.ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        parameters.sort_precision,
+        parameters.search_depth_threshold,
+    );
+    collapse(&mut hierarchy, TRIANGLES_PER_LEAF, parameters.collapse_traversal_cost);
+    hierarchy
+}
+
 impl Mesh {
     /// Orders `triangles` for rays; `normals` says which refract.
     pub fn new(own: Triangles, normals: Normals) -> Self {
@@ -116,9 +135,7 @@ impl Mesh {
                 Aabb::new((a.min(b).min(c) - pad).as_vec3a(), (a.max(b).max(c) + pad).as_vec3a())
             })
             .collect();
-        let parameters = BvhBuildParams { max_prims_per_leaf: 2, ..BvhBuildParams::medium_build() };
-        let mut spent = std::time::Duration::ZERO;
-        let hierarchy = build_bvh2(&boxes, parameters, &mut spent);
+        let hierarchy = hierarchy(&boxes);
         let first_z = points.iter().fold(f64::INFINITY, |z, p| z.min(p.z)) - 1.0;
         Self { own, normals, hierarchy, first_z }
     }
@@ -250,6 +267,28 @@ mod tests {
     fn mesh(cells: usize, normals: Normals) -> Mesh {
         let square = Rect { min: DVec2::splat(-10.0), max: DVec2::splat(10.0) };
         Mesh::new(Triangles::over(square, cells, dome), normals)
+    }
+
+    /// The stacks of rays hold as many nodes as the tree is deep.
+    #[test]
+    fn the_depth_of_the_hierarchy_is_known() {
+        let (mut points, mut boxes) = (Vec::new(), Vec::new());
+        for line in include_str!("../../tests/fixtures/meshes/over_one_another.obj").lines() {
+            let numbers: Vec<f64> = line.split(' ').skip(1).flat_map(str::parse).collect();
+            match (line.as_bytes()[0], &numbers[..]) {
+                (b'v', &[x, y, z]) => points.push(DVec3::new(x, y, z)),
+                (b'f', &[a, b, c, ref more @ ..]) => {
+                    for [b, c] in std::iter::once([b, c]).chain(more.iter().map(|d| [c, *d])) {
+                        let [a, b, c] = [a, b, c].map(|k| points[k as usize - 1].as_vec3a());
+                        boxes.push(Aabb::new(a.min(b).min(c), a.max(b).max(c)));
+                    }
+                }
+                _ => assert_eq!(line.as_bytes()[0], b'#'),
+            }
+        }
+        assert!(boxes.len() > 150);
+        let hierarchy = hierarchy(&boxes);
+        assert!(hierarchy.depth(0) < hierarchy.max_depth, "{} {}", hierarchy.depth(0), hierarchy.max_depth);
     }
 
     fn towards(target: DVec3) -> Ray {
