@@ -12,7 +12,7 @@ use biprism::render::{Class, Film, Wanted, render, render_wanted};
 use biprism::scene::{self, Scene};
 use biprism::system::System;
 use glam::{DVec2, DVec3};
-use instruments::{BOARD, FLAT, FREEFORM, built, scene, scene_from};
+use instruments::{BOARD, FLAT, FREEFORM, built, edge_integral, scene, scene_from};
 use std::path::Path;
 
 const NO_GLASS: &str = "kind = \"none\"";
@@ -167,22 +167,6 @@ fn every_effect_has_its_test_of_theory() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/{file}.rs"));
         let text = std::fs::read_to_string(path).unwrap();
         assert!(text.contains(&format!("#[test]\nfn {test}()")), "{}: {file} {test}", row.key);
-    }
-}
-
-/// The share of a disk of radius 1 to the left of x, integrated over x: of a straight edge seen through a circular
-/// aperture, out of focus.
-fn edge_integral(x: f64) -> f64 {
-    let inside = |x: f64| {
-        let rest = (1.0 - x * x).max(0.0);
-        0.5 * x + (x * libm::asin(x) + rest.sqrt() - rest * rest.sqrt() / 3.0) / std::f64::consts::PI
-    };
-    if x >= 1.0 {
-        inside(1.0) + (x - 1.0)
-    } else if x <= -1.0 {
-        0.0
-    } else {
-        inside(x)
     }
 }
 

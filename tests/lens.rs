@@ -13,7 +13,7 @@ use biprism::render::{Class, Wanted, render, render_wanted};
 use biprism::scene::Scene;
 use biprism::system::System;
 use glam::{DVec2, DVec3};
-use instruments::{BOARD, FLAT, FREEFORM, built, scene};
+use instruments::{BOARD, FLAT, FREEFORM, built, edge_integral, scene};
 
 const NO_GLASS: &str = "kind = \"none\"";
 /// Surroundings of radiance 1: what is missing from a pixel was clipped.
@@ -56,21 +56,6 @@ fn telecentric_magnification_does_not_depend_on_depth() {
             assert!((footprint.x_axis - DVec2::new(step * across, 0.0)).length() < 1e-13);
             assert!((footprint.y_axis - DVec2::new(0.0, step)).length() < 1e-13);
         }
-    }
-}
-
-/// The share of a disk of radius 1 to the left of x, integrated over x.
-fn edge_integral(x: f64) -> f64 {
-    let inside = |x: f64| {
-        let rest = (1.0 - x * x).max(0.0);
-        0.5 * x + (x * libm::asin(x) + rest.sqrt() - rest * rest.sqrt() / 3.0) / std::f64::consts::PI
-    };
-    if x >= 1.0 {
-        inside(1.0) + (x - 1.0)
-    } else if x <= -1.0 {
-        0.0
-    } else {
-        inside(x)
     }
 }
 

@@ -47,7 +47,7 @@ pub fn forecast(scene: &Scene, system: &System) -> Result<Forecast, Problem> {
     let account = Plan::new(system).account(0.0);
     let size = system.camera.size_px();
     let effects = &system.effects;
-    let sets = if effects.dimensions() > 0 { effects.quadrature.replicates } else { 1 };
+    let sets = effects.sets();
     let (passes, samples) = (sets * effects.variants(0).len(), effects.samples(size));
     Ok(Forecast {
         level: account.level,

@@ -212,6 +212,11 @@ impl Effects {
         2 * (usize::from(self.has_pupil()) + self.roughness.map_or(0, |rough| rough.rough()))
     }
 
+    /// Sets of points that the picture is the mean of, at most: one where nothing is drawn from them.
+    pub fn sets(&self) -> usize {
+        if self.dimensions() > 0 { self.quadrature.replicates } else { 1 }
+    }
+
     /// Whether the pupil is more than a point.
     fn has_pupil(&self) -> bool {
         self.thin_lens.is_some_and(|lens| !lens.is_nothing()) || self.telecentric.is_some_and(|lens| lens.na > 0.0)

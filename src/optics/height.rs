@@ -1,7 +1,7 @@
 //! Surfaces as heights over a plane, and surfaces moved or out of figure.
 
 use super::fate::Fate;
-use super::surface::{FULL_WAYS_PER_MM, MAX_STEPS, Meeting, Surface};
+use super::surface::{MAX_STEPS, Meeting, Surface, is_met};
 use crate::geom::{Pose, Ray};
 use crate::num::poly2::Jet;
 use glam::{DVec2, DVec3};
@@ -51,10 +51,9 @@ impl Surface {
         }
     }
 
-    /// Where a ray meets a surface out of figure: Newton's method on the height, from where the ray meets the surface as
-    /// it should be.
-    pub(super) fn meet_by_height(&self, ray: &Ray, residual_mm: f64) -> Result<Meeting, Fate> {
-        let Self::Flawed { base, .. } = self else { return self.meet(ray, residual_mm) };
+    /// Where a ray meets a surface out of figure: Newton's method on the height, from where the ray meets `base`, the
+    /// surface as it should be.
+    pub(super) fn meet_by_height(&self, base: &Self, ray: &Ray, residual_mm: f64) -> Result<Meeting, Fate> {
         let mut t = base.meet(ray, residual_mm)?.t_mm;
         let mut previous = f64::INFINITY;
         for _ in 0..MAX_STEPS {
@@ -62,10 +61,7 @@ impl Surface {
             let jet = self.jet(p.x, p.y).ok_or(Fate::NotConverged)?;
             let gap = p.z - jet.value;
             let step = gap / (ray.direction.z - jet.dx * ray.direction.x - jet.dy * ray.direction.y);
-            let floor = 8.0 * f64::EPSILON * (p.z.abs() + ray.origin.z.abs() + t.abs());
-            if gap.abs() <= residual_mm * (FULL_WAYS_PER_MM * t.abs()).min(1.0)
-                || (gap.abs() >= previous && gap.abs() <= floor)
-            {
+            if is_met(ray, t, p.z, gap, previous, residual_mm) {
                 let t_mm = t - step;
                 let normal = DVec3::new(-jet.dx, -jet.dy, 1.0).normalize();
                 return if t_mm > 0.0 && t_mm.is_finite() {

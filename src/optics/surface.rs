@@ -106,7 +106,7 @@ impl Surface {
                 let met = mesh.meet(&Ray { origin: own(ray.origin), direction: own(ray.direction) })?;
                 Ok(Meeting { normal: own(met.normal), ..met })
             }
-            Self::Flawed { .. } => self.meet_by_height(ray, residual_mm),
+            Self::Flawed { base, .. } => self.meet_by_height(base, ray, residual_mm),
             Self::Moved { base, poses } => {
                 let met = base.meet(&ray.moved(&poses[1]), residual_mm)?;
                 Ok(Meeting { normal: poses[0].vector(met.normal), ..met })
@@ -254,12 +254,8 @@ impl Freeform {
             let (z, zx, zy) = self.sag.gradient(p.x, p.y);
             let gap = p.z - z;
             let approach = ray.direction.z - zx * ray.direction.x - zy * ray.direction.y;
-            // Rounding of z and of the ray's own position may exceed the residual asked for; the second time the gap
-            // does not shrink, that floor is reached.
-            let floor = 8.0 * f64::EPSILON * (p.z.abs() + ray.origin.z.abs() + t.abs());
-            let wanted = residual_mm * (FULL_WAYS_PER_MM * t.abs()).min(1.0);
             let step = (gap / approach).clamp(-longest_mm, longest_mm);
-            if gap.abs() <= wanted || (gap.abs() >= previous && gap.abs() <= floor) {
+            if is_met(ray, t, p.z, gap, previous, residual_mm) {
                 let inside = t > 0.0 && self.domain.contains(DVec2::new(p.x, p.y));
                 // One last step costs nothing more than its division and leaves the rounding error alone.
                 let t_mm = t - step;
@@ -314,6 +310,16 @@ impl Freeform {
         let (p, n, s) = (self.own(point), self.own(normal), self.own(step));
         self.own(turn(&self.sag.jet(p.x, p.y), n, s))
     }
+}
+
+/// Whether Newton's method is done at `t` along a ray, `z` high, with this gap and the one before it, all in mm.
+#[inline(always)]
+pub(super) fn is_met(ray: &Ray, t: f64, z: f64, gap: f64, previous: f64, residual_mm: f64) -> bool {
+    // Rounding of z and of the ray's own position may exceed the residual asked for; the second time the gap does not
+    // shrink, that floor is reached.
+    let floor = 8.0 * f64::EPSILON * (z.abs() + ray.origin.z.abs() + t.abs());
+    let wanted = residual_mm * (FULL_WAYS_PER_MM * t.abs()).min(1.0);
+    gap.abs() <= wanted || (gap.abs() >= previous && gap.abs() <= floor)
 }
 
 /// How the unit normal `n` of a height with the jet `j`, of either orientation, turns when its point moves by `s`.

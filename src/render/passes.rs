@@ -26,7 +26,7 @@ pub(super) fn mean(
     wanted: Wanted,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Film {
-    let quadrature = &system.effects.quadrature;
+    let most_sets = system.effects.sets();
     let [width, height] = system.camera.size_px();
     // What is true of a picture is what the middle of the pupil sees.
     let own = Plan::new(system);
@@ -37,11 +37,11 @@ pub(super) fn mean(
     let heard = AtomicUsize::new(0);
     let mut total = None::<Sums>;
     // Sums of squared deviations from the mean so far, by Welford's recurrence (Technometrics 4, 1962, 419).
-    let mut squares = (quadrature.replicates > 1).then(|| Raster::filled(width, height, 0.0f64));
+    let mut squares = (most_sets > 1).then(|| Raster::filled(width, height, 0.0f64));
     let mut sets = 0;
-    while sets < quadrature.replicates {
+    while sets < most_sets {
         let variants = if sets == 0 { first.clone() } else { set(sets) };
-        let passes = quadrature.replicates * variants.len();
+        let passes = most_sets * variants.len();
         let share = |pixels: usize| {
             let before = heard.fetch_add(pixels, Ordering::Relaxed);
             progress((before + pixels) / passes - before / passes);
@@ -58,14 +58,14 @@ pub(super) fn mean(
                 mean
             }
         });
-        if let (Some(target), Some(squares)) = (quadrature.noise, &squares)
+        if let (Some(target), Some(squares)) = (system.effects.quadrature.noise, &squares)
             && sets >= LEAST_REPLICATES
             && worst_error(squares, sets) <= target
         {
             break;
         }
     }
-    let all = quadrature.replicates * first.len();
+    let all = most_sets * first.len();
     progress(width * height - heard.load(Ordering::Relaxed) / all);
     let squares = squares.filter(|_| sets > 1);
     account.noise = squares.as_ref().map(|squares| worst_error(squares, sets));

@@ -1,6 +1,6 @@
 //! Which effects are worth their time: what each changes at most, against what the scene says may be left out.
 
-use super::bounds::{Bound, bound};
+use super::bounds::{Bound, OF_REFLECTION, bound};
 use super::{System, ideal};
 use crate::effect::{Bounding, Effects, Row, Threshold};
 use crate::problem::Problem;
@@ -18,9 +18,6 @@ pub struct Verdict {
     /// Why.
     pub why: &'static str,
 }
-
-/// Effects that are made of what surfaces reflect, and so keep `fresnel`.
-const OF_REFLECTION: [&str; 2] = ["coating", "ghosts"];
 
 /// What becomes of every effect that acts in a scene; all are kept where the scene asks for all of them.
 ///

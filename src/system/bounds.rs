@@ -37,6 +37,8 @@ const ROWS: usize = 5;
 const MOST_VARIANTS: usize = 2048;
 /// Halvings of the width when a border is sought in a row.
 const HALVINGS: usize = 40;
+/// Effects that are made of what surfaces reflect, and so stand on `fresnel`.
+pub(super) const OF_REFLECTION: [&str; 2] = ["coating", "ghosts"];
 /// Places of the grid stay this far inside the picture, in px.
 const INSET_PX: f64 = 1e-6;
 
@@ -52,7 +54,7 @@ pub struct Bound {
 /// What an effect of `scene`, whose instrument without effects is `ideal`, changes at most; `None` where that is not known.
 pub(super) fn bound(ideal: &System, scene: &Scene, row: &Row) -> Option<Bound> {
     let effects = &scene.effects;
-    let of_reflection = ["coating", "ghosts"].contains(&row.key);
+    let of_reflection = OF_REFLECTION.contains(&row.key);
     // Another camera is another picture: what it sees is what the others change.
     let stands_on =
         |other: &Row| other.key != row.key && (other.key == "telecentric" || (of_reflection && other.key == "fresnel"));
@@ -181,7 +183,7 @@ fn displacements(without: &System, with: &System, light: Light) -> Option<Bound>
 
 /// All variants that the picture may be the mean of; `None` where they are more than can be looked through in a moment.
 fn variants(effects: &Effects) -> Option<Vec<Variant>> {
-    let sets = if effects.dimensions() > 0 { effects.quadrature.replicates } else { 1 };
+    let sets = effects.sets();
     let one = effects.variants(0);
     if one.len().saturating_mul(sets) > MOST_VARIANTS {
         return None;

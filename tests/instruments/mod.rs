@@ -32,3 +32,19 @@ pub(crate) const BOARD: &str = "columns = 41\nrows = 41\nsquare_mm = 10.0\nposit
 pub(crate) fn built(scene: &Scene) -> System {
     system::build(scene).unwrap_or_else(|problem| panic!("{problem}"))
 }
+
+/// The share of a disk of radius 1 to the left of x, integrated over x: of a straight edge seen through a circular
+/// aperture, out of focus.
+pub(crate) fn edge_integral(x: f64) -> f64 {
+    let inside = |x: f64| {
+        let rest = (1.0 - x * x).max(0.0);
+        0.5 * x + (x * libm::asin(x) + rest.sqrt() - rest * rest.sqrt() / 3.0) / std::f64::consts::PI
+    };
+    if x >= 1.0 {
+        inside(1.0) + (x - 1.0)
+    } else if x <= -1.0 {
+        0.0
+    } else {
+        inside(x)
+    }
+}
