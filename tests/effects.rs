@@ -301,3 +301,16 @@ fn a_lamp_lights_each_place_by_its_distance_and_angle() {
         assert!((f64::from(*after) - expected).abs() < 4e-7 * expected, "{k}: {after} {expected}");
     }
 }
+
+/// Wavelengths are fixed: a second set of random points would be the first picture once more.
+#[test]
+fn what_draws_no_points_takes_one_set() {
+    let mut scene = case("dispersion");
+    let of = |scene: &Scene| render_wanted(&built(scene), Wanted { truth: false }, &|_| ());
+    let once = of(&scene);
+    scene.effects.quadrature.replicates = 8;
+    let film = of(&scene);
+    assert_eq!(film.account.passes, once.account.passes);
+    assert!(film.noise.is_none() && film.account.noise.is_none());
+    assert!(film.radiance == once.radiance);
+}

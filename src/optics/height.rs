@@ -1,7 +1,8 @@
 //! Surfaces as heights over a plane, and surfaces moved or out of figure.
 
 use super::fate::Fate;
-use super::surface::{MAX_STEPS, Meeting, Surface, is_met};
+use super::freeform::{MAX_STEPS, is_met};
+use super::surface::{Meeting, Surface};
 use crate::geom::{Pose, Ray};
 use crate::num::poly2::Jet;
 use glam::{DVec2, DVec3};

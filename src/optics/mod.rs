@@ -3,6 +3,7 @@
 pub mod crossing;
 pub mod fate;
 pub mod flaw;
+mod freeform;
 pub mod fresnel;
 pub mod medium;
 mod height;

@@ -114,12 +114,14 @@ impl<G: Glass> Kernel for Row<'_, '_, G> {
     #[inline(always)]
     fn run(self) {
         let Self { system, glass, start, out } = self;
+        // A copy, of which the compiler knows that no row written here changes its kind.
+        let camera = system.camera;
         let residual_mm = system.accuracy.surface_residual_mm;
         let y = Lanes::splat(start.y);
         let count = out.class.len();
         for first in (0..count).step_by(LANES) {
             let x = Lanes::of(|k| start.x + (first + k) as f64);
-            let passed = glass.pass(&system.camera.rays([x, y]), residual_mm);
+            let passed = glass.pass(&camera.rays([x, y]), residual_mm);
             let (seen, met) = system.board.meet_all(&passed.rays);
             let sure = passed.sure & met;
             let n = LANES.min(count - first);

@@ -309,6 +309,8 @@ fn rows(plan: &Plan, rows: Range<usize>, wanted: Wanted, progress: &(dyn Fn(usiz
     (Strip { radiance, colour: None, noise: None, class, board_mm }, work)
 }
 
+// Apart, so that its instructions can be counted by its name.
+#[inline(never)]
 fn render_band(plan: &Plan, band: &mut Band) -> Work {
     if plan.system.accuracy.sampling == Sampling::SingleRays {
         return reference::render(plan, band);

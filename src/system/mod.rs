@@ -6,6 +6,7 @@ pub mod board;
 mod bounds;
 pub mod camera;
 pub mod clip;
+mod finish;
 mod flaws;
 mod gain;
 pub mod mesh;

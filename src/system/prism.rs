@@ -1,7 +1,8 @@
 //! The prism as two sides, each a front and a back surface between the same media.
 
+use super::finish::{Finish, Unideal};
 use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM};
-use crate::effect::{Clipping, Effects};
+use crate::effect::Effects;
 use crate::geom::{Pose, Ray};
 use crate::optics::fate::Fate;
 use crate::optics::mesh::Mesh;
@@ -51,10 +52,8 @@ pub struct Prism {
     eta_out: f64,
     /// n_outer, n_glass
     indices: [f64; 2],
-    /// What of the surfaces lets no light pass.
-    clip: Option<Clipping>,
-    /// Slopes that are added to those of the front and the back where light is refracted, and nowhere else.
-    slopes: Option<[DVec2; 2]>,
+    /// What the surfaces do besides, if anything.
+    finish: Option<Box<Unideal>>,
     /// Whether the left side is the mirror image of the right one.
     symmetric: bool,
 }
@@ -123,8 +122,7 @@ impl Prism {
             eta_in: indices[0] / indices[1],
             eta_out: indices[1] / indices[0],
             indices,
-            clip: None,
-            slopes: None,
+            finish: None,
             symmetric: true,
         }
     }
@@ -153,19 +151,25 @@ impl Prism {
             Some(errors) => self.made(errors),
             None => self.clone(),
         };
-        Self { clip: effects.clipping.filter(|clipping| !clipping.is_nothing()), ..made }
+        let clip = effects.clipping.filter(|clipping| !clipping.is_nothing());
+        made.finished(Unideal { clip, slopes: [DVec2::ZERO; 2] })
     }
 
     /// The same prism with `slopes` added to those of the front and the back wherever light is refracted.
     #[must_use]
     pub fn with_slopes(&self, slopes: [DVec2; 2]) -> Self {
-        Self { slopes: (slopes != [DVec2::ZERO; 2]).then_some(slopes), ..self.clone() }
+        let clip = self.finish.as_ref().and_then(|finish| finish.clip);
+        self.clone().finished(Unideal { clip, slopes })
+    }
+
+    fn finished(self, finish: Unideal) -> Self {
+        Self { finish: (finish != Unideal::default()).then(|| Box::new(finish)), ..self }
     }
 
     /// Whether the two sides are mirror images of each other in the world's plane x = 0, bit for bit.
     pub fn keeps_mirror_images(&self) -> bool {
         self.symmetric
-            && self.slopes.is_none()
+            && self.finish.as_ref().is_none_or(|finish| finish.slopes == [DVec2::ZERO; 2])
             && self.poses.is_none_or(|poses| poses.iter().all(Pose::keeps_mirror_images))
     }
 
@@ -175,43 +179,65 @@ impl Prism {
         let side = |[front, back]: &[Surface; 2]| Some([shape(front)?, shape(back)?]);
         let sides = [side(&self.sides[0])?, side(&self.sides[1])?];
         let eta = [self.eta_in, self.eta_out];
-        (eta != [1.0, 1.0] && self.clip.is_none() && self.slopes.is_none()).then_some(Biprism {
-            poses: self.poses,
-            sides,
-            eta,
-        })
+        (eta != [1.0, 1.0] && self.finish.is_none()).then_some(Biprism { poses: self.poses, sides, eta })
     }
 
     /// The ray behind the prism and the side that it passed, both in the world.
     #[inline(always)]
     pub fn pass<C: Carry>(&self, ray: &Ray, residual_mm: f64, carry: &mut C) -> Result<(Ray, Side), Fate> {
-        let own = self.enter(ray, carry);
-        let (side, meeting) = self.first_facet(&own, residual_mm)?;
-        self.keep(0, &own, &meeting)?;
-        let out = self.refract(&own, side, &meeting, residual_mm, carry, &|back, meeting| self.keep(1, back, meeting));
-        out.map(|out| (out, side))
-    }
-
-    /// Whether the front (0) or the back (1) lets a ray (in the prism's frame) pass where it is met.
-    #[inline(always)]
-    fn keep(&self, which: usize, ray: &Ray, meeting: &Meeting) -> Result<(), Fate> {
-        match self.clip {
-            Some(_) if !self.passes_at(which, ray.at(meeting.t_mm)) => Err(Fate::Clipped),
-            _ => Ok(()),
+        match &self.finish {
+            None => self.pass_finished(ray, residual_mm, carry, &()),
+            Some(finish) => self.pass_unideal(ray, residual_mm, carry, finish),
         }
     }
 
-    /// Whether light goes on from this place (in the prism's frame) of the front (0) or the back (1).
+    /// Apart, so that the way of a ray through ideal surfaces is as short as if there were no others.
+    #[inline(never)]
+    fn pass_unideal<C: Carry>(
+        &self,
+        ray: &Ray,
+        residual_mm: f64,
+        carry: &mut C,
+        finish: &Unideal,
+    ) -> Result<(Ray, Side), Fate> {
+        self.pass_finished(ray, residual_mm, carry, finish)
+    }
+
     #[inline(always)]
+    fn pass_finished<C: Carry>(
+        &self,
+        ray: &Ray,
+        residual_mm: f64,
+        carry: &mut C,
+        finish: &impl Finish,
+    ) -> Result<(Ray, Side), Fate> {
+        let own = self.enter(ray, carry);
+        let (side, meeting) = self.first_facet(&own, residual_mm)?;
+        finish.keep(0, &own, &meeting)?;
+        self.refract(&own, side, &meeting, residual_mm, carry, finish).map(|out| (out, side))
+    }
+
+    /// Whether light goes on from this place (in the prism's frame) of the front (0) or the back (1).
     pub(super) fn passes_at(&self, which: usize, at_mm: DVec3) -> bool {
-        self.clip.is_none_or(|clip| clip.margin_mm(which, at_mm) >= 0.0)
+        self.finish.as_ref().is_none_or(|finish| finish.passes_at(which, at_mm))
+    }
+
+    /// The normal by which the front (0) or the back (1) refracts.
+    pub(super) fn normal(&self, which: usize, meeting: &Meeting) -> DVec3 {
+        self.finish.as_ref().map_or(meeting.normal, |finish| finish.normal(which, meeting))
     }
 
     /// The ray behind the prism when it passes `side`, whether or not it meets that side of the ridge, and unclipped.
     pub fn pass_through<C: Carry>(&self, ray: &Ray, side: Side, residual_mm: f64, carry: &mut C) -> Result<Ray, Fate> {
         let own = self.enter(ray, carry);
         let meeting = self.sides[side as usize][0].meet(&own, residual_mm)?;
-        self.refract(&own, side, &meeting, residual_mm, carry, &|_, _| Ok(()))
+        match &self.finish {
+            None => self.refract(&own, side, &meeting, residual_mm, carry, &()),
+            Some(finish) => {
+                let unclipped = Unideal { clip: None, ..**finish };
+                self.refract(&own, side, &meeting, residual_mm, carry, &unclipped)
+            }
+        }
     }
 
     /// Where a ray of the world meets the front of a side, in the prism's frame, in mm.
@@ -281,18 +307,6 @@ impl Prism {
         }
     }
 
-    /// The normal by which the front (0) or the back (1) refracts.
-    #[inline(always)]
-    pub(super) fn normal(&self, which: usize, meeting: &Meeting) -> DVec3 {
-        match &self.slopes {
-            None => meeting.normal,
-            Some(slopes) => {
-                let slope = slopes[which] - meeting.normal.truncate() / meeting.normal.z;
-                DVec3::new(-slope.x, -slope.y, 1.0).normalize()
-            }
-        }
-    }
-
     #[inline(always)]
     fn refract<C: Carry>(
         &self,
@@ -301,13 +315,13 @@ impl Prism {
         front: &Meeting,
         residual_mm: f64,
         carry: &mut C,
-        keep_back: &impl Fn(&Ray, &Meeting) -> Result<(), Fate>,
+        finish: &impl Finish,
     ) -> Result<Ray, Fate> {
         let [facet, base] = &self.sides[side as usize];
-        let out = pass(ray, facet, front, self.normal(0, front), self.eta_in, carry).and_then(|inside| {
+        let out = pass(ray, facet, front, finish.normal(0, front), self.eta_in, carry).and_then(|inside| {
             let meeting = base.meet(&inside, residual_mm)?;
-            keep_back(&inside, &meeting)?;
-            pass(&inside, base, &meeting, self.normal(1, &meeting), self.eta_out, carry)
+            finish.keep(1, &inside, &meeting)?;
+            pass(&inside, base, &meeting, finish.normal(1, &meeting), self.eta_out, carry)
         });
         match &self.poses {
             None => out,

@@ -1,0 +1,58 @@
+//! What the surfaces of a prism do to rays besides refracting them by their shapes.
+
+use crate::effect::Clipping;
+use crate::geom::Ray;
+use crate::optics::fate::Fate;
+use crate::optics::surface::Meeting;
+use glam::{DVec2, DVec3};
+
+/// What the front (0) and the back (1) of a prism do to rays besides refracting them by their shapes; `()` is nothing, and
+/// costs nothing.
+pub(super) trait Finish {
+    /// Whether a ray (in the prism's frame) goes on where it is met.
+    fn keep(&self, which: usize, ray: &Ray, meeting: &Meeting) -> Result<(), Fate>;
+    /// The unit normal by which the ray is refracted there.
+    fn normal(&self, which: usize, meeting: &Meeting) -> DVec3;
+}
+
+impl Finish for () {
+    #[inline(always)]
+    fn keep(&self, _: usize, _: &Ray, _: &Meeting) -> Result<(), Fate> {
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn normal(&self, _: usize, meeting: &Meeting) -> DVec3 {
+        meeting.normal
+    }
+}
+
+/// Surfaces a part of which lets no light pass, or that are not smooth.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Unideal {
+    /// What lets no light pass.
+    pub clip: Option<Clipping>,
+    /// Slopes that are added to those of the front and the back where light is refracted, and nowhere else.
+    pub slopes: [DVec2; 2],
+}
+
+impl Unideal {
+    /// Whether light goes on from this place (in the prism's frame) of the front (0) or the back (1).
+    pub(super) fn passes_at(&self, which: usize, at_mm: DVec3) -> bool {
+        self.clip.is_none_or(|clip| clip.margin_mm(which, at_mm) >= 0.0)
+    }
+}
+
+impl Finish for Unideal {
+    fn keep(&self, which: usize, ray: &Ray, meeting: &Meeting) -> Result<(), Fate> {
+        if self.passes_at(which, ray.at(meeting.t_mm)) { Ok(()) } else { Err(Fate::Clipped) }
+    }
+
+    fn normal(&self, which: usize, meeting: &Meeting) -> DVec3 {
+        if self.slopes == [DVec2::ZERO; 2] {
+            return meeting.normal;
+        }
+        let slope = self.slopes[which] - meeting.normal.truncate() / meeting.normal.z;
+        DVec3::new(-slope.x, -slope.y, 1.0).normalize()
+    }
+}
