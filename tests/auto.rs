@@ -8,7 +8,7 @@ use biprism::raster::Raster;
 use biprism::render::{Wanted, render_wanted};
 use biprism::scene::{self, Scene};
 use biprism::system::auto::verdicts;
-use biprism::system::{Bound, System};
+use biprism::system::{self, Bound, System};
 use instruments::{BOARD, FLAT, FREEFORM, built};
 
 /// Effects in words of a scene, strong and weak, each with what it stands on.
@@ -73,8 +73,12 @@ fn change(a: &Raster<f32>, b: &Raster<f32>) -> f64 {
 }
 
 fn bound_of(scene: &Scene, key: &str) -> Option<Bound> {
-    let all = verdicts(scene).unwrap_or_else(|problem| panic!("{problem}"));
-    all.iter().find(|verdict| verdict.effect == key).unwrap_or_else(|| panic!("{key} does not act")).bound
+    let ideal = system::ideal(scene).unwrap_or_else(|problem| panic!("{problem}"));
+    verdicts(&ideal, scene)
+        .iter()
+        .find(|verdict| verdict.effect == key)
+        .unwrap_or_else(|| panic!("{key} does not act"))
+        .bound
 }
 
 /// Pictures with and without each effect differ by no more than its bound.

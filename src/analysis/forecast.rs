@@ -3,11 +3,10 @@
 use crate::accuracy::{Level, Sampling};
 use crate::effect::Hook;
 use crate::optics::fate::Fate;
-use crate::problem::Problem;
 use crate::render::Plan;
 use crate::scene::Scene;
-use crate::system::auto::{Verdict, verdicts};
-use crate::system::{self, System};
+use crate::system::System;
+use crate::system::auto::Verdict;
 use glam::DVec2;
 use std::collections::BTreeMap;
 
@@ -39,27 +38,23 @@ const GRID: usize = 65;
 /// A picture of this many pixels or more is timed in place of a larger one.
 const TIMED_PX: usize = 100_000;
 
-/// What the picture of `scene` will be, whose instrument is `system`.
-///
-/// # Errors
-/// When the instrument cannot be built.
-pub fn forecast(scene: &Scene, system: &System) -> Result<Forecast, Problem> {
+/// What the picture of `system` will be, which was settled by these verdicts.
+pub fn forecast(system: &System, effects: Vec<Verdict>) -> Forecast {
     let account = Plan::new(system).account(0.0);
     let size = system.camera.size_px();
-    let effects = &system.effects;
-    let sets = effects.sets();
-    let (passes, samples) = (sets * effects.variants(0).len(), effects.samples(size));
-    Ok(Forecast {
+    let sets = system.effects.sets();
+    let (passes, samples) = (sets * system.effects.variants(0).len(), system.effects.samples(size));
+    Forecast {
         level: account.level,
         sampling: system.accuracy.sampling,
         patches: account.patches,
         mapped: account.mapped,
         passes,
         samples,
-        effects: verdicts(scene)?,
+        effects,
         memory_bytes: memory_bytes(system, sets, samples),
         fates: fates(system),
-    })
+    }
 }
 
 /// What is held of every pixel: radiance (4 bytes), class (1) and board position (8). A mean of pictures is summed up in
@@ -89,22 +84,14 @@ fn fates(system: &System) -> BTreeMap<&'static str, f64> {
     counts
 }
 
-/// How many times fewer pixels each way a picture has that is timed in place of the one of `scene`.
-pub fn times_smaller(scene: &Scene) -> usize {
-    let pixels = scene.camera.width_px * scene.camera.height_px;
-    (pixels / TIMED_PX).isqrt().max(1)
-}
-
-/// The instrument of `scene` on a sensor of the same size with [`times_smaller`] fewer pixels each way, with all effects but
-/// `left_out`: to be timed. `None` where it cannot be built.
-pub fn smaller(scene: &Scene, left_out: &[&str]) -> Option<System> {
-    let times = times_smaller(scene);
-    let mut scene = scene.clone();
-    let camera = &mut scene.camera;
+/// The instrument of `scene`, `ideal` without effects, with all effects but `left_out`, on a sensor of the same size that has
+/// fewer pixels where there are many: to be timed.
+pub fn smaller(ideal: &System, scene: &Scene, left_out: &[&str]) -> System {
+    let mut camera = scene.camera;
+    let times = (camera.width_px * camera.height_px / TIMED_PX).isqrt().max(1);
     let fewer = |n: usize| if times == 1 { n } else { (n / (2 * times)).max(1) * 2 };
     let width_mm = camera.width_px as f64 * camera.pitch_mm;
     (camera.width_px, camera.height_px) = (fewer(camera.width_px), fewer(camera.height_px));
     camera.pitch_mm = width_mm / camera.width_px as f64;
-    scene.effects = scene.effects.only(|row| !left_out.contains(&row.key));
-    system::build(&scene).ok()
+    ideal.with_effects(&scene.effects.only(|row| !left_out.contains(&row.key)), &camera)
 }

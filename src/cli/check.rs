@@ -6,12 +6,15 @@ use super::{Outcome, files, say};
 use crate::analysis::nominal::{Frame, NoPinhole, virtual_camera};
 use crate::problem::Problem;
 use crate::scene;
+use crate::system::{self, auto};
 use crate::vision::half::Half;
 use serde_json::json;
 
 pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
     let scene = scene::load(&args.scene)?;
-    let system = files::build(&scene, &args.scene)?;
+    let ideal = files::named(&args.scene, system::ideal(&scene))?;
+    let verdicts = auto::verdicts(&ideal, &scene);
+    let system = ideal.with_effects(&auto::settled(&verdicts, &scene), &scene.camera);
     let half = |half: Half| {
         let frame = Frame::new(&system, half);
         match virtual_camera(&system, &frame) {
@@ -20,7 +23,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
             Err(NoPinhole::Telecentric) => json!({ "camera": "telecentric" }),
         }
     };
-    let plan = Plan::new(&scene, &system)?;
+    let plan = Plan::new(&scene, &ideal, &system, verdicts);
     let doubt = scene.prism.body().and_then(scene::Body::index_doubt);
     let found = json!({
         "scene": scene.name,

@@ -26,8 +26,12 @@ pub(super) fn scene(path: Option<&Path>) -> Result<Scene, Problem> {
 
 /// The instrument of the scene in `path`.
 pub(super) fn build(scene: &Scene, path: &Path) -> Result<System, Problem> {
-    crate::system::build(scene)
-        .map_err(|problem| Problem { place: format!("{}: {}", path.display(), problem.place), ..problem })
+    named(path, crate::system::build(scene))
+}
+
+/// What was made of the scene in `path`, or what is wrong and in which file.
+pub(super) fn named<T>(path: &Path, made: Result<T, Problem>) -> Result<T, Problem> {
+    made.map_err(|problem| Problem { place: format!("{}: {}", path.display(), problem.place), ..problem })
 }
 
 /// The folder, made if need be.

@@ -2,10 +2,10 @@
 
 use crate::accuracy::Sampling;
 use crate::analysis::forecast::{Forecast, forecast, smaller};
-use crate::problem::Problem;
 use crate::render::{Wanted, render_wanted};
 use crate::scene::Scene;
 use crate::system::System;
+use crate::system::auto::Verdict;
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -17,26 +17,26 @@ const PATIENCE_S: f64 = 1.0;
 /// A forecast with what it costs in time.
 pub(super) struct Plan {
     forecast: Forecast,
-    /// Of the picture, in s; `None` where the smaller one cannot be built.
-    time_s: Option<f64>,
+    /// Of the picture, in s.
+    time_s: f64,
     /// What each effect that is left out would add, in s, in the order of the forecast.
     saved_s: Vec<Option<f64>>,
 }
 
 impl Plan {
-    /// The plan of the picture of `scene`, whose instrument is `system`. Times are those of pictures made now: of the picture
+    /// The plan of the picture of `scene`, whose instrument is `system`, settled by `verdicts`, and `ideal` without effects. Times are those of pictures made now: of the picture
     /// itself where it is small, else of one of fewer pixels, times the ratio of pixels. Larger pixels have more edges and more
     /// bend in them, so that such a time says too much.
-    pub(super) fn new(scene: &Scene, system: &System) -> Result<Self, Problem> {
-        let forecast = forecast(scene, system)?;
+    pub(super) fn new(scene: &Scene, ideal: &System, system: &System, verdicts: Vec<Verdict>) -> Self {
+        let forecast = forecast(system, verdicts);
         let dropped: Vec<&str> = forecast.effects.iter().filter(|e| !e.kept).map(|e| e.effect).collect();
-        let time_s = time(scene, &dropped);
+        let time_s = time(ideal, scene, &dropped);
         let saved = |key: &str| {
             let others: Vec<&str> = dropped.iter().copied().filter(|k| *k != key).collect();
-            Some((time(scene, &others)? - time_s?).max(0.0))
+            (time(ideal, scene, &others) - time_s).max(0.0)
         };
-        let saved_s = forecast.effects.iter().map(|e| if e.kept { None } else { saved(e.effect) }).collect();
-        Ok(Self { forecast, time_s, saved_s })
+        let saved_s = forecast.effects.iter().map(|e| (!e.kept).then(|| saved(e.effect))).collect();
+        Self { forecast, time_s, saved_s }
     }
 
     /// The plan for a script.
@@ -66,9 +66,7 @@ impl Plan {
             (passes, 1) => format!("samples mean of {passes} pictures, each of exact means of its pixels\n"),
             (passes, n) => format!("samples mean of {passes}, with {n} x {n} samples a pixel for the film\n"),
         };
-        if let Some(seconds) = self.time_s {
-            text += &format!("time    about {seconds:.2} s here, measured on smaller pictures where it is large\n");
-        }
+        text += &format!("time    about {:.2} s here, measured on smaller pictures where it is large\n", self.time_s);
         text += &format!("memory  about {:.1} MB for the picture and its ground truth\n", *memory_bytes as f64 / 1e6);
         let ended: Vec<String> = fates.iter().map(|(fate, share)| format!("{:.1} % {fate}", 100.0 * share)).collect();
         let ended = if ended.is_empty() { "every ray reaches the board's plane".to_owned() } else { ended.join(", ") };
@@ -96,8 +94,8 @@ impl Plan {
 }
 
 /// The time of a picture of `scene` without the effects `left_out`, in s, from smaller ones.
-fn time(scene: &Scene, left_out: &[&str]) -> Option<f64> {
-    let system = smaller(scene, left_out)?;
+fn time(ideal: &System, scene: &Scene, left_out: &[&str]) -> f64 {
+    let system = smaller(ideal, scene, left_out);
     let begun = Instant::now();
     let mut fastest = f64::INFINITY;
     for _ in 0..REPETITIONS {
@@ -109,5 +107,5 @@ fn time(scene: &Scene, left_out: &[&str]) -> Option<f64> {
         }
     }
     let [width, height] = system.camera.size_px();
-    Some(fastest * (scene.camera.width_px * scene.camera.height_px) as f64 / (width * height) as f64)
+    fastest * (scene.camera.width_px * scene.camera.height_px) as f64 / (width * height) as f64
 }

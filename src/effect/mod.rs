@@ -116,6 +116,18 @@ pub struct Threshold {
     pub px: Option<f64>,
 }
 
+impl Threshold {
+    /// A change as a share of what may be left out: above 1 where it may not.
+    pub fn share(&self, grey: f64, px: f64) -> f64 {
+        let of = |limit: Option<f64>, value: f64| match limit {
+            None => 0.0,
+            Some(_) if value == 0.0 => 0.0,
+            Some(limit) => value / limit,
+        };
+        of(self.grey, grey).max(of(self.px, px))
+    }
+}
+
 impl Default for Threshold {
     /// Half a step of an 8-bit picture, and a hundredth of a pixel.
     fn default() -> Self {

@@ -3,9 +3,9 @@
 use super::Film;
 use super::coverage::Pattern;
 use crate::effect::{Ghosts, Journey, Landing};
-use crate::optics::polarisation::{Beam, Light};
+use crate::optics::polarisation::Light;
 use crate::system::System;
-use crate::trace::nonsequential::{Body, Exit, Limits};
+use crate::trace::nonsequential::{Body, Exit};
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -207,20 +207,7 @@ impl<'a> Watch<'a> {
 
     /// Tells of every ghost at an image position.
     fn look(&self, px: DVec2, mut tell: impl FnMut(Gleam)) {
-        let Self { system, ghosts, .. } = self;
-        let Some(prism) = &system.prism else { return };
-        let ray = system.camera.ray(px);
-        if system.stop.is_some_and(|stop| stop.margin_mm(&ray) < 0.0) {
-            return;
-        }
-        let limits = Limits { bounces: ghosts.bounces, least_power: ghosts.least_power };
-        let residual_mm = system.accuracy.surface_residual_mm;
-        prism.follow(&ray, Beam::new(ray.direction, self.light), self.body, limits, residual_mm, &mut |exit| {
-            // The light that is never reflected is the picture itself.
-            if exit.bounces > 0 {
-                tell(self.gleam(exit, px));
-            }
-        });
+        self.system.reflected(px, self.light, self.body, &self.ghosts, |exit| tell(self.gleam(exit, px)));
     }
 
     /// What light that leaves the glass sees, weakened as all light at `px` is: by everything but the glass.

@@ -1,9 +1,8 @@
 //! Which effects are worth their time: what each changes at most, against what the scene says may be left out.
 
+use super::System;
 use super::bounds::{Bound, OF_REFLECTION, bound};
-use super::{System, ideal};
-use crate::effect::{Bounding, Effects, Row, Threshold};
-use crate::problem::Problem;
+use crate::effect::{Bounding, Effects, Row};
 use crate::scene::Scene;
 
 /// What becomes of an effect.
@@ -19,19 +18,12 @@ pub struct Verdict {
     pub why: &'static str,
 }
 
-/// What becomes of every effect that acts in a scene; all are kept where the scene asks for all of them.
-///
-/// # Errors
-/// When the instrument cannot be built.
-pub fn verdicts(scene: &Scene) -> Result<Vec<Verdict>, Problem> {
-    Ok(judge(&ideal(scene)?, scene))
-}
-
-/// [`verdicts`] of a scene whose instrument without effects is `ideal`.
+/// What becomes of every effect that acts in a scene, whose instrument without effects is `ideal`; all are kept where the
+/// scene asks for all of them.
 ///
 /// The effects are gone through from the weakest on, and left out as long as all that are left out change no more than
 /// the threshold even if their changes add up.
-pub(super) fn judge(ideal: &System, scene: &Scene) -> Vec<Verdict> {
+pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
     let effects = &scene.effects;
     let verdict = |row: &'static Row| {
         let why = match (effects.auto, row.bounding) {
@@ -68,22 +60,9 @@ pub(super) fn judge(ideal: &System, scene: &Scene) -> Vec<Verdict> {
 }
 
 /// The effects of a scene that its picture is made with.
-pub(super) fn settled(ideal: &System, scene: &Scene) -> Effects {
-    if scene.effects.auto.is_none() {
-        return scene.effects.clone();
-    }
-    let verdicts = judge(ideal, scene);
-    scene.effects.only(|row| verdicts.iter().any(|verdict| verdict.effect == row.key && verdict.kept))
-}
-
-impl Threshold {
-    /// A change as a share of what may be left out: above 1 where it may not.
-    fn share(&self, grey: f64, px: f64) -> f64 {
-        let of = |limit: Option<f64>, value: f64| match limit {
-            None => 0.0,
-            Some(_) if value == 0.0 => 0.0,
-            Some(limit) => value / limit,
-        };
-        of(self.grey, grey).max(of(self.px, px))
+pub fn settled(verdicts: &[Verdict], scene: &Scene) -> Effects {
+    match scene.effects.auto {
+        None => scene.effects.clone(),
+        Some(_) => scene.effects.only(|row| verdicts.iter().any(|verdict| verdict.effect == row.key && verdict.kept)),
     }
 }

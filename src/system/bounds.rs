@@ -20,9 +20,7 @@ use super::{Side, System};
 use crate::effect::clipping::Clipping;
 use crate::effect::diffraction::encircled_energy;
 use crate::effect::{Bounding, Effects, Row, Variant};
-use crate::optics::polarisation::Beam;
 use crate::scene::{Board, Scene};
-use crate::trace::nonsequential::Limits;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
@@ -300,20 +298,15 @@ fn spread(effects: &Effects, light: Light) -> Option<Bound> {
     Some(Bound { grey, px: light.moved_px(grey) })
 }
 
-/// Ghosts: their power at each place of the grid, as if all of it came from the brightest thing.
+/// Ghosts: their power at each place of the grid, as if all of it came from the brightest thing. What is seen only between
+/// two places of the grid, 1 / 128 of the picture's width apart, may be missed.
 fn added(with: &System, light: Light) -> Option<Bound> {
     let ghosts = with.effects.ghosts?;
     let polarised = with.effects.fresnel?.light;
-    let Some(prism) = &with.prism else { return Some(Bound { grey: 0.0, px: 0.0 }) };
-    let body = with.body()?;
-    let limits = Limits { bounces: ghosts.bounces, least_power: ghosts.least_power };
+    let Some(body) = with.body() else { return Some(Bound { grey: 0.0, px: 0.0 }) };
     let power = |px: &DVec2| {
-        let ray = with.camera.ray(*px);
         let mut sum = 0.0;
-        let start = Beam::new(ray.direction, polarised);
-        prism.follow(&ray, start, body, limits, with.accuracy.surface_residual_mm, &mut |exit| {
-            sum += if exit.bounces > 0 { exit.power } else { 0.0 };
-        });
+        with.reflected(*px, polarised, body, &ghosts, |exit| sum += exit.power);
         sum
     };
     let powers: Vec<f64> = grid(with, FINE_GRID).par_iter().map(power).collect();

@@ -72,7 +72,9 @@ pub struct Footprint {
 /// When the prism cannot be designed from the scene's values.
 pub fn build(scene: &Scene) -> Result<System, Problem> {
     let ideal = ideal(scene)?;
-    Ok(ideal.with_effects(&auto::settled(&ideal, scene), &scene.camera))
+    // To bound what every effect changes takes as long as a small picture.
+    let verdicts = if scene.effects.auto.is_some() { auto::verdicts(&ideal, scene) } else { Vec::new() };
+    Ok(ideal.with_effects(&auto::settled(&verdicts, scene), &scene.camera))
 }
 
 /// The instrument of a scene without its effects, large enough for all of them.

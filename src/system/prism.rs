@@ -9,14 +9,12 @@ use crate::optics::mesh::Mesh;
 use crate::optics::surface::{Freeform, Meeting, Surface};
 use crate::problem::Problem;
 use crate::scene;
+use crate::trace::RIDGE_ROUNDINGS;
 use crate::trace::carry::Carry;
 use crate::trace::packet::Biprism;
 use crate::trace::sequential::pass;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
-
-/// Relative rounding of a point's x on its way along a ray: a few operations.
-const RIDGE_ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 
 /// The facet angle that the scene states, or else the angle of Eq. 5.
 ///

@@ -1,11 +1,12 @@
 //! The prism as a piece of glass whose surfaces reflect: light that does not go straight through.
 
 use super::{Prism, System};
+use crate::effect::Ghosts;
 use crate::geom::Ray;
-use crate::optics::polarisation::Beam;
+use crate::optics::polarisation::{Beam, Light};
 use crate::optics::surface::Meeting;
 use crate::trace::nonsequential::{Account, Body, Exit, Face, Limits, Solid};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 impl System {
     /// What light meets in the glass, with all that the scene's effects say of its surfaces and its substance; `None` without
@@ -20,6 +21,24 @@ impl System {
             wavelength_nm: effects.coating.map_or(f64::INFINITY, |coating| coating.wavelength_nm),
             absorption_per_mm: effects.absorption.map_or(0.0, |absorption| absorption.per_mm),
         })
+    }
+
+    /// Tells of all light that leaves the glass after reflections, with its power of the 1 that comes as `light` from the image
+    /// position `px` into `body`.
+    pub fn reflected(&self, px: DVec2, light: Light, body: Body, ghosts: &Ghosts, mut tell: impl FnMut(&Exit)) {
+        let Some(prism) = &self.prism else { return };
+        let ray = self.camera.ray(px);
+        if self.stop.is_some_and(|stop| stop.margin_mm(&ray) < 0.0) {
+            return;
+        }
+        let limits = Limits { bounces: ghosts.bounces, least_power: ghosts.least_power };
+        let start = Beam::new(ray.direction, light);
+        prism.follow(&ray, start, body, limits, self.accuracy.surface_residual_mm, &mut |exit: &Exit| {
+            // The light that is never reflected is the picture itself.
+            if exit.bounces > 0 {
+                tell(exit);
+            }
+        });
     }
 }
 
@@ -57,10 +76,8 @@ impl Prism {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::polarisation::Light;
     use crate::scene;
     use crate::system::{Side, build};
-    use glam::DVec2;
 
     fn system(prism: &str) -> System {
         let text = format!(

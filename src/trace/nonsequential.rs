@@ -1,6 +1,7 @@
 //! Light through a piece of glass whose every surface parts it: what is let through and what is sent back are both
 //! followed, by no chance, until they leave, are absorbed, or are given up; and what became of all of it is accounted for.
 
+use super::RIDGE_ROUNDINGS;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
 use crate::optics::fresnel::{Interface, Layer, left_after};
@@ -67,9 +68,6 @@ pub struct Account {
     /// Given up by the limits, gone where the glass has no surface or lets nothing pass, or lost by a solver.
     pub dropped: f64,
 }
-
-/// Slack of the test on which side of the ridge a ray meets a facet, as a share of its way: a few roundings.
-const RIDGE_ROUNDINGS: f64 = 8.0 * f64::EPSILON;
 
 /// A piece of glass between four faces, of which `meet` says where a ray first meets one.
 ///
