@@ -6,10 +6,13 @@ use super::plan::Plan;
 use super::settled::settled;
 use super::tile::{dark, mean_of_parts, part, square, whole_pixel};
 use super::{Class, Work};
+use crate::system::Side;
 use glam::DVec2;
 
-/// Halvings of a pixel's border when the place is sought where one class ends: 2^-40 px.
-const BORDER_HALVINGS: u32 = 40;
+/// The place where one class ends on a pixel's border is known to this share of the border: 2^-40.
+const BORDER_SHARE: f64 = 1.0 / (1u64 << 40) as f64;
+/// Steps of the secant method to the ridge; it is nearly straight, and 3 to 4 are enough.
+const SECANTS: usize = 6;
 /// Where a pixel's own corners are asked for their class: this far inside it, in px, so that a border that falls
 /// exactly between two pixels cuts neither.
 const INSET_PX: f64 = 1e-9;
@@ -28,7 +31,7 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
             // A fate all over, or an island of one class within another: seen part by part.
             if classes[0] == own { dark(plan, own) * plan.gain(px) } else { parts(work) }
         }
-        [] => match plain_between(plan, px, looks.map(|(seen_mm, _)| seen_mm)) {
+        [] => match plain_between(plan, alone(plan.system, px).0, &looks.map(|(seen_mm, _)| seen_mm)) {
             Some(value) => value * plan.gain(px),
             None => match jet_within(plan, px, work) {
                 Some(jet) => whole_pixel(plan, px, &jet, work) * plan.gain(px),
@@ -37,19 +40,22 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
         },
         [first, second] => {
             work.counts.cut_pixels += 1;
-            let cut = |k: usize| border(plan, px, corners[k], corners[(k + 1) % 4], classes[k]);
+            let mut cut = |k: usize| {
+                let next = (k + 1) % 4;
+                border(plan, px, [corners[k], corners[next]], [classes[k], classes[next]], work)
+            };
             let (a, b) = (cut(first), cut(second));
-            work.counts.rays += 2 * u64::from(BORDER_HALVINGS);
-            let piece = |from: usize, to: usize, start: DVec2, end: DVec2| {
+            let mut piece = |from: usize, to: usize, start: DVec2, end: DVec2| {
                 let mut outline = vec![start];
                 outline.extend((from + 1..=to).map(|k| corners[k % 4]));
                 outline.push(end);
-                outline
+                let mean = match plain(plan, px, &outline, classes[to % 4], work) {
+                    Some(value) => value * share(plan, &outline),
+                    None => weighted(plan, px, &outline, work),
+                };
+                mean * plan.gain(px + middle(&outline))
             };
-            [piece(first, second, a, b), piece(second, first + 4, b, a)]
-                .iter()
-                .map(|outline| weighted(plan, px, outline, work))
-                .sum()
+            piece(first, second, a, b) + piece(second, first + 4, b, a)
         }
         // More than one border: sixteen parts a side, each taken whole.
         _ => {
@@ -59,15 +65,33 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
     }
 }
 
-/// The radiance of a pixel whose corners see `corners_mm`, if it is the same all over.
-fn plain_between(plan: &Plan, px: DVec2, corners_mm: [DVec2; 4]) -> Option<f64> {
-    let (centre_mm, _) = alone(plan.system, px);
-    let [a, b, c, d] = corners_mm;
-    let (low, high) = (a.min(b).min(c.min(d)), a.max(b).max(c.max(d)));
-    // Twice as far as the middle of the corners is from the centre: the map's bend carries no point farther out.
-    let bend = 2.0 * (0.25 * ((a + b) + (c + d)) - centre_mm).abs();
+/// The radiance of a convex piece whose middle and whose corners see these places of the board, if it is the same all over.
+fn plain_between(plan: &Plan, middle_mm: DVec2, corners_mm: &[DVec2]) -> Option<f64> {
+    let (low, high) = (corners_mm.iter().copied().reduce(DVec2::min)?, corners_mm.iter().copied().reduce(DVec2::max)?);
+    // Twice as far as the middle of the corners is from what the middle sees: the map's bend carries no point farther out.
+    let bend = 2.0 * (middle(corners_mm) - middle_mm).abs();
     let scale = plan.pattern.squares_per_mm();
     plan.pattern.constant(0.5 * (low + high) * scale, (0.5 * (high - low) + bend) * scale)
+}
+
+/// The radiance of a convex piece of a pixel that sees through the side of `class` all over, if it is the same all over.
+fn plain(plan: &Plan, px: DVec2, outline: &[DVec2], class: Class, work: &mut Work) -> Option<f64> {
+    let side = match class {
+        Class::Left => Side::Left,
+        Class::Right => Side::Right,
+        _ => return None,
+    };
+    // A ground ridge may be narrower than the piece.
+    if plan.system.clips() {
+        return None;
+    }
+    let mut see = |at: DVec2| {
+        work.counts.rays += 1;
+        let ray = plan.system.exit_ray_through(px + at, side).ok()?;
+        plan.system.board.meet(&ray).ok().map(|(board_mm, _)| board_mm)
+    };
+    let corners_mm = outline.iter().map(|at| see(*at)).collect::<Option<Vec<_>>>()?;
+    plain_between(plan, see(middle(outline))?, &corners_mm)
 }
 
 /// The jet of a pixel from inside it alone: its neighbours see through another side or nothing. `None` where it sees
@@ -93,18 +117,49 @@ fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Jet> {
     Some(jet.by_steps_of(plan.active))
 }
 
-/// The place between the corners `a` (of class `class`) and `b` (of another) where the class changes.
-fn border(plan: &Plan, px: DVec2, a: DVec2, b: DVec2, class: Class) -> DVec2 {
-    let (mut near, mut far) = (0.0, 1.0);
-    for _ in 0..BORDER_HALVINGS {
-        let middle = 0.5 * (near + far);
-        if alone(plan.system, px + a + (b - a) * middle).1 == class { near = middle } else { far = middle }
+/// The place between two corners of these classes where the class changes.
+fn border(plan: &Plan, px: DVec2, [a, b]: [DVec2; 2], classes: [Class; 2], work: &mut Work) -> DVec2 {
+    let at = |share: f64| px + a + (b - a) * share;
+    let sides = classes.contains(&Class::Left) && classes.contains(&Class::Right);
+    let offset_mm = |share: f64| {
+        work.counts.rays += 1;
+        plan.system.ridge_mm(at(share))
+    };
+    let on_ridge = if sides { ridge(offset_mm) } else { None };
+    let mut narrowed = (0.0, 1.0);
+    let mut ask = |(near, far): (f64, f64), share: f64| {
+        if share <= near || share >= far {
+            return (near, far);
+        }
+        work.counts.rays += 1;
+        if alone(plan.system, at(share)).1 == classes[0] { (share, far) } else { (near, share) }
+    };
+    if let Some(share) = on_ridge {
+        narrowed = ask(narrowed, share - 0.5 * BORDER_SHARE);
+        narrowed = ask(narrowed, share + 0.5 * BORDER_SHARE);
     }
-    a + (b - a) * (0.5 * (near + far))
+    // Of the ridge this is done already, but where rounding hides on which side of it a ray passes.
+    while narrowed.1 - narrowed.0 > BORDER_SHARE {
+        narrowed = ask(narrowed, 0.5 * (narrowed.0 + narrowed.1));
+    }
+    a + (b - a) * (0.5 * (narrowed.0 + narrowed.1))
+}
+
+/// Where the secant method, from the ends of 0..1 on, finds `offset_mm` to be 0; `None` where it is not known somewhere.
+fn ridge(mut offset_mm: impl FnMut(f64) -> Option<f64>) -> Option<f64> {
+    let (mut before, mut here) = ((0.0, offset_mm(0.0)?), (1.0, offset_mm(1.0)?));
+    for _ in 0..SECANTS {
+        let share: f64 = here.0 - here.1 * (here.0 - before.0) / (here.1 - before.1);
+        if !share.is_finite() || (share - here.0).abs() < 0.25 * BORDER_SHARE {
+            break;
+        }
+        (before, here) = (here, (share, offset_mm(share)?));
+    }
+    Some(here.0)
 }
 
 /// The light that a convex piece of a pixel's active square receives, times its share of it: by the tangent of the map at
-/// its middle, then at those of ever smaller parts, until it has settled. What effects leave of it is that of its middle.
+/// its middle, then at those of ever smaller parts, until it has settled.
 fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
     let mut parts = vec![outline.to_vec()];
     let mut by_parts = |depth: u32, work: &mut Work| {
@@ -115,9 +170,10 @@ fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
         }
         parts.iter().map(|p| convex(plan, px, p, work)).sum()
     };
-    settled(&plan.system.accuracy, &mut by_parts, work) * plan.gain(px + middle(outline))
+    settled(&plan.system.accuracy, &mut by_parts, work)
 }
 
+/// The mean of the corners.
 fn middle(outline: &[DVec2]) -> DVec2 {
     outline.iter().copied().sum::<DVec2>() / outline.len() as f64
 }
@@ -137,13 +193,18 @@ fn quarters(triangle: &[DVec2]) -> [Vec<DVec2>; 4] {
 
 /// The light of a convex piece of a pixel's active square, times its share of it, by the tangent of the map at its middle.
 fn convex(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
-    let n = outline.len();
-    let twice_area: f64 = (0..n).map(|k| outline[k].perp_dot(outline[(k + 1) % n])).sum();
-    if twice_area <= 0.0 {
+    let share = share(plan, outline);
+    if share <= 0.0 {
         return 0.0;
     }
     let middle = middle(outline);
     let about_middle: Vec<DVec2> = outline.iter().map(|p| *p - middle).collect();
-    let share = 0.5 * twice_area / (plan.active * plan.active);
     share * part(plan, px + middle, &about_middle, work)
+}
+
+/// The area of a polygon as a share of a pixel's active square.
+fn share(plan: &Plan, outline: &[DVec2]) -> f64 {
+    let n = outline.len();
+    let twice_area: f64 = (0..n).map(|k| outline[k].perp_dot(outline[(k + 1) % n])).sum();
+    0.5 * twice_area / (plan.active * plan.active)
 }

@@ -123,6 +123,13 @@ impl System {
         self.board.meet(&ray).map(|(board_mm, _)| Sight { board_mm, side })
     }
 
+    /// How far right of the ridge the ray of `px` meets the front of the right side, continued beyond the ridge, along x of
+    /// the prism's frame, in mm; `None` where there is no such place.
+    pub fn ridge_mm(&self, px: DVec2) -> Option<f64> {
+        let prism = self.prism.as_ref()?;
+        prism.met_mm(&self.camera.ray(px), Side::Right, self.accuracy.surface_residual_mm).map(|at| at.x)
+    }
+
     /// What the image position `px` sees, and how that moves with the position.
     #[inline]
     pub fn footprint(&self, px: DVec2) -> Result<Footprint, Fate> {
