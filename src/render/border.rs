@@ -66,10 +66,14 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
 }
 
 /// The radiance of a convex piece whose middle and whose corners see these places of the board, if it is the same all over.
+#[inline(always)]
 fn plain_between(plan: &Plan, middle_mm: DVec2, corners_mm: &[DVec2]) -> Option<f64> {
-    let (low, high) = (corners_mm.iter().copied().reduce(DVec2::min)?, corners_mm.iter().copied().reduce(DVec2::max)?);
+    let (mut low, mut high, mut sum) = (DVec2::INFINITY, DVec2::NEG_INFINITY, DVec2::ZERO);
+    for corner_mm in corners_mm {
+        (low, high, sum) = (low.min(*corner_mm), high.max(*corner_mm), sum + *corner_mm);
+    }
     // Twice as far as the middle of the corners is from what the middle sees: the map's bend carries no point farther out.
-    let bend = 2.0 * (middle(corners_mm) - middle_mm).abs();
+    let bend = 2.0 * (sum / corners_mm.len() as f64 - middle_mm).abs();
     let scale = plan.pattern.squares_per_mm();
     plan.pattern.constant(0.5 * (low + high) * scale, (0.5 * (high - low) + bend) * scale)
 }
