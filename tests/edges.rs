@@ -60,7 +60,11 @@ proptest! {
                 let rounding = 32.0 * f64::EPSILON * b * b;
                 prop_assert!(((b - a) * (b + a) - rise).abs() <= rounding + 1e-9 * rise, "{} {rise}", (b - a) * (b + a));
             }
-            (None, _) => (),
+            // Light ends at the cosine sqrt(eta^2 - 1) / eta: five roundings, of which three are halved by the root.
+            (None, _) => {
+                let critical = ((eta - 1.0) * (eta + 1.0)).sqrt() / eta;
+                prop_assert!(cos_in <= critical * (1.0 + 4.0 * f64::EPSILON), "light ends at {cos_in:?}, not {critical:?}");
+            }
             (Some(_), None) => prop_assert!(false, "light ends away from the critical angle"),
         }
     }
