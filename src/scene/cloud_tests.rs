@@ -155,4 +155,17 @@ proptest! {
             let _ = parse(format, &file);
         }
     }
+
+    /// Pieces of files in any order reach further into the readers than bytes do.
+    #[test]
+    fn no_pieces_make_it_panic(pieces in proptest::collection::vec(proptest::sample::select(vec![
+        "1", "-2.5", "1e999", "nan", ",", ",", " ", "\n", "\n", "\r", "\"", "x,y,z\n", "z,x,y,n\n", "#", "ply\n", "format ascii 1.0\n",
+        "format binary_little_endian 1.0\n", "element vertex 2\n", "property float x\n", "property double y\n", "property uchar z\n",
+        "end_header\n", "front", "back", "\u{feff}",
+    ]), 0..40), head in 0..4usize) {
+        let file = [["", "x,y,z\n", "front_x_mm,front_y_mm,front_z_mm\n", "ply\nformat ascii 1.0\n"][head], &pieces.concat()].concat();
+        for format in [Format::Csv, Format::Ply, Format::Xyz] {
+            let _ = parse(format, file.as_bytes());
+        }
+    }
 }
