@@ -52,6 +52,9 @@ mod tests {
     fn what_is_left_of_a_sum_keeps_its_digits() {
         let e = f64::EPSILON;
         assert_eq!(sum([1.0, -1.0 - e, e, e * e * e, 2.0 * e * e * e]), 3.0 * e * e * e);
+        // With three times the digits nothing would be left.
+        let e = 0.5 * f64::EPSILON;
+        assert_eq!(sum([-1.25 * e, e * e, 1.0, e * e * e, -2.0, 1.25 * e, 1.0, -e * e]), e * e * e);
     }
 
     #[test]
