@@ -69,6 +69,7 @@ use crate::raster::Raster;
 use crate::raster::transfer::luminance;
 use diffraction::{Kernel, blur};
 use glam::DVec2;
+use quadrature::turned;
 
 /// The effects that a scene calls for, with their settings; `None` is absent.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -234,22 +235,38 @@ impl Effects {
         self.thin_lens.is_some_and(|lens| !lens.is_nothing()) || self.telecentric.is_some_and(|lens| lens.na > 0.0)
     }
 
-    /// The variant of point k of a set.
-    fn at(&self, set: &Points, k: usize, plain: Variant) -> Variant {
+    /// Into how many equal parts of a full turn the pupil and the slopes may be cut that are all alike.
+    fn turns(&self) -> usize {
+        match self.thin_lens.map(|lens| lens.aperture) {
+            Some(aperture) if self.has_pupil() => aperture.turns(),
+            _ => 2,
+        }
+    }
+
+    /// The variant of point k of a set, in the given one of its `turns`. Of the first pair of coordinates the points fill one
+    /// turn; slopes are distributed alike in all directions, and turn with the pupil.
+    fn at(&self, set: &Points, k: usize, turn: usize, turns: usize, plain: Variant) -> Variant {
         let mut next = 0;
         let mut two = || {
             next += 2;
             DVec2::new(set.at(k, next - 2), set.at(k, next - 1))
         };
+        let within = DVec2::new(1.0, 1.0 / turns as f64);
         let pupil = match (&self.thin_lens, &self.telecentric) {
             _ if !self.has_pupil() => DVec2::ZERO,
-            (Some(lens), _) => lens.pupil_mm(two()),
-            (None, lens) => lens.map_or(DVec2::ZERO, |lens| lens.sines(two())),
+            (Some(lens), _) => lens.pupil_mm(two() * within),
+            (None, lens) => lens.map_or(DVec2::ZERO, |lens| lens.sines(two() * within)),
         };
-        let slopes = self.roughness.map_or(plain.slopes, |rough| {
-            [0, 1].map(|which| if rough.slope[which] > 0.0 { rough.slopes(which, two()) } else { DVec2::ZERO })
-        });
-        Variant { pupil, slopes, ..plain }
+        // The half with negative slopes along x.
+        let mut within = if self.has_pupil() { DVec2::ONE } else { DVec2::new(0.5, 1.0) };
+        let mut slopes = plain.slopes;
+        if let Some(rough) = &self.roughness {
+            for which in [0, 1].into_iter().filter(|which| rough.slope[*which] > 0.0) {
+                slopes[which] = rough.slopes(which, two() * within);
+                within = DVec2::ONE;
+            }
+        }
+        Variant { pupil: turned(pupil, turn, turns), slopes: slopes.map(|slope| turned(slope, turn, turns)), ..plain }
     }
 
     /// The variants of the instrument whose weighted mean is the picture, by set number `replicate` of points; one that is
@@ -259,9 +276,11 @@ impl Effects {
         let points = match self.dimensions() {
             0 => vec![plain],
             dimensions => {
-                let set = Points::new(&self.quadrature, dimensions, replicate);
-                let share = 1.0 / set.count() as f64;
-                (0..set.count()).map(|k| Variant { grey: share, ..self.at(&set, k, plain) }).collect()
+                let turns = self.turns();
+                let set = Points::new(&self.quadrature, dimensions, replicate, turns);
+                let count = set.count() * turns;
+                let of = |k: usize| self.at(&set, k / turns, k % turns, turns, plain);
+                (0..count).map(|k| Variant { grey: 1.0 / count as f64, ..of(k) }).collect()
             }
         };
         match self.dispersion.as_ref().filter(|dispersion| !dispersion.is_nothing()) {
@@ -374,10 +393,11 @@ mod tests {
             let quadrature = Quadrature { points, ..Quadrature::default() };
             let effects = Effects { thin_lens: Some(lens), quadrature, ..Effects::default() };
             let variants = effects.variants(0);
-            assert_eq!(variants.len(), points);
+            // In pairs.
+            assert_eq!(variants.len(), points.next_multiple_of(2));
             let sum: f64 = variants.iter().map(|v| v.grey).sum();
             // One rounding for each term.
-            assert!((sum - 1.0).abs() <= points as f64 * f64::EPSILON, "{sum}");
+            assert!((sum - 1.0).abs() <= variants.len() as f64 * f64::EPSILON, "{sum}");
         }
     }
 }

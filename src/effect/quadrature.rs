@@ -1,11 +1,13 @@
 //! Where ray effects take their samples.
 
 use crate::num::deviates::Stream;
+use glam::DVec2;
+use std::f64::consts::TAU;
 
 /// How ray effects are sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quadrature {
-    /// Points of one set: of the pupil, and of the slopes of rough surfaces.
+    /// Points of one set, at least: of the pupil, and of the slopes of rough surfaces.
     pub points: usize,
     /// Sets, each shifted at random; a single one is not. Their spread tells the error of their mean.
     pub replicates: usize,
@@ -35,6 +37,10 @@ pub const LEAST_REPLICATES: usize = 4;
 /// Vogel's sunflower spiral. Random shifts modulo 1 keep the set even and make each of its points uniform (Cranley &
 /// Patterson, SIAM J. Numer. Anal. 13, 1976, 904), so that the mean over sets is without bias and their spread tells its
 /// error.
+///
+/// What is drawn from them may be the same when it is turned about the axis by a part of a full turn. Then the points fill
+/// that part only, and each stands for its copies in all parts ([`turned`]), which together have their middle on the axis:
+/// a picture of few points would be shifted otherwise. A copy of a point is as uniform as the point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Points {
     count: usize,
@@ -43,9 +49,9 @@ pub struct Points {
 }
 
 impl Points {
-    /// Set number `replicate` in `dimensions`, at least 1.
-    pub fn new(quadrature: &Quadrature, dimensions: usize, replicate: usize) -> Self {
-        let count = quadrature.points;
+    /// Set number `replicate` in `dimensions`, at least 1, whose points have `copies` each.
+    pub fn new(quadrature: &Quadrature, dimensions: usize, replicate: usize, copies: usize) -> Self {
+        let count = quadrature.points.div_ceil(copies);
         let root = root(dimensions.saturating_sub(1));
         let powers = std::iter::successors(Some(1.0 / root), |power| Some(power / root));
         let steps: Vec<f64> = std::iter::once(1.0 / count as f64).chain(powers).take(dimensions).collect();
@@ -59,7 +65,7 @@ impl Points {
         Self { count, steps, shifts }
     }
 
-    /// How many.
+    /// How many, without their copies.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -67,6 +73,18 @@ impl Points {
     /// Coordinate j of point k, in 0..1.
     pub fn at(&self, k: usize, j: usize) -> f64 {
         (self.steps[j] * k as f64 + self.shifts[j]).fract()
+    }
+}
+
+/// `v`, turned by `part` of `parts` of a full turn.
+pub(super) fn turned(v: DVec2, part: usize, parts: usize) -> DVec2 {
+    match part {
+        0 => v,
+        _ if 2 * part == parts => -v,
+        _ => {
+            let (sin, cos) = libm::sincos(TAU * part as f64 / parts as f64);
+            DVec2::new(cos, sin).rotate(v)
+        }
     }
 }
 
@@ -78,6 +96,8 @@ fn root(d: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effect::thin_lens::{Aperture, ThinLens};
+    use crate::effect::{Effects, Roughness, Telecentric, Variant};
 
     fn largest_gap(points: &Points, i: usize, j: usize) -> f64 {
         let n = points.count();
@@ -99,10 +119,10 @@ mod tests {
                 let quadrature = Quadrature { points: n, replicates, ..Quadrature::default() };
                 let even = (1.0 + 0.5 * libm::log(n as f64)) / n as f64;
                 // Random points would be off by about 1 / sqrt(n).
-                let two = Points::new(&quadrature, 2, 3);
+                let two = Points::new(&quadrature, 2, 3, 1);
                 let found = largest_gap(&two, 0, 1);
                 assert!(found < 2.0 * even, "{n} {replicates}: {found}");
-                let six = Points::new(&quadrature, 6, 3);
+                let six = Points::new(&quadrature, 6, 3, 1);
                 for (i, j) in (0..6).flat_map(|j| (0..j).map(move |i| (i, j))) {
                     let found = largest_gap(&six, i, j);
                     assert!(found < (8.0 * even).min(2.0 / (n as f64).sqrt()), "{n} {replicates} {i} {j}: {found}");
@@ -113,9 +133,36 @@ mod tests {
 
     #[test]
     fn sets_differ_by_seed_and_number_and_are_the_same_again() {
-        let of =
-            |seed, replicate| Points::new(&Quadrature { replicates: 4, seed, ..Quadrature::default() }, 2, replicate);
+        let of = |seed, replicate| {
+            Points::new(&Quadrature { replicates: 4, seed, ..Quadrature::default() }, 2, replicate, 1)
+        };
         assert_eq!(of(1, 2), of(1, 2));
         assert!(of(1, 2) != of(1, 3) && of(1, 2) != of(2, 2));
+    }
+
+    /// Every set, regular or random, has its middle on the axis, whatever the aperture: or edges out of focus would move.
+    #[test]
+    fn every_set_is_centred() {
+        let circle = Aperture::Circle;
+        let blades = |blades| Aperture::Polygon { blades, rotation_rad: 0.4 };
+        let lens = |aperture| Some(ThinLens { focus_mm: 900.0, focal_mm: 35.0, radius_mm: 2.0, aperture });
+        let apertures = [None, lens(circle)].into_iter().chain((3..=15).map(|n| lens(blades(n))));
+        let lenses = apertures.map(|thin_lens| Effects { thin_lens, ..Effects::default() });
+        let cone = Some(Telecentric { magnification: 0.5, na: 0.1, focus_mm: 300.0 });
+        for lens in lenses.chain([Effects { telecentric: cone, ..Effects::default() }]) {
+            for slope in [[0.0, 0.0], [0.0, 0.03], [0.02, 0.01]] {
+                for (points, replicates, set) in [(1, 1, 0), (16, 1, 0), (64, 1, 0), (33, 8, 3), (64, 8, 7)] {
+                    let quadrature = Quadrature { points, replicates, ..Quadrature::default() };
+                    let roughness = Some(Roughness { slope });
+                    let effects = Effects { roughness, quadrature, ..lens.clone() };
+                    let variants = effects.variants(set);
+                    let sum = |of: &dyn Fn(&Variant) -> DVec2| variants.iter().map(of).sum::<DVec2>().length();
+                    // Each of the terms, of at most 2 mm, is rounded by some units of its last place, and so is each sum.
+                    let bound = 8.0 * f64::EPSILON * (variants.len() * variants.len()) as f64;
+                    assert!(sum(&|v| v.pupil) <= bound, "{effects:?}");
+                    assert!(sum(&|v| v.slopes[0]) <= bound && sum(&|v| v.slopes[1]) <= bound, "{effects:?}");
+                }
+            }
+        }
     }
 }

@@ -34,14 +34,14 @@ impl Roughness {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::{Points, Quadrature};
+    use crate::effect::{Effects, Quadrature};
 
     #[test]
     fn slopes_have_their_spread() {
         let rough = Roughness { slope: [0.0, 0.02] };
-        let points = Points::new(&Quadrature { points: 4096, ..Quadrature::default() }, 2, 0);
-        let slopes: Vec<DVec2> =
-            (0..4096).map(|k| rough.slopes(1, DVec2::new(points.at(k, 0), points.at(k, 1)))).collect();
+        let quadrature = Quadrature { points: 4096, ..Quadrature::default() };
+        let effects = Effects { roughness: Some(rough), quadrature, ..Effects::default() };
+        let slopes: Vec<DVec2> = effects.variants(0).iter().map(|variant| variant.slopes[1]).collect();
         let mean = |f: &dyn Fn(&DVec2) -> f64| slopes.iter().map(f).sum::<f64>() / 4096.0;
         // The outermost of n points stand for a 1/n of the distribution, whose square is 2 log(n) of the variance.
         let bound = 2.0 * libm::log(4096.0) / 4096.0;

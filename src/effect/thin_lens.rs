@@ -30,6 +30,16 @@ pub enum Aperture {
     },
 }
 
+impl Aperture {
+    /// Into how many equal parts of a full turn it may be cut that are all alike: as few as that, but more than one.
+    pub(super) fn turns(self) -> usize {
+        match self {
+            Self::Polygon { blades, .. } => (2..blades).find(|n| blades.is_multiple_of(*n)).unwrap_or(blades),
+            Self::Circle => 2,
+        }
+    }
+}
+
 impl ThinLens {
     /// The lens whose image of the plane at `focus_mm` lies `image_mm` behind it, with an aperture of 1 / `f_number` of its
     /// focal length: 1/f = 1/focus + 1/image.
@@ -74,12 +84,13 @@ fn direction(angle_rad: f64) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::{Points, Quadrature};
+    use crate::effect::{Effects, Quadrature};
 
     fn points(aperture: Aperture, n: usize) -> Vec<DVec2> {
         let lens = ThinLens { focus_mm: 1000.0, focal_mm: 35.0, radius_mm: 2.0, aperture };
-        let set = Points::new(&Quadrature { points: n, ..Quadrature::default() }, 2, 0);
-        (0..n).map(|k| lens.pupil_mm(DVec2::new(set.at(k, 0), set.at(k, 1)))).collect()
+        let quadrature = Quadrature { points: n, ..Quadrature::default() };
+        let effects = Effects { thin_lens: Some(lens), quadrature, ..Effects::default() };
+        effects.variants(0).iter().map(|variant| variant.pupil).collect()
     }
 
     /// The second moment about an axis: r^2 / 4 of a disk, r^2 (2 + cos(2 pi / n)) / 12 of a regular polygon of n sides
@@ -88,9 +99,11 @@ mod tests {
     fn apertures_are_filled_evenly() {
         let hexagon = Aperture::Polygon { blades: 6, rotation_rad: 0.3 };
         let square = Aperture::Polygon { blades: 4, rotation_rad: 0.0 };
-        for (aperture, moment) in [(Aperture::Circle, 1.0), (hexagon, 2.5 / 3.0), (square, 2.0 / 3.0)] {
-            let n = 4096;
-            let points = points(aperture, n);
+        let triangle = Aperture::Polygon { blades: 3, rotation_rad: 1.0 };
+        let apertures = [(Aperture::Circle, 1.0), (hexagon, 2.5 / 3.0), (square, 2.0 / 3.0), (triangle, 0.5)];
+        for (aperture, moment) in apertures {
+            let points = points(aperture, 4096);
+            let n = points.len();
             let mean = |f: &dyn Fn(&DVec2) -> f64| points.iter().map(f).sum::<f64>() / n as f64;
             // A set of n even points is off by some 1/n.
             let bound = 20.0 / n as f64;
