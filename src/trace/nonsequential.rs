@@ -72,7 +72,8 @@ pub struct Account {
 /// A piece of glass between four faces, of which `meet` says where a ray first meets one.
 ///
 /// The right face counts where x >= 0, the left one where x <= 0. A back counts everywhere for light that met a facet of its
-/// own side last, as it does for light that passes in sequence. A face never sees itself: it is less bent than the light on
+/// own side last, as it does for light that passes in sequence; where that back is not given, reflected light meets the
+/// other one, which counts on its own half. A face never sees itself: it is less bent than the light on
 /// it is inclined, as it is where [`crate::optics::surface::Freeform`] knows that a ray crosses it once.
 #[derive(Debug)]
 pub struct Solid<M, P> {
@@ -181,12 +182,18 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>, P: Fn(Face, DVec3) -> bool> Sol
         if !branch.inside && branch.from.is_some_and(|face| face.which == 1) {
             return Next::Escapes;
         }
-        // The nearest facet on its own half, the right one at the same distance; a ray through the ridge itself, which to
+        // The nearest face on its own half, the right one at the same distance; a ray through the ridge itself, which to
         // within rounding is on neither half, meets the right one.
         let mut nearest: Option<(Half, Face, Meeting)> = None;
-        let faces = [Face { side: 1, which: 0 }, Face { side: 0, which: 0 }, Face { side: branch.side, which: 1 }];
-        let back = if branch.inside { 3 } else { 2 };
-        for face in &faces[..back] {
+        let back = |side: usize| Face { side, which: 1 };
+        let faces = [Face { side: 1, which: 0 }, Face { side: 0, which: 0 }, back(branch.side), back(1 - branch.side)];
+        let mut own_back = false;
+        for face in &faces[..if branch.inside { 4 } else { 2 }] {
+            let other_back = *face == faces[3];
+            // Light that is not reflected passes in sequence, or not at all.
+            if other_back && (own_back || branch.bounces == 0) {
+                continue;
+            }
             let itself = branch.from.is_some_and(|from| if face.which == 1 { from.which == 1 } else { from == *face });
             if itself {
                 continue;
@@ -196,7 +203,8 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>, P: Fn(Face, DVec3) -> bool> Sol
                 Err(Fate::NotConverged) => return Next::Lost,
                 Err(_) => continue,
             };
-            let Some(half) = half(&branch.ray, branch.inside, *face, &meeting) else { continue };
+            let Some(half) = half(&branch.ray, branch.inside, *face, other_back, &meeting) else { continue };
+            own_back |= face.which == 1;
             let nearer = nearest.is_none_or(|(other, met, m)| match (other, half) {
                 (Half::Ridge, Half::Own) if met.which == face.which => true,
                 (Half::Own, Half::Ridge) if met.which == face.which => false,
@@ -227,7 +235,9 @@ enum Half {
 
 /// Where a face was met, if it is there and is met from the side on which the light is. This, and not a least distance,
 /// keeps light from meeting again what it has just left.
-fn half(ray: &Ray, inside: bool, face: Face, meeting: &Meeting) -> Option<Half> {
+///
+/// A facet counts on its own half, and so does a back if `on_its_half`.
+fn half(ray: &Ray, inside: bool, face: Face, on_its_half: bool, meeting: &Meeting) -> Option<Half> {
     let upwards: DVec3 = meeting.normal * meeting.normal.z.signum();
     let along = ray.direction.dot(upwards);
     // Glass is behind the facets, in +z, and in front of the backs.
@@ -237,7 +247,7 @@ fn half(ray: &Ray, inside: bool, face: Face, meeting: &Meeting) -> Option<Half> 
     }
     let x = ray.at(meeting.t_mm).x;
     let own = match face {
-        Face { which: 1, .. } => true,
+        Face { which: 1, .. } if !on_its_half => true,
         Face { side: 1, .. } => x >= 0.0,
         _ => x < 0.0,
     };
