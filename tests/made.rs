@@ -5,7 +5,7 @@
 mod instruments;
 
 use biprism::effect::manufacture::{Displacement, SurfaceError};
-use biprism::effect::{Effects, Manufacture, Quadrature, Roughness};
+use biprism::effect::{Effects, Manufacture, Quadrature, Roughness, Variant};
 use biprism::geom::Ray;
 use biprism::optics::flaw::{Flaw, Wave, zernike};
 use biprism::render::{Class, render};
@@ -156,9 +156,23 @@ fn errors_of_figure_bend_rays_by_their_slopes() {
     }
 }
 
-/// The derivative of the picture of a flawed and moved prism is that of its looks: what aims and exact pixels stand on.
+/// The footprint at every place is the derivative of the looks.
+fn footprints_are_derivatives(system: &System) {
+    for px in places() {
+        let h = 1e-4;
+        let look = |d: DVec2| system.look(px + d).unwrap().board_mm;
+        let found = system.footprint(px).unwrap().jacobian;
+        let x = (look(DVec2::X * h) - look(DVec2::X * -h)) / (2.0 * h);
+        let y = (look(DVec2::Y * h) - look(DVec2::Y * -h)) / (2.0 * h);
+        // Rounding of 200 mm over 2e-4 px, and third derivatives of waves: 3e-8.
+        assert!((found.x_axis - x).length() < 1e-6 && (found.y_axis - y).length() < 1e-6, "{px}: {found} {x} {y}");
+    }
+}
+
+/// The derivative of the picture of a flawed and moved prism is that of its looks, and so it is of a rough one: what aims
+/// and exact pixels stand on.
 #[test]
-fn footprints_of_flawed_prisms_are_derivatives() {
+fn footprints_of_flawed_and_rough_prisms_are_derivatives() {
     let wave = Wave { amplitude_mm: 2e-4, rad_per_mm: DVec2::new(1.2, -0.7), phase_rad: 0.5 };
     let flaw = Flaw { sag: zernike(12.0, &[(2, 2, 1e-3)]).unwrap(), waves: vec![wave] };
     let place = Displacement { decentre_mm: DVec3::new(0.1, 0.2, 0.0), tilt_rad: DVec3::new(0.01, 0.004, 0.0) };
@@ -166,15 +180,11 @@ fn footprints_of_flawed_prisms_are_derivatives() {
     let errors = Manufacture { front: surface.clone(), back: surface, ..Manufacture::default() };
     for prism in [FLAT, FREEFORM] {
         let system = made(&scene(160, 90, prism, BOARD), errors.clone());
-        for px in places() {
-            let h = 1e-4;
-            let look = |d: DVec2| system.look(px + d).unwrap().board_mm;
-            let found = system.footprint(px).unwrap().jacobian;
-            let x = (look(DVec2::X * h) - look(DVec2::X * -h)) / (2.0 * h);
-            let y = (look(DVec2::Y * h) - look(DVec2::Y * -h)) / (2.0 * h);
-            // Rounding of 200 mm over 2e-4 px, and third derivatives of the waves: 3e-8.
-            assert!((found.x_axis - x).length() < 1e-6 && (found.y_axis - y).length() < 1e-6, "{px} {prism}");
-        }
+        footprints_are_derivatives(&system);
+        let slopes = [DVec2::new(0.09, -0.04), DVec2::new(-0.06, 0.05)];
+        let rough = Variant { pupil: DVec2::ZERO, slopes, wave: None, grey: 1.0, colour: None };
+        footprints_are_derivatives(&system.varied(&rough));
+        footprints_are_derivatives(&built(&scene(160, 90, prism, BOARD)).varied(&rough));
     }
 }
 

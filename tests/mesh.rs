@@ -2,6 +2,7 @@
 
 mod instruments;
 
+use biprism::effect::Variant;
 use biprism::optics::mesh::Triangles;
 use biprism::optics::surface::Surface;
 use biprism::render::render;
@@ -114,7 +115,13 @@ fn a_smooth_mesh_converges_to_the_freeform_with_second_order() {
 #[test]
 fn the_footprint_is_the_derivative_of_what_is_seen() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let mesh = meshed(folder.path(), FREEFORM, 7, "smooth", true);
+    let smooth = meshed(folder.path(), FREEFORM, 7, "smooth", true);
+    let slopes = [DVec2::new(0.09, -0.04), DVec2::new(-0.06, 0.05)];
+    let rough = smooth.varied(&Variant { pupil: DVec2::ZERO, slopes, wave: None, grey: 1.0, colour: None });
+    [smooth, rough].iter().for_each(footprints_are_derivatives);
+}
+
+fn footprints_are_derivatives(mesh: &System) {
     let (mut inside, step) = (0, 1e-4);
     for px in places() {
         let see = |by: DVec2| mesh.look(px + by).expect("all rays pass").board_mm;

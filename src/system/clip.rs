@@ -8,6 +8,7 @@ use crate::optics::snell::Refracted;
 use crate::optics::surface::{Meeting, Surface};
 use crate::scene;
 use crate::trace::carry::Carry;
+use crate::trace::relief::Relief;
 use glam::{DVec2, DVec3};
 
 /// A round opening in its place before the camera.
@@ -39,7 +40,7 @@ struct Margin<'a> {
 }
 
 impl Carry for Margin<'_> {
-    fn refracted(&mut self, ray: &Ray, _: &Surface, meeting: &Meeting, _: f64, _: &Refracted) {
+    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Meeting, _: f64, _: &Refracted) {
         self.least_mm = self.least_mm.min(self.clipping.margin_mm(self.met, ray.at(meeting.t_mm)));
         self.met += 1;
     }

@@ -4,27 +4,30 @@ use crate::effect::Clipping;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
 use crate::optics::surface::Meeting;
+use crate::trace::relief::{Relief, Slope};
 use glam::{DVec2, DVec3};
 
 /// What the front (0) and the back (1) of a prism do to rays besides refracting them by their shapes; `()` is nothing, and
 /// costs nothing.
 pub(super) trait Finish {
+    /// What tilts the normals of a surface.
+    type Relief: Relief;
     /// Whether a ray (in the prism's frame) goes on where it is met.
     fn keep(&self, which: usize, ray: &Ray, meeting: &Meeting) -> Result<(), Fate>;
-    /// The unit normal by which the ray is refracted there.
-    fn normal(&self, which: usize, meeting: &Meeting) -> DVec3;
+    /// What lies on the front or the back.
+    fn relief(&self, which: usize) -> Self::Relief;
 }
 
 impl Finish for () {
+    type Relief = ();
+
     #[inline(always)]
     fn keep(&self, _: usize, _: &Ray, _: &Meeting) -> Result<(), Fate> {
         Ok(())
     }
 
     #[inline(always)]
-    fn normal(&self, _: usize, meeting: &Meeting) -> DVec3 {
-        meeting.normal
-    }
+    fn relief(&self, _: usize) {}
 }
 
 /// Surfaces a part of which lets no light pass, or that are not smooth.
@@ -44,15 +47,13 @@ impl Unideal {
 }
 
 impl Finish for Unideal {
+    type Relief = Slope;
+
     fn keep(&self, which: usize, ray: &Ray, meeting: &Meeting) -> Result<(), Fate> {
         if self.passes_at(which, ray.at(meeting.t_mm)) { Ok(()) } else { Err(Fate::Clipped) }
     }
 
-    fn normal(&self, which: usize, meeting: &Meeting) -> DVec3 {
-        if self.slopes == [DVec2::ZERO; 2] {
-            return meeting.normal;
-        }
-        let slope = self.slopes[which] - meeting.normal.truncate() / meeting.normal.z;
-        DVec3::new(-slope.x, -slope.y, 1.0).normalize()
+    fn relief(&self, which: usize) -> Slope {
+        Slope(self.slopes[which])
     }
 }

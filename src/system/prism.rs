@@ -12,6 +12,7 @@ use crate::scene;
 use crate::trace::RIDGE_ROUNDINGS;
 use crate::trace::carry::Carry;
 use crate::trace::packet::Biprism;
+use crate::trace::relief::Relief;
 use crate::trace::sequential::pass;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -222,7 +223,7 @@ impl Prism {
 
     /// The normal by which the front (0) or the back (1) refracts.
     pub(super) fn normal(&self, which: usize, meeting: &Meeting) -> DVec3 {
-        self.finish.as_ref().map_or(meeting.normal, |finish| finish.normal(which, meeting))
+        self.finish.as_ref().map_or(meeting.normal, |finish| finish.relief(which).normal(meeting))
     }
 
     /// The ray behind the prism when it passes `side`, whether or not it meets that side of the ridge, and unclipped.
@@ -260,9 +261,9 @@ impl Prism {
         let own = self.enter(ray, &mut ());
         let [front, back] = &self.sides[side as usize];
         let met = meet(0, &own)?;
-        let inside = pass(&own, front, &met, met.normal, self.eta_in, &mut ())?;
+        let inside = pass(&own, front, &(), &met, self.eta_in, &mut ())?;
         let met = meet(1, &inside)?;
-        let out = pass(&inside, back, &met, met.normal, self.eta_out, &mut ())?;
+        let out = pass(&inside, back, &(), &met, self.eta_out, &mut ())?;
         Ok(self.poses.map_or(out, |[world_from_prism, _]| out.moved(&world_from_prism)))
     }
 
@@ -316,10 +317,10 @@ impl Prism {
         finish: &impl Finish,
     ) -> Result<Ray, Fate> {
         let [facet, base] = &self.sides[side as usize];
-        let out = pass(ray, facet, front, finish.normal(0, front), self.eta_in, carry).and_then(|inside| {
+        let out = pass(ray, facet, &finish.relief(0), front, self.eta_in, carry).and_then(|inside| {
             let meeting = base.meet(&inside, residual_mm)?;
             finish.keep(1, &inside, &meeting)?;
-            pass(&inside, base, &meeting, finish.normal(1, &meeting), self.eta_out, carry)
+            pass(&inside, base, &finish.relief(1), &meeting, self.eta_out, carry)
         });
         match &self.poses {
             None => out,

@@ -1,5 +1,6 @@
 //! What a ray carries besides its geometry; `()` carries nothing and costs nothing.
 
+use super::relief::Relief;
 use crate::geom::{Pose, Ray};
 use crate::optics::crossing::Crossing;
 use crate::optics::snell::Refracted;
@@ -8,15 +9,23 @@ use glam::DVec3;
 
 /// Something that follows a ray from surface to surface.
 pub trait Carry {
-    /// The ray, as it came in, met `surface` and was refracted with `eta` = n_in / n_out.
-    fn refracted(&mut self, ray: &Ray, surface: &Surface, meeting: &Meeting, eta: f64, out: &Refracted);
+    /// The ray, as it came in, met `surface` under `relief` and was refracted with `eta` = n_in / n_out.
+    fn refracted(
+        &mut self,
+        ray: &Ray,
+        surface: &Surface,
+        relief: &impl Relief,
+        meeting: &Meeting,
+        eta: f64,
+        out: &Refracted,
+    );
     /// The frame changes.
     fn moved(&mut self, a_from_b: &Pose);
 }
 
 impl Carry for () {
     #[inline(always)]
-    fn refracted(&mut self, _: &Ray, _: &Surface, _: &Meeting, _: f64, _: &Refracted) {}
+    fn refracted(&mut self, _: &Ray, _: &Surface, _: &impl Relief, _: &Meeting, _: f64, _: &Refracted) {}
     #[inline(always)]
     fn moved(&mut self, _: &Pose) {}
 }
@@ -47,11 +56,19 @@ impl Differentials {
 
 impl Carry for Differentials {
     #[inline(always)]
-    fn refracted(&mut self, ray: &Ray, surface: &Surface, meeting: &Meeting, eta: f64, out: &Refracted) {
+    fn refracted(
+        &mut self,
+        ray: &Ray,
+        surface: &Surface,
+        relief: &impl Relief,
+        meeting: &Meeting,
+        eta: f64,
+        out: &Refracted,
+    ) {
         let point = ray.at(meeting.t_mm);
         self.origin = self.transferred(ray, meeting.t_mm, surface.tangent(meeting));
         for k in 0..2 {
-            let turn = surface.normal_change(meeting, point, out.normal, self.origin[k]);
+            let turn = relief.normal_change(surface, meeting, point, out.normal, self.origin[k]);
             let cos_in = -(turn.dot(ray.direction) + out.normal.dot(self.direction[k]));
             // From cos_out^2 = eta^2 cos_in^2 + 1 - eta^2.
             let cos_out = if eta == 1.0 { cos_in } else { eta * eta * out.cos_in * cos_in / out.cos_out };
@@ -78,7 +95,7 @@ pub struct Path {
 }
 
 impl Carry for Path {
-    fn refracted(&mut self, ray: &Ray, _: &Surface, meeting: &Meeting, _: f64, out: &Refracted) {
+    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Meeting, _: f64, out: &Refracted) {
         self.points.push(ray.at(meeting.t_mm));
         self.directions.push(out.direction);
     }
@@ -105,7 +122,7 @@ impl Trip {
 }
 
 impl Carry for Trip {
-    fn refracted(&mut self, ray: &Ray, _: &Surface, meeting: &Meeting, eta: f64, out: &Refracted) {
+    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Meeting, eta: f64, out: &Refracted) {
         let crossing = Crossing {
             incoming: ray.direction,
             outgoing: out.direction,

@@ -3,6 +3,7 @@
 pub mod carry;
 pub mod nonsequential;
 pub mod packet;
+pub mod relief;
 pub mod sequential;
 
 /// Relative rounding of a point's x on its way along a ray, by which it may lie on the other side of the ridge: a few
