@@ -111,11 +111,13 @@ mod tests {
         for mirrored in [false, true] {
             let sign = if mirrored { -1.0 } else { 1.0 };
             let surface = flawed(sheet(mirrored));
+            let mut met_count = 0;
             for k in 0..20 {
                 let direction =
                     DVec3::new(sign * 0.1 * libm::sin(k as f64) + sign * 0.05, 0.05 * libm::cos(2.0 * k as f64), 1.0);
                 let ray = Ray { origin: DVec3::new(sign * 0.5, 0.2, 1.0), direction: direction.normalize() };
                 let Ok(met) = surface.meet(&ray, 1e-12) else { continue };
+                met_count += 1;
                 let p = ray.at(met.t_mm);
                 assert!((surface.height_mm(p.x, p.y) - p.z).abs() < 1e-12, "{k}");
                 let h = 1e-5;
@@ -126,6 +128,8 @@ mod tests {
                 // Rounding of 80 mm over 2e-5 mm.
                 assert!((met.normal.truncate() / met.normal.z + slope).length() < 2e-9, "{k}");
             }
+            // The sheet ends at x = -2, and three of the rays lean farther.
+            assert_eq!(met_count, 17);
         }
     }
 

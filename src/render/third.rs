@@ -18,8 +18,9 @@ pub(super) fn of_differences_px(system: &System, rays: &mut u64) -> f64 {
         *rays += 6;
         let Ok(sight) = system.look(px) else { continue };
         let map = |step: DVec2| system.footprint_through(px + step, sight.side).map(|f| f.jacobian);
-        let second = |step: DVec2| Some((map(step).ok()? - map(DVec2::ZERO).ok()? * 2.0) + map(-step).ok()?);
-        let (Some(xx), Some(yy), Ok(here)) = (second(DVec2::X), second(DVec2::Y), map(DVec2::ZERO)) else { continue };
+        let Ok(here) = map(DVec2::ZERO) else { continue };
+        let second = |step: DVec2| Some((map(step).ok()? - here * 2.0) + map(-step).ok()?);
+        let (Some(xx), Some(yy)) = (second(DVec2::X), second(DVec2::Y)) else { continue };
         let third = (xx.x_axis.abs() + 3.0 * xx.y_axis.abs()) + (3.0 * yy.x_axis.abs() + yy.y_axis.abs());
         worst = worst.max(in_px(here, third) / 12.0);
     }
