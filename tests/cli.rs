@@ -171,7 +171,7 @@ fn a_target_chooses_the_level_and_says_what_was_kept() {
         assert!(accuracy["achieved_px"].as_f64() <= target.parse().ok(), "{accuracy}");
         assert!(text(&run.stderr).contains("the cheapest level that keeps to"), "{}", text(&run.stderr));
     }
-    for target in ["-1", "2", "much", "nan"] {
+    for target in ["-1", "0", "2", "much", "nan"] {
         let run = biprism(folder.path(), &["render", "scene.toml", "--out", "a.png", &format!("--target-px={target}")]);
         assert_eq!(run.status.code(), Some(2), "{target}");
     }

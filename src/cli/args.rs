@@ -58,10 +58,10 @@ impl Verb {
 /// A target in px, within what a scene may ask for.
 fn target_px(text: &str) -> Result<f64, String> {
     let target: f64 = text.parse().map_err(|_| "give a number of px, as in 0.01".to_owned())?;
-    if (0.0..=COARSEST_TARGET_PX).contains(&target) {
+    if target > 0.0 && target <= COARSEST_TARGET_PX {
         Ok(target)
     } else {
-        Err(format!("give a number from 0 to {COARSEST_TARGET_PX}"))
+        Err(format!("give a number above 0, up to {COARSEST_TARGET_PX}"))
     }
 }
 

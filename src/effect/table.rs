@@ -179,7 +179,7 @@ pub const TABLE: [Row; 14] = [
     Row {
         key: "diffraction",
         hook: Hook::Film,
-        what: "the Airy pattern of a round aperture in place of a point",
+        what: "the Airy pattern of a round aperture in place of a point, to 1.2 % of the contrast",
         source: "Born & Wolf, Principles of Optics, 8.5.2; Goodman, Introduction to Fourier Optics, 7.3",
         cost: "a picture of up to 4 x 4 samples a pixel, convolved",
         acts: |effects| effects.diffraction.is_some_and(|e| !e.is_nothing()),

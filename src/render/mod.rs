@@ -51,7 +51,8 @@ pub struct Film {
     pub account: Account,
 }
 
-/// The accuracy of a picture: what its level promises, and what was found while it was made. All in px, of positions.
+/// The accuracy of a picture: what its level promises, and what was found while it was made. All in px, of positions as the
+/// geometry of each of its pictures has them: neither samples of a pupil, slopes or wavelengths nor film effects count here.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Account {
     /// The level.
@@ -89,7 +90,14 @@ impl std::fmt::Display for Account {
         if let Some(target_px) = self.target_px {
             write!(f, ", the cheapest level that keeps to {target_px:.0e} px")?;
         }
-        write!(f, ": promises {promise_px:.0e} px and keeps to {:.1e} px", self.achieved_px())?;
+        let achieved_px = self.achieved_px();
+        if *promise_px == 0.0 {
+            write!(f, ": the judge of the other levels, off by {achieved_px:.1e} px of geometry")
+        } else if achieved_px <= *promise_px {
+            write!(f, ": promises {promise_px:.0e} px of geometry and keeps to {achieved_px:.1e} px")
+        } else {
+            write!(f, ": promises {promise_px:.0e} px of geometry, but reaches only {achieved_px:.1e} px")
+        }?;
         match patches {
             0 => write!(f, " (every pixel traced)"),
             _ => write!(
@@ -100,10 +108,11 @@ impl std::fmt::Display for Account {
             ),
         }?;
         if self.passes > 1 {
-            write!(f, "; mean of {} pictures", self.passes)?;
+            write!(f, "; that is each of {} pictures, of which this is the mean", self.passes)?;
         }
         match self.noise {
-            Some(noise) => write!(f, ", standard error {noise:.1e} of full scale in the worst block"),
+            Some(noise) => write!(f, ", with a standard error of {noise:.1e} of full scale in the worst block"),
+            None if self.passes > 1 => write!(f, ", and their sampling not counted"),
             None => Ok(()),
         }
     }

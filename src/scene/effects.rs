@@ -93,7 +93,8 @@ pub(super) struct EffectTables {
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct QuadratureFile {
-    /// Points of one set, a picture each: of the pupil, and of the slopes of rough surfaces.
+    /// Points of one set, a picture each: of the pupil, and of the slopes of rough surfaces. A set is whole pairs of opposite
+    /// points, or whole rings where the count of blades is odd, so that it may be a few more.
     #[schemars(range(min = 1, max = POINTS))]
     pub(super) points: usize,
     /// Sets at most, each shifted at random, whose spread tells the error of their mean. A single set is not shifted.
@@ -118,7 +119,8 @@ impl Default for QuadratureFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ThinLensFile {
-    /// Focal length over diameter of the aperture.
+    /// Focal length over diameter of the aperture, the focal length by the thin lens equation from `focus_mm` and the
+    /// camera's distance to its sensor. The working f-number, as of `effect.diffraction`, is that distance over the diameter.
     #[schemars(range(min = SMALLEST_F_NUMBER, max = LARGEST_F_NUMBER))]
     pub(super) f_number: f64,
     /// Distance from the lens to the plane that it would show sharp without a prism, in mm.
@@ -162,10 +164,11 @@ pub(super) struct LampFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DiffractionFile {
-    /// Distance from the lens's exit pupil to the sensor over the diameter of the pupil.
+    /// Distance from the lens's exit pupil to the sensor over the diameter of the pupil: the working f-number, which that of
+    /// `effect.thin_lens` is not.
     #[schemars(range(min = 0, max = LARGEST_F_NUMBER))]
     pub(super) f_number: f64,
-    /// Wavelength of the light, in nm.
+    /// Wavelength of the light, in nm. One pattern serves all colours, also with `effect.dispersion`.
     #[serde(default = "green")]
     #[schemars(range(min = SHORTEST_WAVE_NM, max = LONGEST_WAVE_NM))]
     pub(super) wavelength_nm: f64,

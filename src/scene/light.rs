@@ -42,7 +42,8 @@ pub(super) enum PolarisationFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CoatingFile {
-    /// Refractive index of the layer; magnesium fluoride has 1.38.
+    /// Refractive index of the layer; magnesium fluoride has 1.38. The light is of the wavelength to which the prism's index
+    /// belongs, or of each wavelength of `effect.dispersion`.
     #[schemars(range(min = SMALLEST_INDEX, max = LARGEST_INDEX))]
     pub(super) index: f64,
     /// Thickness of the layer, in nm.

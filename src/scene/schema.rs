@@ -80,7 +80,7 @@ pub(super) enum LevelFile {
 #[serde(deny_unknown_fields)]
 pub(super) struct TargetFile {
     /// No edge or corner may lie farther than this from where the reference has it, in px.
-    #[schemars(range(min = 0, max = COARSEST_TARGET_PX))]
+    #[schemars(range(max = COARSEST_TARGET_PX), extend("exclusiveMinimum" = 0))]
     pub(super) target_px: f64,
 }
 
