@@ -1,5 +1,6 @@
 //! Do the commands do what they say: exit codes, messages, files?
 
+use biprism::raster;
 use serde_json::Value;
 use std::fs;
 use std::io::Write;
@@ -262,6 +263,21 @@ fn check_shows_the_plan_and_render_follows_it() {
     assert!(told);
     small_scene(folder.path(), move |text| format!("{text}\n[effect.cos4]\n"));
     assert!(picture(folder.path()) == (lighter, false));
+}
+
+/// A PNG holds what the sensor's gamma makes of the light: 0.4^(1/2.2), to a step of 16 bits.
+#[test]
+fn a_gamma_is_in_the_picture_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let grey = |text: String| {
+        let text = text.replace("[board]", "[board]\nblack = 0.4\nwhite = 0.4\nbackground = 0.4");
+        format!("{text}\n[effect.sensor]\ngamma = 2.2\n")
+    };
+    small_scene(folder.path(), grey);
+    assert!(biprism(folder.path(), &["render", "scene.toml", "--out", "a.png"]).status.success());
+    let (picture, _) = raster::read(&folder.path().join("a.png"), None).expect("a picture");
+    let expected = libm::powf(0.4, 1.0 / 2.2);
+    assert!(picture.data().iter().all(|v| (v - expected).abs() < 1.0 / 65535.0), "{}", picture.data()[0]);
 }
 
 #[test]

@@ -11,7 +11,7 @@ use biprism::num::quadrature::gauss_legendre;
 use biprism::num::stats::mean;
 use biprism::raster::Raster;
 use biprism::render::{Wanted, render_wanted};
-use biprism::scene::{self, Scene};
+use biprism::scene::{self, Encoding, Scene};
 use biprism::system::System;
 use instruments::{BOARD, FLAT, FREEFORM, built, scene, scene_from};
 use std::f64::consts::PI;
@@ -37,6 +37,28 @@ fn lens(scene: &Scene, scale_px: f64) -> Option<Diffraction> {
 
 fn sinc(x: f64) -> f64 {
     if x == 0.0 { 1.0 } else { libm::sin(PI * x) / (PI * x) }
+}
+
+/// What a gamma has coded is not coded again, and neither is what a scene asks for.
+#[test]
+fn a_picture_is_coded_once() {
+    let coded = |tables: &str, first: &str| {
+        let text = format!(
+            "name = \"t\"\n{first}\n[camera]\nfocal_length_mm = 35\nwidth_px = 64\nheight_px = 36\npixel_pitch_um = 165\n\
+             [prism]\n{NO_GLASS}\n[board]\n{BOARD}\n{tables}\n"
+        );
+        scene::parse(&text, "test", None).map(|scene| scene.encoding).ok()
+    };
+    let gamma = "[effect.sensor]\ngamma = 2.2\n";
+    let says = |word: &str| format!("{gamma}[output]\nencoding = \"{word}\"");
+    assert_eq!(coded("", ""), Some(Encoding::Srgb));
+    assert_eq!(coded("[effect.sensor]\nprnu = 0.01\n", ""), Some(Encoding::Srgb));
+    assert_eq!(coded(gamma, ""), Some(Encoding::Linear));
+    assert_eq!(coded(&says("linear"), ""), Some(Encoding::Linear));
+    assert_eq!(coded(&says("srgb"), ""), None);
+    // Without effects there is no gamma.
+    assert_eq!(coded(&says("srgb"), "effects = \"none\""), Some(Encoding::Srgb));
+    assert_eq!(coded(gamma, "effects = \"none\""), Some(Encoding::Srgb));
 }
 
 /// The picture of an edge is the integral over its waves of what the lens and the pixel leave of them.

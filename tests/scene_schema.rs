@@ -175,6 +175,7 @@ fn is_a(kind: &Value, value: &Value) -> bool {
         Some("array") => value.is_array(),
         Some("string") => value.is_string(),
         Some("number") => value.is_number(),
+        Some("boolean") => value.is_boolean(),
         Some("integer") => value.as_f64().is_some_and(|v| v.fract() == 0.0),
         other => panic!("the validator of this test does not know the type {other:?}"),
     }

@@ -75,7 +75,7 @@ pub struct Dark {
     pub channel: usize,
 }
 
-/// Wavelengths, in nm, over which [`Illuminant`]s and the shipped responses are given.
+/// Wavelengths, in nm, over which [`Illuminant::D65`] and the shipped responses are given.
 pub const VISIBLE_NM: Band = Band { from_nm: 380.0, to_nm: 780.0 };
 
 /// CIE standard illuminant D65, relative power from 380 to 780 nm at every 10 nm (CIE 15:2018, Table 1; ISO 11664-2), which
@@ -239,7 +239,7 @@ struct Part {
 fn cuts(light: &Light, response: &Response) -> Vec<f64> {
     let mut cuts: Vec<f64> = match light {
         // A is smooth: its cuts keep the stretches short.
-        Light::Illuminant(..) => (38..=78).map(|k| 10.0 * f64::from(k)).collect(),
+        Light::Illuminant(..) => (20..=250).map(|k| 10.0 * f64::from(k)).collect(),
         Light::Lines(_) | Light::Band(_) => Vec::new(),
     };
     if let Response::Rgb(rows) = response {
@@ -250,7 +250,7 @@ fn cuts(light: &Light, response: &Response) -> Vec<f64> {
 }
 
 /// The integrals over one stretch, cut where the integrand has kinks; between them a moment is a cubic, for which two Gauss
-/// points are exact, and illuminant A is off by less than 1e-8 of itself.
+/// points are exact, and illuminant A is off by less than 1e-8 of itself from 380 nm on.
 fn part(light: &Light, response: &Response, cuts: &[f64], from_nm: f64, to_nm: f64) -> Part {
     let mut part = Part { power: [0.0; 3], moment: [0.0; 3], middle_nm: 0.5 * (from_nm + to_nm) };
     let inner = cuts.iter().copied().filter(|nm| *nm > from_nm && *nm < to_nm);

@@ -17,8 +17,10 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
     let camera = camera(&file.camera);
     let board = board(&file.board);
     let prism = prism(document, file.prism, &camera, folder)?;
+    let effects = effects::effects(document, file.effects, &file.effect, &file.quadrature, &camera, &board, &prism)?;
     Ok(Scene {
-        effects: effects::effects(document, file.effects, &file.effect, &file.quadrature, &camera, &board, &prism)?,
+        encoding: encoding(document, file.output.encoding, &effects)?,
+        effects,
         prism,
         camera,
         board,
@@ -29,10 +31,6 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
             AccuracyFile::Level(LevelFile::Reference) => Accuracy::reference(),
             AccuracyFile::Target(target) => Accuracy::for_target(target.target_px),
         },
-        encoding: match file.output.encoding {
-            EncodingFile::Linear => Encoding::Linear,
-            EncodingFile::Srgb => Encoding::Srgb,
-        },
         analysis: Analysis { depths_mm: file.analysis.depths_mm, grid: file.analysis.grid },
         expect: file
             .expect
@@ -42,6 +40,23 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
             .collect::<Result<_, _>>()?,
         name: file.name,
     })
+}
+
+/// What a sensor's gamma has coded is written as it is.
+fn encoding(document: &Document, file: Option<EncodingFile>, effects: &Effects) -> Result<Encoding, Problem> {
+    let gamma = effects.sensor.map_or(1.0, |sensor| sensor.gamma);
+    match file {
+        Some(EncodingFile::Srgb) if gamma != 1.0 => {
+            let rule = format!(
+                "`output.encoding` is \"srgb\" beside `effect.sensor.gamma` {gamma}, and the picture would be coded twice"
+            );
+            let help = "write \"linear\", which keeps the sensor's values as they are, or take `gamma` out";
+            Err(document.problem(document.span("output.encoding"), rule, help))
+        }
+        None if gamma == 1.0 => Ok(Encoding::Srgb),
+        Some(EncodingFile::Srgb) => Ok(Encoding::Srgb),
+        Some(EncodingFile::Linear) | None => Ok(Encoding::Linear),
+    }
 }
 
 /// A name may become a file's name on any system.

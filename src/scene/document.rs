@@ -67,6 +67,16 @@ impl<'t> Document<'t> {
         span
     }
 
+    /// Whether the file has the key `key` in the table at `table`.
+    pub(super) fn has(&self, table: &str, key: &str) -> bool {
+        let root = Some(self.root.get_ref());
+        let inner = table.split('.').fold(root, |table, step| match table?.get(step)?.get_ref() {
+            DeValue::Table(inner) => Some(inner),
+            _ => None,
+        });
+        inner.is_some_and(|table| table.get(key).is_some())
+    }
+
     /// What the file says at `span`, short enough for a sentence.
     pub(super) fn shown(&self, span: Range<usize>) -> String {
         const LONGEST: usize = 40;
@@ -151,6 +161,13 @@ mod tests {
         for (path, wanted) in words {
             assert_eq!(&TEXT[document.span(path)], wanted, "{path}");
         }
+    }
+
+    #[test]
+    fn keys_that_are_there_are_known() {
+        let document = Document::parse(TEXT, "test").unwrap();
+        assert!(document.has("t", "b") && document.has("t.c", "d") && document.has("t", "c"));
+        assert!(!document.has("t", "d") && !document.has("t.b", "d") && !document.has("missing", "b"));
     }
 
     #[test]

@@ -209,7 +209,7 @@ pub(super) fn effects(
         clipping: file
             .clipping
             .as_ref()
-            .map(|clipping| lens::clipping(document, clipping, camera, prism))
+            .map(|clipping| lens::clipping(document, clipping, camera, prism, board))
             .transpose()?,
         manufacture: file.manufacture.as_ref().map(|file| flaws::manufacture(document, file, prism)).transpose()?,
         roughness: file.roughness.as_ref().map(flaws::roughness),

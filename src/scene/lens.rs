@@ -3,7 +3,7 @@
 use super::document::Document;
 use super::effects::QuadratureFile;
 use super::limits::*;
-use super::{Camera, Prism};
+use super::{Board, Body, Camera, Patch, PolynomialPrism, Prism};
 use crate::effect::clipping::{Clipping, Outline, Stop};
 use crate::effect::quadrature::LEAST_REPLICATES;
 use crate::effect::{Quadrature, Telecentric};
@@ -84,12 +84,38 @@ pub(super) fn telecentric(document: &Document, file: &TelecentricFile) -> Result
     Ok(Telecentric { magnification, na, focus_mm })
 }
 
-/// A rim has one shape, and a stop stands before the prism.
+/// What a stop must stand before, and how far along z that is from the camera, in mm: the ridge or the lowest place of the
+/// front of the prism, or the middle of the board where there is none.
+fn beyond_stop(camera: &Camera, prism: &Prism, board: &Board) -> (&'static str, f64) {
+    let depth = |body: &Body, point: DVec3| body.world_from_prism.point(point).z - camera.position_mm.z;
+    let mirrored = |point: DVec3| [point, DVec3::new(-point.x, point.y, point.z)];
+    let lowest = |body: &Body, points: &mut dyn Iterator<Item = DVec3>| {
+        let depths = points.flat_map(mirrored).map(|point| depth(body, point));
+        ("front of the prism", depths.fold(f64::INFINITY, f64::min))
+    };
+    match prism {
+        Prism::None => ("board", board.world_from_board.translation_mm.z - camera.position_mm.z),
+        Prism::Flat(biprism) | Prism::Freeform(biprism, _) => {
+            ("ridge of the prism", depth(&biprism.body, DVec3::Z * biprism.ridge_distance_mm))
+        }
+        Prism::Polynomial(PolynomialPrism { body, front: Patch { sag, domain }, .. }) => {
+            // The right half from the ridge on, at the corners and the middles between them.
+            let from = DVec2::new(domain.min.x.max(0.0), domain.min.y);
+            let place = |k: usize| from + (domain.max - from) * DVec2::new((k % 3) as f64, (k / 3) as f64) / 2.0;
+            lowest(body, &mut (0..9).map(place).map(|at| at.extend(sag.value(at.x, at.y))))
+        }
+        Prism::PointCloud(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
+        Prism::Mesh(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
+    }
+}
+
+/// A rim has one shape, and a stop stands before the prism, or before the board where there is none.
 pub(super) fn clipping(
     document: &Document,
     file: &ClippingFile,
     camera: &Camera,
     prism: &Prism,
+    board: &Board,
 ) -> Result<Clipping, Problem> {
     let refused = |key: &str, rule: String, help: &str| {
         Err(document.problem(document.span(&format!("effect.clipping.{key}")), rule, help))
@@ -109,19 +135,14 @@ pub(super) fn clipping(
         }
     };
     let stop = file.stop.as_ref().map(|stop| Stop { distance_mm: stop.at_mm, radius_mm: 0.5 * stop.diameter_mm });
-    if let Some(stop) = &stop
-        && let Prism::Flat(biprism) | Prism::Freeform(biprism, _) = prism
-    {
-        let ridge = biprism.body.world_from_prism.point(DVec3::Z * biprism.ridge_distance_mm);
-        let distance_mm = ridge.z - camera.position_mm.z;
-        if stop.distance_mm >= distance_mm {
-            let rule = format!(
-                "`effect.clipping.stop.at_mm` is {}, and the ridge of the prism is {distance_mm} mm before the camera: the \
-                 stop stands between the two",
-                stop.distance_mm
-            );
-            return refused("stop.at_mm", rule, "give the stop a smaller distance");
-        }
+    let (what, distance_mm) = beyond_stop(camera, prism, board);
+    if let Some(stop) = stop.as_ref().filter(|stop| stop.distance_mm >= distance_mm) {
+        let rule = format!(
+            "`effect.clipping.stop.at_mm` is {}, and the {what} is {distance_mm} mm before the camera: the stop stands \
+             between the two",
+            stop.distance_mm
+        );
+        return refused("stop.at_mm", rule, "give the stop a smaller distance");
     }
     Ok(Clipping { outline, chamfer_mm: file.chamfer_mm, stop })
 }

@@ -7,7 +7,7 @@ use crate::effect::{Absorption, Coating, Dispersion, Fresnel, Ghosts};
 use crate::optics::fresnel::{Layer, absorption_per_mm};
 use crate::optics::medium::MATERIALS;
 use crate::optics::polarisation::Light as Polarised;
-use crate::optics::spectrum::{Band, Illuminant, Light, Line, Response, Sensitivity, nodes};
+use crate::optics::spectrum::{Band, Illuminant, Light, Line, Response, Sensitivity, VISIBLE_NM, nodes};
 use crate::problem::Problem;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -94,13 +94,13 @@ pub(super) struct DispersionFile {
     /// Sharp lines of the light, in nm. Left out, the light is a band.
     #[schemars(length(max = WAVES), inner(range(min = SHORTEST_WAVE_NM, max = LONGEST_WAVE_NM)))]
     pub(super) lines_nm: Vec<f64>,
-    /// Powers of the lines, one each, in any unit. Left out, they are the same.
+    /// Powers of the lines of `lines_nm`, one each, in any unit. Left out, they are the same.
     #[schemars(length(max = WAVES), inner(range(min = 0, max = POWER)))]
     pub(super) powers: Vec<f64>,
-    /// Shortest and longest wavelength of the light, in nm.
+    /// Shortest and longest wavelength of the light where it is a band, in nm.
     #[schemars(inner(range(min = SHORTEST_WAVE_NM, max = LONGEST_WAVE_NM)))]
     pub(super) band_nm: [f64; 2],
-    /// Power over the band: the same everywhere, or that of an illuminant of the CIE.
+    /// Power over the band: the same everywhere, or that of an illuminant of the CIE; D65 is known from 380 to 780 nm.
     pub(super) illuminant: IlluminantFile,
     /// What the sensor makes of the light: "grey" responds to all of it alike, the others see red, green and blue.
     pub(super) response: ResponseFile,
@@ -220,10 +220,18 @@ pub(super) fn dispersion(document: &Document, file: &DispersionFile, prism: &Pri
         let help = "add `glass = \"N-BK7\"`, or another glass, to `[prism]`";
         return Err(document.problem(document.span("effect.dispersion"), rule, help));
     };
+    let [first, last] = glass.range_nm;
+    if !(first..=last).contains(&body.wavelength_nm) {
+        let rule = format!(
+            "`prism.wavelength_nm` is {}, and the index of {} is known from {first} to {last} nm",
+            body.wavelength_nm, glass.name
+        );
+        let help = format!("give the wavelength of `prism.index`, between {first} and {last} nm");
+        return Err(document.problem(document.span("prism.wavelength_nm"), rule, help));
+    }
     let light = light(document, file)?;
     let response = response(document, file)?;
     let Band { from_nm, to_nm } = light.band();
-    let [first, last] = glass.range_nm;
     if from_nm < first || to_nm > last {
         let at = if file.lines_nm.is_empty() { "band_nm" } else { "lines_nm" };
         let rule = format!(
@@ -249,6 +257,7 @@ pub(super) fn dispersion(document: &Document, file: &DispersionFile, prism: &Pri
     };
     match Dispersion::new(&nodes, colour, glass, body.wavelength_nm) {
         Ok(dispersion) => Ok(dispersion),
+        // Light and reference are within what is known of the glass, as was judged above.
         Err(unknown) => fault("lines_nm", format!("`[effect.dispersion]`: {unknown}"), "name another glass"),
     }
 }
@@ -257,6 +266,18 @@ fn light(document: &Document, file: &DispersionFile) -> Result<Light, Problem> {
     let fault = |key: &str, rule: String, help: &str| {
         Err(document.problem(document.span(&format!("effect.dispersion.{key}")), rule, help))
     };
+    let given = |key: &&str| document.has("effect.dispersion", key);
+    if file.lines_nm.is_empty() && given(&"powers") {
+        let rule = "`effect.dispersion.powers` are those of lines, and `lines_nm` names none".to_owned();
+        return fault("powers", rule, "add `lines_nm`, or take `powers` out");
+    }
+    if let Some(key) = ["band_nm", "illuminant", "wavelengths"].into_iter().find(given)
+        && !file.lines_nm.is_empty()
+    {
+        let rule =
+            format!("`effect.dispersion.{key}` is about the light of a band, and `lines_nm` gives lines instead");
+        return fault(key, rule, "take one of the two keys out");
+    }
     if file.lines_nm.is_empty() {
         let [from_nm, to_nm] = file.band_nm;
         if from_nm >= to_nm {
@@ -264,6 +285,14 @@ fn light(document: &Document, file: &DispersionFile) -> Result<Light, Problem> {
             return fault("band_nm", rule, "give the shorter wavelength first");
         }
         let band = Band { from_nm, to_nm };
+        let known = VISIBLE_NM;
+        if matches!(file.illuminant, IlluminantFile::D65) && (from_nm < known.from_nm || to_nm > known.to_nm) {
+            let rule = format!(
+                "`effect.dispersion.band_nm` runs from {from_nm} to {to_nm} nm, and D65 is known from {} to {} nm",
+                known.from_nm, known.to_nm
+            );
+            return fault("band_nm", rule, "keep the band within that, or take another `illuminant`");
+        }
         return Ok(match file.illuminant {
             IlluminantFile::Even => Light::Band(band),
             IlluminantFile::A => Light::Illuminant(Illuminant::A, band),
@@ -274,6 +303,10 @@ fn light(document: &Document, file: &DispersionFile) -> Result<Light, Problem> {
         let rule =
             format!("`effect.dispersion.powers` has {} values for {} lines", file.powers.len(), file.lines_nm.len());
         return fault("powers", rule, "give one power for each line, or leave `powers` out");
+    }
+    if !file.powers.is_empty() && file.powers.iter().all(|power| *power == 0.0) {
+        let rule = "`effect.dispersion.powers` are all 0, and there is no light".to_owned();
+        return fault("powers", rule, "give at least one line a power above 0");
     }
     let power = |k: usize| file.powers.get(k).copied().unwrap_or(1.0);
     let line = |(k, &wavelength_nm): (usize, &f64)| Line { wavelength_nm, power: power(k) };

@@ -277,7 +277,7 @@ pub struct Board {
 /// How linear radiance is coded in a PNG.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Encoding {
-    /// Value = radiance, gAMA 1.0.
+    /// Value = radiance, or what a sensor with a gamma makes of it; gAMA 1.0.
     Linear,
     /// The sRGB curve of IEC 61966-2-1.
     Srgb,

@@ -124,15 +124,14 @@ fn light_passes(document: &Document, camera: &Lens, faces: &Faces, designed: boo
 }
 
 /// alpha of the design paper's Eq. 5, corrected: tan(alpha) = sin(delta) / (k - cos(delta)), with k the index ratio and
-/// delta the direction of the middle of a half image.
+/// delta the direction of the middle of a half image, as `design::angle` has it: k cos(delta) must be above 1.
 fn parallel_angle(document: &Document, camera: &Lens, prism: &Biprism) -> Result<f64, Problem> {
     let camera = &camera.camera;
-    let tan_delta = camera.width_px as f64 * camera.pitch_mm / (4.0 * camera.focal_length_mm);
-    let cos_delta = 1.0 / (1.0 + tan_delta * tan_delta).sqrt();
+    let delta = libm::atan(camera.width_px as f64 * camera.pitch_mm / (4.0 * camera.focal_length_mm));
+    let (sin, cos) = libm::sincos(delta);
     let ratio = prism.body.index / prism.body.outer_index;
-    let angle = libm::atan(tan_delta * cos_delta / (ratio - cos_delta));
-    let incidence = angle + libm::atan(tan_delta);
-    if angle.abs() < FACET_DEG.to_radians() && incidence.abs() < 90f64.to_radians() {
+    let angle = libm::atan2(sin, ratio - cos);
+    if ratio * cos > 1.0 && angle < FACET_DEG.to_radians() {
         return Ok(angle);
     }
     let rule = format!(

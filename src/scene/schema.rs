@@ -334,15 +334,14 @@ pub(super) struct BoardFile {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct OutputFile {
-    /// How linear radiance is coded in a PNG.
-    pub(super) encoding: EncodingFile,
+    /// How linear radiance is coded in a PNG. Left out, "srgb"; "linear" where `effect.sensor.gamma` has coded it already.
+    pub(super) encoding: Option<EncodingFile>,
 }
 
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum EncodingFile {
     Linear,
-    #[default]
     Srgb,
 }
 

@@ -61,7 +61,7 @@ pub(super) struct SensorFile {
     /// Number of the converter for no electrons. Left out, it is 0.
     #[schemars(range(min = 0, max = BLACK_LEVEL))]
     pub(super) black_level_dn: Option<f64>,
-    /// The picture holds value^(1 / gamma).
+    /// The picture holds value^(1 / gamma). Where that is not 1, a PNG is not coded again: see `output.encoding`.
     #[serde(default = "one")]
     #[schemars(range(min = 1.0 / GAMMA, max = GAMMA))]
     pub(super) gamma: f64,

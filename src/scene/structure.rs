@@ -42,6 +42,7 @@ impl Walk<'_> {
             ("object", DeValue::Table(table)) => self.table(at, table, schema),
             ("array", DeValue::Array(items)) => self.list(at, items, schema),
             ("string", DeValue::String(word)) => self.word(at, word, schema),
+            ("boolean", DeValue::Boolean(_)) => Ok(()),
             ("integer", DeValue::Integer(_)) | ("number", DeValue::Integer(_) | DeValue::Float(_)) => {
                 self.number(at, number(value), schema)
             }
@@ -186,6 +187,7 @@ impl Walk<'_> {
             "array" => "a list",
             "string" => "a string",
             "integer" => "a whole number",
+            "boolean" => "a truth value",
             _ => "a number",
         };
         let shown = if shows_value { format!(", {},", self.document.shown(at.span.clone())) } else { String::new() };
@@ -197,6 +199,7 @@ impl Walk<'_> {
                 Some(choices) => format!("write {}", one_of(choices.iter().filter_map(Value::as_str))),
                 None => format!("give it in quotes: {}", described(schema)),
             },
+            ("boolean", _) => "write true or false, without quotes".to_owned(),
             ("integer", DeValue::Float(_)) => "write it without a decimal point".to_owned(),
             (_, DeValue::String(_)) => {
                 "write the number alone: no quotes, and no unit, which the key states".to_owned()
@@ -277,5 +280,72 @@ fn joined(path: &str, key: &str) -> String {
 
 /// A limit as one would write it.
 fn short(number: f64) -> String {
-    if number != 0.0 && !(1e-3..1e6).contains(&number.abs()) { format!("{number:e}") } else { format!("{number}") }
+    let (plain, power) = (format!("{number}"), format!("{number:e}"));
+    let long = number != 0.0 && !(1e-3..1e6).contains(&number.abs());
+    if long && power.len() < plain.len() { power } else { plain }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::schema::SCHEMA;
+    use super::*;
+
+    /// A value that `schema` allows, as TOML: of a table all its keys, of `n` the choice where there are several.
+    fn sample(schema: &Value, n: usize) -> String {
+        if let Some(all) = schema["oneOf"].as_array() {
+            return sample(&all[n % all.len()], n);
+        }
+        let choices = schema["enum"].as_array();
+        let number = |fallback: f64| schema["minimum"].as_f64().or(schema["maximum"].as_f64()).unwrap_or(fallback);
+        match schema["type"].as_str() {
+            Some("object") => {
+                let keys = schema["properties"].as_object().into_iter().flatten();
+                let pairs: Vec<String> = keys.map(|(key, inner)| format!("{key} = {}", sample(inner, n))).collect();
+                format!("{{ {} }}", pairs.join(", "))
+            }
+            Some("array") => {
+                let count = schema["minItems"].as_u64().unwrap_or(0).max(1) as usize;
+                let item = |i: usize| schema["items"].as_array().map_or(&schema["items"], |items| &items[i]);
+                format!("[{}]", (0..count).map(|i| sample(item(i), n)).collect::<Vec<_>>().join(", "))
+            }
+            Some("string") => match (schema.get("const"), choices) {
+                (Some(word), _) => word.to_string(),
+                (None, Some(words)) => words[n % words.len()].to_string(),
+                (None, None) => format!("\"{}\"", "a".repeat(schema["minLength"].as_u64().unwrap_or(1) as usize)),
+            },
+            Some("boolean") => (n % 2 == 0).to_string(),
+            Some("integer") => format!("{}", number(0.0)),
+            Some("number") => format!("{:?}", number(0.0)),
+            other => panic!("no value of type {other:?} is known here: {schema}"),
+        }
+    }
+
+    /// Every key of every table can be given with a value of its own type, and every choice be taken.
+    #[test]
+    fn every_key_of_the_schema_can_be_given() {
+        let mut booleans = 0;
+        for n in 0..60 {
+            let keys = SCHEMA["properties"].as_object().expect("the schema has keys");
+            let text: String = keys.iter().map(|(key, inner)| format!("{key} = {}\n", sample(inner, n))).collect();
+            let document = Document::parse(&text, "test").unwrap_or_else(|problem| panic!("{problem}\n{text}"));
+            check(&document, &SCHEMA).unwrap_or_else(|problem| panic!("{problem}\n{text}"));
+            document.values().unwrap_or_else(|problem| panic!("{problem}\n{text}"));
+            booleans += text.matches("shot_noise = true").count() + text.matches("shot_noise = false").count();
+        }
+        assert_eq!(booleans, 60);
+    }
+
+    #[test]
+    fn limits_are_shown_short() {
+        let shown = [0.0, 0.001, 1e-9, 89.0, 65536.0, 1e12, f64::from(u32::MAX)].map(short);
+        assert_eq!(shown, ["0", "0.001", "1e-9", "89", "65536", "1e12", "4294967295"]);
+    }
+
+    #[test]
+    fn what_is_no_truth_value_is_told() {
+        let text = include_str!("../../scenes/paper.toml").to_owned() + "\n[effect.sensor]\nshot_noise = 0\n";
+        let problem = check(&Document::parse(&text, "test").expect("it is TOML"), &SCHEMA).expect_err("0 is a number");
+        assert_eq!(problem.rule, "`effect.sensor.shot_noise` is a whole number, 0, and must be a truth value");
+        assert_eq!(problem.help, "write true or false, without quotes");
+    }
 }

@@ -30,6 +30,9 @@ pub(super) fn tidy(schema: &mut Schema) {
         let kept = types.iter().find(|t| *t != "null").cloned();
         object.insert("type".to_owned(), kept.unwrap_or(Value::Null));
     }
+    if let Some(Value::Array(choices)) = object.get_mut("enum") {
+        choices.retain(|choice| !choice.is_null());
+    }
     if let Some(Value::String(words)) = object.get_mut("description") {
         *words = words.replace('\n', " ");
     }
