@@ -5,7 +5,8 @@
 mod instruments;
 
 use biprism::effect::manufacture::{Displacement, SurfaceError};
-use biprism::effect::{Effects, Manufacture, Quadrature, Roughness, Variant};
+use biprism::effect::thin_lens::Aperture;
+use biprism::effect::{Effects, Manufacture, Quadrature, Roughness, ThinLens, Variant};
 use biprism::geom::Ray;
 use biprism::optics::flaw::{Flaw, Wave, zernike};
 use biprism::render::{Class, render};
@@ -233,5 +234,44 @@ fn a_rough_surface_blurs_by_its_slopes() {
             let bound = 0.8 * (libm::log(1024.0) / 1024.0 + 1e-3);
             assert!((f64::from(*value) - (0.05 + 0.8 * white)).abs() < bound, "{slope:?} {i}: {value} {white}");
         }
+    }
+}
+
+/// Before a board that is white as far as one sees, every pixel is white unless rays end: a designed prism has glass for all
+/// the rays that slopes, errors and an aperture turn away from those it was designed by.
+#[test]
+fn a_designed_prism_has_glass_for_rays_that_stray() {
+    let board =
+        "columns = 9\nrows = 9\nsquare_mm = 10\nposition_mm = [0, 0, 1000]\nblack = 1\nwhite = 1\nbackground = 1";
+    let short = "kind = \"freeform\"\nindex = 1.5\nridge_distance_mm = 50\nthickness_mm = 8";
+    let replicates = |replicates| Quadrature { points: 16, replicates, ..Quadrature::default() };
+    let rough = |front_deg: f64, quadrature| Effects {
+        roughness: Some(Roughness { slope: [front_deg, 2.0].map(|deg| libm::tan(deg.to_radians())) }),
+        quadrature,
+        ..Effects::default()
+    };
+    let made = |errors| Effects { manufacture: Some(errors), ..Effects::default() };
+    let turned =
+        |deg: [f64; 3]| Displacement { tilt_rad: DVec3::from(deg.map(f64::to_radians)), ..Displacement::default() };
+    let place = |deg| SurfaceError { place: turned(deg), figure: None };
+    let lens = ThinLens::new(8.0, 900.0, Aperture::Circle, 35.0);
+    let cases = [
+        ("rough", rough(5.0, replicates(1))),
+        ("rough, random sets", rough(5.0, replicates(4))),
+        ("rougher", rough(10.0, replicates(1))),
+        ("rough before a lens", Effects { thin_lens: Some(lens), ..rough(5.0, replicates(1)) }),
+        ("tilted", made(Manufacture { prism: turned([2.0, -1.0, 5.0]), ..Manufacture::default() })),
+        ("front", made(Manufacture { front: place([1.0, 2.0, 3.0]), ..Manufacture::default() })),
+        ("back", made(Manufacture { back: place([1.0, 2.0, -3.0]), ..Manufacture::default() })),
+        ("thick", made(Manufacture { thickness_mm: 3.0, ..Manufacture::default() })),
+        ("light", made(Manufacture { index: -0.2, ..Manufacture::default() })),
+    ];
+    for (prism, (what, effects)) in
+        [FREEFORM, short].iter().flat_map(|prism| cases.iter().map(move |case| (prism, case)))
+    {
+        let film = render(&built(&Scene { effects: effects.clone(), ..scene(64, 36, prism, board) }), &|_| ());
+        let darkest = film.radiance.data().iter().copied().fold(f32::INFINITY, f32::min);
+        // Each pass rounds a pixel to f32, and so does their mean.
+        assert!(1.0 - darkest <= 2.0 * f32::EPSILON, "{what}: {darkest} with {prism}");
     }
 }

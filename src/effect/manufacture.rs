@@ -49,9 +49,18 @@ impl Manufacture {
             && self.index == 0.0
     }
 
-    /// How far the surfaces may be from their places sideways, in mm.
-    pub fn stray_mm(&self) -> f64 {
-        [&self.prism, &self.front.place, &self.back.place].map(|place| place.decentre_mm.length()).iter().sum()
+    /// How far rays may stray on the surfaces, in mm, from where they meet those of the right prism, whose surfaces reach
+    /// `reach_mm` from its axis, with a way of `way_mm` through the glass. Rays are taken to be less than 45 deg aslant.
+    pub fn stray_mm(&self, reach_mm: f64, way_mm: f64) -> f64 {
+        // A chord is no longer than the turn, nor than twice the arm; a turn of the front bends rays on their way as well.
+        let moved = |place: &Displacement, arm_mm: f64| {
+            place.decentre_mm.length() + arm_mm * place.tilt_rad.abs().element_sum().min(2.0)
+        };
+        moved(&self.prism, reach_mm + way_mm)
+            + moved(&self.front.place, reach_mm + way_mm)
+            + moved(&self.back.place, reach_mm)
+            + self.thickness_mm.abs()
+            + way_mm * self.index.abs()
     }
 }
 

@@ -13,7 +13,7 @@
 //!   light, optics before sensor. They may ask for a picture that is sampled finer than its pixels
 //!   ([`Effects::samples`]), or over a part of each pixel ([`Effects::active_side`]).
 //!
-//! A scene without effects is rendered by the loops that were there before any effect.
+//! A scene without effects is rendered by loops that know of none.
 //!
 //! # How to add an effect
 //!
@@ -136,7 +136,7 @@ impl Default for Threshold {
     }
 }
 
-/// One variant of the instrument, a pinhole like the plain one, and its share of the picture.
+/// One variant of the instrument, with one ray to each place of the picture like the plain one, and its share of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Variant {
     /// The point of the pupil: in mm from its centre for a lens, as the sines of a direction for a telecentric one.
@@ -187,6 +187,12 @@ fn merged([r, g, b]: [Raster<f32>; 3]) -> Raster<[f32; 3]> {
     Raster::from_data(r.width(), r.height(), pixels.map(|((r, g), b)| [*r, *g, *b]).collect())
 }
 
+/// The tangent by which a slope of a surface bends a ray that comes along the axis: Snell's law.
+fn bent_by(slope: f64, index_ratio: f64) -> f64 {
+    let tilt = libm::atan(slope);
+    libm::tan(tilt - libm::asin((libm::sin(tilt) / index_ratio).min(1.0))).abs()
+}
+
 impl Effects {
     /// The rows of [`TABLE`] that act.
     pub fn acting(&self) -> impl Iterator<Item = &'static Row> {
@@ -206,12 +212,21 @@ impl Effects {
         self.acting().any(|row| row.hook == hook)
     }
 
-    /// How far rays of the variants may stray in a prism from those of the instrument itself, in mm.
-    pub fn spare_mm(&self) -> f64 {
-        // A glass between lens and focus meets less than the aperture; the rest allows for refraction in it.
+    /// How far rays of the variants may stray, in mm, from those of the instrument itself in a prism whose surfaces reach
+    /// `reach_mm` from its axis, with a way of `way_mm` through glass of `index_ratio` to its surroundings.
+    pub fn spare_mm(&self, reach_mm: f64, way_mm: f64, index_ratio: f64) -> f64 {
+        // A glass between lens and focus meets less than the aperture.
         let cone_mm = |lens: Telecentric| lens.focus_mm * Telecentric::tangents(DVec2::new(lens.na, 0.0)).x;
-        let stray_mm = self.manufacture.as_ref().map_or(0.0, Manufacture::stray_mm);
-        stray_mm + 1.25 * (self.thin_lens.map_or(0.0, |lens| lens.radius_mm) + self.telecentric.map_or(0.0, cone_mm))
+        let pupil_mm = self.thin_lens.map_or(0.0, |lens| lens.radius_mm) + self.telecentric.map_or(0.0, cone_mm);
+        // What a slope of the back does is done behind the glass.
+        let draws = self.sets() as f64 * self.quadrature.points as f64;
+        let rough = self.roughness.map_or(0.0, |rough| rough.steepest(0, draws));
+        let stray_mm = self.manufacture.as_ref().map_or(0.0, |made| made.stray_mm(reach_mm, way_mm));
+        let waves = self.dispersion.iter().flat_map(|dispersion| &dispersion.waves);
+        // A tangent of 1 or less, times d tan(r) = -tan(r) dn / n.
+        let shift_mm = way_mm * waves.fold(0.0f64, |most, wave| most.max(wave.index_shift.abs()));
+        // The rest allows for refraction, and for rays that come aslant.
+        stray_mm + shift_mm + 1.25 * (pupil_mm + way_mm * bent_by(rough, index_ratio))
     }
 
     /// Whether the picture is a mean over variants of the instrument.

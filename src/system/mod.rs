@@ -42,8 +42,9 @@ pub struct System {
     pub stop: Option<Opening>,
     /// What is asked of each ray.
     pub accuracy: Accuracy,
-    /// What the picture shows besides geometry. Rays do not know of it: what is traced, seen and aimed at here is the
-    /// instrument without effects, through the middle of the pupil.
+    /// What the picture shows besides geometry. Effects of the instrument are built into camera, prism and stop; of the
+    /// others rays do not know: what is traced, seen and aimed at here goes through the middle of the pupil, in light of the
+    /// scene's own index.
     pub effects: Effects,
 }
 
@@ -84,7 +85,7 @@ pub fn build(scene: &Scene) -> Result<System, Problem> {
 pub fn ideal(scene: &Scene) -> Result<System, Problem> {
     Ok(System {
         camera: Camera::new(&scene.camera, None),
-        prism: Prism::build(&scene.prism, &scene.camera, scene.effects.spare_mm())?,
+        prism: Prism::build(&scene.prism, &scene.camera, &scene.effects)?,
         board: Board::new(&scene.board),
         stop: None,
         accuracy: scene.accuracy,

@@ -3,7 +3,7 @@
 use super::finish::{Finish, Unideal};
 use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::Effects;
-use crate::geom::{Pose, Ray};
+use crate::geom::{Pose, Ray, Rect};
 use crate::optics::fate::Fate;
 use crate::optics::mesh::Mesh;
 use crate::optics::surface::{Freeform, Meeting, Surface};
@@ -59,11 +59,11 @@ pub struct Prism {
 
 impl Prism {
     /// The prism of a scene as it is meant to be; `None` where the scene has none. A designed one is made larger than the
-    /// rays of the design by `spare_mm` on every side, so that rays that stray from them find glass as well.
+    /// rays of the design on every side, so that rays that stray from them by `effects` find glass as well.
     ///
     /// # Errors
     /// When a design is asked for that does not exist.
-    pub fn build(prism: &scene::Prism, camera: &scene::Camera, spare_mm: f64) -> Result<Option<Self>, Problem> {
+    pub fn build(prism: &scene::Prism, camera: &scene::Camera, effects: &Effects) -> Result<Option<Self>, Problem> {
         match prism {
             scene::Prism::None => Ok(None),
             scene::Prism::Flat(flat) => Self::flat(flat, camera).map(Some),
@@ -75,6 +75,9 @@ impl Prism {
                     virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
                 };
                 let mut prism = design::freeform(&input)?.prism(flat.body);
+                let reach_mm = |domain: Rect| domain.min.abs().max(domain.max.abs()).length();
+                let reach_mm = reach_mm(prism.front.domain).max(reach_mm(prism.back.domain));
+                let spare_mm = effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index);
                 for patch in [&mut prism.front, &mut prism.back] {
                     patch.domain = patch.domain.grown(spare_mm);
                 }
