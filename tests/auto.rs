@@ -200,6 +200,30 @@ fn what_changes_too_little_is_left_out_and_the_rest_is_kept() {
     }
 }
 
+/// Reflection goes with the ghosts that stand on it, and stays with them, however weak it is.
+#[test]
+fn reflection_is_judged_after_what_stands_on_it() {
+    let kept = |ghosts: &str, grey: f64| {
+        let mut scene = parsed(FLAT, BOARD, &format!("[effect.fresnel]\n[effect.ghosts]\n{ghosts}"));
+        scene.effects.auto = Some(Threshold { grey: Some(grey), px: None });
+        let ideal = system::ideal(&scene).unwrap();
+        let told = verdicts(&ideal, &scene);
+        let of = |key: &str| *told.iter().find(|verdict| verdict.effect == key).unwrap();
+        (of("fresnel"), of("ghosts"))
+    };
+    let (fresnel, ghosts) = kept("", 0.9);
+    assert!(!fresnel.kept && !ghosts.kept, "{fresnel:?} {ghosts:?}");
+    // A bright light behind the camera, of which the base alone reflects 4 % back.
+    let (fresnel, ghosts) = kept("behind = 1e3", 0.9);
+    assert!(fresnel.bound.unwrap().grey < 0.9 && ghosts.kept && fresnel.kept, "{fresnel:?} {ghosts:?}");
+    assert_eq!(fresnel.why, "another effect that is kept stands on it");
+    // Ghosts, which cross a surface more often than the light that is missing behind it, are a little weaker: they go alone.
+    let (fresnel, ghosts) = kept("", 0.9);
+    let between = 0.5 * (fresnel.bound.unwrap().grey + ghosts.bound.unwrap().grey);
+    let (fresnel, ghosts) = kept("", between);
+    assert!(fresnel.kept && !ghosts.kept, "{fresnel:?} {ghosts:?}");
+}
+
 /// The threshold of a scene file, and the sizes that it must have.
 #[test]
 fn a_scene_says_what_may_be_left_out() {

@@ -21,8 +21,8 @@ pub struct Verdict {
 /// What becomes of every effect that acts in a scene, whose instrument without effects is `ideal`; all are kept where the
 /// scene asks for all of them.
 ///
-/// The effects are gone through from the weakest on, and left out as long as all that are left out change no more than
-/// the threshold even if their changes add up.
+/// The effects are gone through from the weakest on, what reflects after all that stands on it, and left out as long as
+/// all that are left out change no more than the threshold even if their changes add up.
 pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
     let effects = &scene.effects;
     let verdict = |row: &'static Row| {
@@ -37,13 +37,17 @@ pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
     let Some(threshold) = effects.auto else { return all };
     let share = |bound: Bound| threshold.share(bound.grey, bound.px);
     let mut order: Vec<usize> = (0..all.len()).collect();
-    let weight = |k: &usize| all[*k].bound.map_or(f64::INFINITY, share);
-    order.sort_by(|a, b| weight(a).total_cmp(&weight(b)));
+    let own = |k: usize| all[k].bound.map_or(f64::INFINITY, share);
+    let of_reflection = |k: &usize| OF_REFLECTION.contains(&all[*k].effect);
+    let reflection = order.iter().copied().filter(of_reflection).map(own).fold(0.0, f64::max);
+    // Reflection is judged after all that stands on it.
+    let place = |k: usize| if all[k].effect == "fresnel" { (own(k).max(reflection), 1) } else { (own(k), 0) };
+    let weights: Vec<(f64, u8)> = order.iter().map(|k| place(*k)).collect();
+    order.sort_by(|a, b| weights[*a].0.total_cmp(&weights[*b].0).then(weights[*a].1.cmp(&weights[*b].1)));
     let mut left_out = Bound { grey: 0.0, px: 0.0 };
     for k in order {
         let Some(bound) = all[k].bound else { continue };
         let together = Bound { grey: left_out.grey + bound.grey, px: left_out.px + bound.px };
-        // What stands on reflection is weaker than it, or keeps it.
         let needed = all[k].effect == "fresnel" && all.iter().any(|v| v.kept && OF_REFLECTION.contains(&v.effect));
         let (kept, why) = match () {
             () if share(bound) > 1.0 => (true, "may change more than the threshold"),
