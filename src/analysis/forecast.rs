@@ -3,7 +3,7 @@
 use crate::accuracy::{Level, Sampling};
 use crate::effect::Hook;
 use crate::optics::fate::Fate;
-use crate::render::Plan;
+use crate::render::{Plan, strip_rows};
 use crate::scene::Scene;
 use crate::system::System;
 use crate::system::auto::Verdict;
@@ -27,10 +27,16 @@ pub struct Forecast {
     pub samples: usize,
     /// The effects that act, and what becomes of each.
     pub effects: Vec<Verdict>,
-    /// Memory of the picture and its ground truth while it is made, in bytes, without the program itself.
+    /// Rays along each side of a pixel by which ghosts are sampled where their ways part; 0 without ghosts.
+    pub ghost_samples: usize,
+    /// Memory of the picture and its ground truth while it is made, in bytes, without the program itself and what writes a
+    /// file.
     pub memory_bytes: u64,
-    /// Share of the pixels that end in each fate, from a grid of them.
+    /// Share of the pixels that end in each fate, from a grid of them, by rays through the middle of the pupil and smooth
+    /// surfaces.
     pub fates: BTreeMap<&'static str, f64>,
+    /// Whether the picture has other rays than these, which may end otherwise.
+    pub other_rays: bool,
 }
 
 /// Pixels along each side of the grid that is asked for fates.
@@ -52,13 +58,19 @@ pub fn forecast(system: &System, effects: Vec<Verdict>) -> Forecast {
         passes,
         samples,
         effects,
+        ghost_samples: system.effects.ghosts.filter(|_| system.effects.fresnel.is_some()).map_or(0, |e| e.samples),
         memory_bytes: memory_bytes(system, sets, samples),
         fates: fates(system),
+        other_rays: system.effects.dimensions() > 0,
     }
 }
 
-/// What is held of every pixel: radiance (4 bytes), class (1) and board position (8). A mean of pictures is summed up in
-/// f64 beside the picture of one pass, and so are the squares of its sets; three more of each where there are colours.
+/// Strips of a picture that are held at a time: one is made, one waits, and one is written.
+const STRIPS: usize = 3;
+
+/// What is held of every pixel of the strips at hand, or of the picture where it is made as a whole: radiance (4 bytes),
+/// class (1) and board position (8). A mean of pictures is summed up in f64 beside the picture of one pass, and so are the
+/// squares of its sets; three more of each where there are colours.
 fn memory_bytes(system: &System, sets: usize, samples: usize) -> u64 {
     let effects = &system.effects;
     let [width, height] = system.camera.size_px();
@@ -69,7 +81,8 @@ fn memory_bytes(system: &System, sets: usize, samples: usize) -> u64 {
     }
     let fine = if samples > 1 { each * samples * samples } else { 0 };
     let developed = if effects.act_by(Hook::Film) { 4 + 4 * colours } else { 0 };
-    (width * height * (each + fine + developed + 9)) as u64
+    let rows = height.min(STRIPS * strip_rows(system));
+    (width * rows * (each + fine + developed + 9)) as u64
 }
 
 fn fates(system: &System) -> BTreeMap<&'static str, f64> {
@@ -85,7 +98,7 @@ fn fates(system: &System) -> BTreeMap<&'static str, f64> {
 }
 
 /// The instrument of `scene`, `ideal` without effects, with all effects but `left_out`, on a sensor of the same size that has
-/// fewer pixels where there are many: to be timed.
+/// fewer pixels where there are many: to be timed. Diffraction keeps its size in px, and so its work for a pixel.
 pub fn smaller(ideal: &System, scene: &Scene, left_out: &[&str]) -> System {
     let mut camera = scene.camera;
     let times = (camera.width_px * camera.height_px / TIMED_PX).isqrt().max(1);

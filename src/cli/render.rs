@@ -43,8 +43,10 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
         if !left_out.is_empty() {
             say::words(&format!("left out: {}; `biprism check` says why", left_out.join(", ")));
         }
+        // Fates are those of one ray a pixel.
+        let how = if system.effects.dimensions() > 0 { " through the middle of the pupil" } else { "" };
         for (fate, n) in fates.into_iter().filter(|(_, n)| *n > 0) {
-            say::words(&format!("{n} pixels never see the board: {fate}"));
+            say::words(&format!("{n} pixels never see the board{how}: {fate}"));
         }
     }
     Ok(accuracy::told(&scene.name, &account, &counts))

@@ -28,7 +28,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 pub use plan::Plan;
-pub use strips::{STRIP_ROWS, Strip, render_strips};
+pub use strips::{STRIP_ROWS, Strip, render_strips, strip_rows};
 
 /// A rendered picture with its own account.
 #[derive(Debug, Clone, PartialEq)]

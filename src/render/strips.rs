@@ -35,7 +35,7 @@ pub fn render_strips(
     progress: &(dyn Fn(usize) + Sync),
     take: &mut dyn FnMut(Strip),
 ) -> (Counts, Account) {
-    if system.effects.act_by(Hook::Film) || system.effects.averages() {
+    if is_whole(system) {
         let wanted = Wanted { truth: true };
         let Film { radiance, colour, noise, class, board_mm, counts, account } =
             render_wanted(system, wanted, progress);
@@ -43,8 +43,24 @@ pub fn render_strips(
         return (counts, account);
     }
     let plan = Plan::new(system);
-    let bands = (STRIP_PIXELS / (system.camera.size_px()[0] * BAND_ROWS)).max(rayon::current_num_threads());
-    by_bands(&plan, bands, progress, take)
+    by_bands(&plan, bands(system), progress, take)
+}
+
+/// Whether effects act across the picture, so that it is made as a whole.
+fn is_whole(system: &System) -> bool {
+    system.effects.act_by(Hook::Film) || system.effects.averages()
+}
+
+/// Bands of a strip.
+fn bands(system: &System) -> usize {
+    (STRIP_PIXELS / (system.camera.size_px()[0] * BAND_ROWS)).max(rayon::current_num_threads())
+}
+
+/// Rows of a strip of the picture that `system` takes, but of the last one; all where it is made as a whole. More for more
+/// threads.
+pub fn strip_rows(system: &System) -> usize {
+    let height = system.camera.size_px()[1];
+    if is_whole(system) { height } else { height.min(bands(system) * BAND_ROWS) }
 }
 
 /// The same of a plan, in strips of so many bands.
