@@ -40,7 +40,7 @@ impl Roughness {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::{Effects, Quadrature};
+    use crate::effect::{Effects, Points, Quadrature};
 
     #[test]
     fn slopes_have_their_spread() {
@@ -61,7 +61,7 @@ mod tests {
     fn points_of_a_set_stay_below_the_steepest_slope() {
         let rough = Roughness { slope: [0.02; 2] };
         for (count, dimensions) in (1..200).chain([1000, 65_536]).flat_map(|n| [2, 4, 6].map(|d| (n, d))) {
-            let points = Points::new(&Quadrature { points: count, ..Quadrature::default() }, dimensions, 0);
+            let points = Points::new(&Quadrature { points: count, ..Quadrature::default() }, dimensions, 0, 1);
             let steepest = rough.steepest(1, count as f64);
             for (k, j) in (0..count).flat_map(|k| (0..dimensions / 2).map(move |j| (k, 2 * j))) {
                 let slopes = rough.slopes(1, DVec2::new(points.at(k, j), points.at(k, j + 1)));
