@@ -4,21 +4,24 @@
 //! ```text
 //! ideal    the designed virtual camera's projection of the corner
 //!   + optics     what the design leaves: where its marched surfaces put the corner, less ideal
-//!   + fit        what the polynomials fitted to the marched points change: where the built instrument puts it, less that
-//!   + detector   the eye's own error: the corner found in the plain picture, less where the instrument puts it
-//!   + effects    what light does besides geometry: found under the scene's effects but the sensor's, less in the plain one
+//!   + fit        what the polynomials fitted to the marched points change: where the plain instrument puts it, less that
+//!   + detector   the eye's own error: the corner found in the plain picture, less where the plain instrument puts it
+//!   + effects    found under the scene's effects but the sensor's, errors of manufacture among them, less in the plain one
 //!   + sampling   what the judged picture adds: the corner found in it, less the one found before its sensor and level
 //! measured
 //! ```
 //!
-//! The plain picture is the same instrument's with every pixel traced ([`Accuracy::exact`]) and without effects. So sampling
-//! holds the level, the sensor with its noise, and the file. Where a scene does not design its prism there is no fit, and
-//! optics reaches to the built instrument; where it calls for no effect but the sensor's there is no such step.
+//! The plain instrument is the ideal one, without effects: a prism that is made wrongly, a stop and rims are effects, and
+//! so optics and fit are those of the design whatever errors it is made with. Its picture is taken with every pixel traced
+//! ([`Accuracy::exact`]). So sampling holds the level, the sensor with its noise, and the file. Where a scene does not
+//! design its prism there is no fit, and optics reaches to the plain instrument; where it calls for no effect but the
+//! sensor's there is no such step.
 //!
 //! The steps are differences of positions, so that they add up to measured - ideal but for rounding.
 
 use super::anchor::Found;
 use super::nominal::Frame;
+use super::truth::{self, TrueCorners};
 use super::view::{HalfView, View, see};
 use crate::accuracy::Accuracy;
 use crate::design::marched::Marched;
@@ -27,6 +30,7 @@ use crate::effect::Effects;
 use crate::problem::Problem;
 use crate::render::{Wanted, render_wanted};
 use crate::scene::{Prism, Scene};
+use crate::system::aim::Aimer;
 use crate::system::{Side, System};
 use glam::DVec2;
 use std::collections::BTreeMap;
@@ -52,7 +56,8 @@ pub struct CornerBudget {
     pub fit_px: Option<DVec2>,
     /// The detector's own error.
     pub detector_px: DVec2,
-    /// What effects do to where the corner is found, where the scene calls for some besides the sensor.
+    /// What effects, errors of manufacture among them, do to where the corner is found, where the scene calls for some
+    /// besides the sensor.
     pub effects_px: Option<DVec2>,
     /// What sensor, level and file add.
     pub sampling_px: DVec2,
@@ -80,7 +85,7 @@ pub struct Budget {
     pub left_out: usize,
 }
 
-/// The budget of the corners of `view`, whose truth must be known ([`see`] with `own`), of `scene`'s own picture.
+/// The budget of the corners of `view`, of `scene`'s own picture through `system`.
 /// `progress` hears how many pixels of the other pictures were rendered ([`pictures`]).
 ///
 /// # Errors
@@ -100,17 +105,21 @@ pub fn budget(
         })?),
         _ => None,
     };
+    let plain_system = system.without_effects(&scene.camera);
     let found_under = |effects: Effects| -> [Places; 2] {
-        let exact = System { accuracy: Accuracy::exact(), effects, ..system.clone() };
+        let under = plain_system.with_effects(&effects, &scene.camera);
+        let exact = System { accuracy: Accuracy::exact(), ..under };
         let film = render_wanted(&exact, Wanted { truth: false }, progress);
         let view = see(&exact, &film.radiance, false, &mut |_| ());
         view.halves.map(|half| half.found.iter().map(|f| (f.index, f.position_px)).collect())
     };
     let plain = found_under(Effects::default());
     let light = light_alone(&system.effects).map(found_under);
+    let aimer = Aimer::new(&plain_system);
     let halves = [0, 1].map(|k| {
+        let Some(truth) = truth::corners(&plain_system, &aimer, &view.halves[k].frame) else { return Vec::new() };
         let found = Pictures { plain: &plain[k], light: light.as_ref().map(|halves| &halves[k]) };
-        half(system, &view.halves[k], &found, design.as_ref())
+        half(&plain_system, &view.halves[k], &truth, &found, design.as_ref())
     });
     let found: usize = view.halves.iter().map(|half| half.found.len()).sum();
     let left_out = found - halves.iter().map(Vec::len).sum::<usize>();
@@ -140,9 +149,11 @@ struct Pictures<'a> {
     light: Option<&'a Places>,
 }
 
+/// The corners of a half; `system` and `truth` are of the plain instrument.
 fn half(
     system: &System,
     view: &HalfView,
+    truth: &TrueCorners,
     pictures: &Pictures<'_>,
     design: Option<&FreeformDesign>,
 ) -> Vec<CornerBudget> {
@@ -150,7 +161,7 @@ fn half(
         let [column, row] = found.index.map(f64::from);
         let board_mm = system.board.corner_at(column, row);
         let ideal_px = view.camera?.project(system.board.world(board_mm))?;
-        let true_px = view.truth.as_ref()?.get(&found.index)?.position_px;
+        let true_px = truth.get(&found.index)?.position_px;
         let plain_px = *pictures.plain.get(&found.index)?;
         let light_px = match pictures.light {
             Some(light) => Some(*light.get(&found.index)?),

@@ -1,5 +1,6 @@
 //! The halves of a picture and the pinhole that each is designed to be.
 
+use crate::geom::Ray;
 use crate::metrics::pinhole::Pinhole;
 use crate::optics::fate::Fate;
 use crate::system::{Side, System};
@@ -71,18 +72,40 @@ impl std::fmt::Display for NoPinhole {
     }
 }
 
-/// The virtual camera of a half, found from the half image's central ray alone: it lies on that ray's extension beside
-/// the real camera (in its plane of constant z), is parallel to it, has its focal length and pixels, and sees with the
-/// half image's centre where that ray goes.
+/// The virtual camera that a half is designed to be, whatever errors its prism is made with and whatever clips its rays.
+/// It is found from the central ray of the half image alone, through the prism as it is meant to be: it lies on that ray's
+/// extension beside the real camera (in its plane of constant z), is parallel to it, has its focal length and pixels, and
+/// sees with the half image's centre where that ray goes.
 ///
 /// For the design paper's prisms this is its O' with z = 0. For any other prism it is what the prism would be used as.
 ///
 /// # Errors
 /// [`NoPinhole`].
 pub fn virtual_camera(system: &System, frame: &Frame) -> Result<Pinhole, NoPinhole> {
+    let ray = system.camera.ray(frame.centre_px(system));
+    let residual_mm = system.accuracy.surface_residual_mm;
+    on_ray(
+        system,
+        frame,
+        match &system.designed {
+            None => Ok(ray),
+            Some(prism) => prism.pass(&ray, residual_mm, &mut ()).map(|(ray, _)| ray),
+        },
+    )
+}
+
+/// The same, on the central ray of the instrument as it is made.
+///
+/// # Errors
+/// [`NoPinhole`].
+pub fn virtual_camera_made(system: &System, frame: &Frame) -> Result<Pinhole, NoPinhole> {
+    on_ray(system, frame, system.exit_ray(frame.centre_px(system)).map(|(ray, _)| ray))
+}
+
+fn on_ray(system: &System, frame: &Frame, ray: Result<Ray, Fate>) -> Result<Pinhole, NoPinhole> {
     let tangent_per_px = system.camera.tangent_per_px().ok_or(NoPinhole::Telecentric)?;
     let centre_px = frame.centre_px(system);
-    let (ray, _) = system.exit_ray(centre_px).map_err(NoPinhole::Ends)?;
+    let ray = ray.map_err(NoPinhole::Ends)?;
     if ray.direction.z <= 0.0 {
         return Err(NoPinhole::Ends(Fate::PastBoard));
     }

@@ -1,7 +1,7 @@
 //! What a picture of the board shows: corners found in each half, and beside them the exact ones.
 
 use super::anchor::{Found, anchor};
-use super::nominal::{Frame, virtual_camera};
+use super::nominal::{Frame, virtual_camera, virtual_camera_made};
 use super::truth::{self, TrueCorners};
 use crate::metrics::pinhole::Pinhole;
 use crate::metrics::straightness::IndexedCorner;
@@ -104,7 +104,9 @@ pub fn place(system: &System, lattices: &[Lattice; 2], own: bool, stage: &mut dy
     let halves = [(Half::Left, &lattices[0]), (Half::Right, &lattices[1])].map(|(half, lattice)| {
         let frame = Frame::new(system, half);
         let camera = virtual_camera(system, &frame).ok();
-        let anchored = camera.and_then(|camera| anchor(system, &frame, &camera, &lattice.corners));
+        // Errors of a prism move the picture: corners know their places by where the prism as it is made looks.
+        let made = virtual_camera_made(system, &frame).ok().or(camera);
+        let anchored = made.and_then(|camera| anchor(system, &frame, &camera, &lattice.corners));
         let truth = aimer.as_ref().and_then(|aimer| truth::corners(system, aimer, &frame));
         let detected = compare(anchored.as_deref(), truth.as_ref(), lattice);
         HalfView { frame, camera, found: anchored.unwrap_or_default(), truth, detected }

@@ -3,11 +3,13 @@
 use super::args::CheckArgs;
 use super::plan::Plan;
 use super::{Outcome, files, say};
-use crate::analysis::nominal::{Frame, NoPinhole, virtual_camera};
+use crate::analysis::nominal::{Frame, NoPinhole, virtual_camera, virtual_camera_made};
+use crate::metrics::pinhole::Pinhole;
 use crate::problem::Problem;
 use crate::scene;
 use crate::system::{self, auto};
 use crate::vision::half::Half;
+use glam::DVec3;
 use serde_json::json;
 
 pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
@@ -17,9 +19,12 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
     let system = ideal.with_effects(&auto::settled(&verdicts, &scene), &scene.camera);
     let half = |half: Half| {
         let frame = Frame::new(&system, half);
-        match virtual_camera(&system, &frame) {
-            Ok(camera) => json!({ "virtual_camera_mm": camera.centre_mm().to_array() }),
-            Err(NoPinhole::Ends(fate)) => json!({ "central_ray": fate.name() }),
+        let designed = virtual_camera(&system, &frame).ok().map(|camera| camera.centre_mm().to_array());
+        match virtual_camera_made(&system, &frame) {
+            Ok(camera) => {
+                json!({ "virtual_camera_mm": camera.centre_mm().to_array(), "designed_camera_mm": designed })
+            }
+            Err(NoPinhole::Ends(fate)) => json!({ "central_ray": fate.name(), "designed_camera_mm": designed }),
             Err(NoPinhole::Telecentric) => json!({ "camera": "telecentric" }),
         }
     };
@@ -50,19 +55,10 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
             board.columns, board.rows, board.square_mm
         );
         for half in Half::BOTH {
-            let camera = virtual_camera(&system, &Frame::new(&system, half));
-            let said = camera.map_or_else(
-                |why| format!("none: {why}"),
-                |c| {
-                    format!(
-                        "at ({:.4}, {:.4}, {:.4}) mm",
-                        c.centre_mm().x,
-                        c.centre_mm().y + 0.0,
-                        c.centre_mm().z + 0.0
-                    )
-                },
-            );
-            text += &format!("{:7} virtual camera {said}\n", half.name());
+            let frame = Frame::new(&system, half);
+            let [made, designed] = [virtual_camera_made(&system, &frame), virtual_camera(&system, &frame)].map(told);
+            text += &format!("{:7} virtual camera {made}", half.name());
+            text += &if made == designed { "\n".to_owned() } else { format!(" as made, {designed} as designed\n") };
         }
         text += &plan.text();
         say::data(&text)?;
@@ -71,4 +67,15 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
         }
     }
     Ok(Outcome::Done)
+}
+
+/// Where a virtual camera is, or why there is none.
+fn told(camera: Result<Pinhole, NoPinhole>) -> String {
+    match camera {
+        Ok(camera) => {
+            let at = camera.centre_mm() + DVec3::ZERO;
+            format!("at ({:.4}, {:.4}, {:.4}) mm", at.x, at.y, at.z)
+        }
+        Err(why) => format!("none: {why}"),
+    }
 }

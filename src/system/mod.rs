@@ -22,6 +22,7 @@ use crate::problem::Problem;
 use crate::scene::{self, Scene};
 use crate::trace::carry::{Carry, Differentials, Path};
 use glam::{DMat2, DVec2};
+use std::sync::Arc;
 
 pub use board::Board;
 pub use bounds::Bound;
@@ -34,8 +35,10 @@ pub use prism::{Prism, Side};
 pub struct System {
     /// The camera.
     pub camera: Camera,
-    /// The glass, if there is any.
+    /// The glass as it is made and mounted, if there is any.
     pub prism: Option<Prism>,
+    /// The glass as it is meant to be.
+    pub designed: Option<Arc<Prism>>,
     /// The board.
     pub board: Board,
     /// An opening before the camera, through which all rays must go.
@@ -83,9 +86,11 @@ pub fn build(scene: &Scene) -> Result<System, Problem> {
 /// # Errors
 /// As [`build`].
 pub fn ideal(scene: &Scene) -> Result<System, Problem> {
+    let prism = Prism::build(&scene.prism, &scene.camera, &scene.effects)?;
     Ok(System {
         camera: Camera::new(&scene.camera, None),
-        prism: Prism::build(&scene.prism, &scene.camera, &scene.effects)?,
+        designed: prism.clone().map(Arc::new),
+        prism,
         board: Board::new(&scene.board),
         stop: None,
         accuracy: scene.accuracy,
@@ -105,6 +110,13 @@ impl System {
             effects: effects.clone(),
             ..self.clone()
         }
+    }
+
+    /// This instrument without effects, whose camera is `camera`: central, with the glass as it is meant to be, and no stop.
+    #[must_use]
+    pub fn without_effects(&self, camera: &scene::Camera) -> Self {
+        let ideal = Self { prism: self.designed.as_deref().cloned(), ..self.clone() };
+        ideal.with_effects(&Effects::default(), camera)
     }
 
     /// Whether the picture is its own mirror image, bit for bit: camera, prism and board have the plane x = 0 as their

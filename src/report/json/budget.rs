@@ -9,15 +9,17 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct ErrorBudget {
     /// Where the designed, marched surfaces put the corner, less where the designed virtual camera sees it: what the
-    /// design leaves. Where the prism is not designed from points, where the built instrument puts it, less that.
+    /// design leaves. Where the prism is not designed from points, where the plain instrument (without effects) puts it,
+    /// less that.
     pub optics: BudgetTerm,
-    /// Where the built instrument, of polynomials fitted to the marched points, puts it, less where those points do.
+    /// Where the plain instrument, of polynomials fitted to the marched points, puts it, less where those points do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fit: Option<BudgetTerm>,
-    /// Found in the plain picture (every pixel traced, no effects), less where the instrument puts it: the detector's own
-    /// error.
+    /// Found in the plain instrument's picture (every pixel traced), less where that instrument puts it: the detector's
+    /// own error.
     pub detector: BudgetTerm,
-    /// Found under the scene's effects but the sensor's, less found in the plain picture; absent without such effects.
+    /// Found under the scene's effects but the sensor's, errors of manufacture among them, less found in the plain
+    /// picture; absent without such effects.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub effects: Option<BudgetTerm>,
     /// Found in the judged picture, less found before that: what the level, the sensor and the file add.
