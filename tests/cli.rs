@@ -114,6 +114,37 @@ fn compare_reports_every_corner_and_the_better_prism() {
     assert!(disparity(0) > disparity(1), "flat {:?}, freeform {:?}", disparity(0), disparity(1));
 }
 
+/// The truth of one instrument is not that of another, whatever the scenes are called.
+#[test]
+fn a_picture_is_measured_as_its_own_by_its_own_instrument_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    assert!(biprism(folder.path(), &["render", "scene.toml", "--out", "a.png"]).status.success());
+    let own = ["measure", "a.png", "--scene", "scene.toml", "--own"];
+    let told = biprism(folder.path(), &own);
+    assert!(told.status.success(), "{}", text(&told.stderr));
+    // One picture has one depth, and the table says so once.
+    assert_eq!(text(&told.stdout).matches("too few depths of the board: 1").count(), 1, "{}", text(&told.stdout));
+    for (part, from, to) in [
+        ("camera", "focal_length_mm = 35.0", "focal_length_mm = 35.001"),
+        ("prism", "index = 1.48", "index = 1.4801"),
+        ("board", "position_mm = [0.0, 0.0, 1000.0]", "position_mm = [0.1, 0.0, 1000.0]"),
+        ("effects", "[board]", "[effect.manufacture.back]\ntilt_deg = [0.1, 0.0, 0.0]\n[board]"),
+    ] {
+        small_scene(folder.path(), |scene| scene.replace(from, to));
+        let refused = biprism(folder.path(), &own);
+        let told = text(&refused.stderr);
+        assert!(refused.status.code() == Some(2) && told.contains(&format!("has another {part}")), "{part}: {told}");
+        let noted = biprism(folder.path(), &own[..4]);
+        assert!(noted.status.success() && text(&noted.stderr).contains(&format!("has another {part}")), "{part}");
+    }
+    // Another level of accuracy and another name do not change the truth.
+    small_scene(folder.path(), |scene| {
+        format!("accuracy = \"draft\"\n{}", scene.replace("name =", "name = \"new\" #"))
+    });
+    assert!(biprism(folder.path(), &own).status.success());
+}
+
 #[test]
 fn a_budget_splits_the_error_of_every_corner() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -186,7 +217,7 @@ fn cost_writes_a_table_a_curve_and_the_numbers() {
     let report = json(&run);
     assert_eq!(report["schema"], "biprism-cost/1");
     let levels = report["pictures"].as_array().expect("a list").iter().filter(|p| p["knob"] == "level");
-    assert_eq!(levels.count(), 4);
+    assert_eq!(levels.count(), 3, "a quick look does not time the reference");
     let read = |name: &str| fs::read(folder.path().join("out").join(name)).expect("written");
     assert_eq!(read("cost.json"), run.stdout);
     assert!(text(&read("cost.csv")).starts_with("kind,knob,value,"));
@@ -295,6 +326,13 @@ fn missing_files_and_bad_names_are_told() {
         let out = biprism(folder.path(), args);
         assert_eq!(out.status.code(), Some(2), "{args:?}");
         assert!(text(&out.stderr).contains(word), "{args:?}: {}", text(&out.stderr));
+    }
+    // Where no file can be made, the name that was asked for is told, not that of the temporary file.
+    #[cfg(target_os = "linux")]
+    {
+        let told = text(&biprism(folder.path(), &["render", "scene.toml", "--out", "/proc/a.png"]).stderr);
+        assert!(told.contains("/proc/a.png") && !told.contains(".biprism-"), "{told}");
+        assert!(told.contains("write to another one") && !told.contains("create its directory"), "{told}");
     }
 }
 

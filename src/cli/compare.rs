@@ -99,7 +99,9 @@ fn two_prisms(scene: &Scene) -> Result<Vec<(&'static str, Scene)>, Problem> {
             vec![("flat", scene.clone()), ("freeform", with(Prism::Freeform(*flat, DesignSettings::default())))]
         }
         Prism::Freeform(flat, _) => vec![("flat", with(Prism::Flat(*flat))), ("freeform", scene.clone())],
-        Prism::Polynomial(_) | Prism::PointCloud(_) | Prism::Mesh(_) => vec![("freeform", scene.clone())],
+        Prism::Polynomial(_) | Prism::PointCloud(_) | Prism::Mesh(_) => {
+            vec![(files::prism_name(&scene.prism), scene.clone())]
+        }
         Prism::None => {
             return Err(Problem::new(
                 format!("scene {}", scene.name),
@@ -126,7 +128,8 @@ fn comparison_figure(
     });
     let seam_px = 0.5 * scene.camera.width_px as f64;
     let rows = table::rows(designs).into_iter();
-    let rows = rows.map(|row| FigureRow { label: row.label, values: [row.short[0].clone(), row.short[1].clone()] });
+    let rows =
+        rows.map(|row| FigureRow { label: row.short_label, values: [row.short[0].clone(), row.short[1].clone()] });
     let input = ComparisonInput {
         title: format!(
             "{}: {} mm squares at {} mm, seen through two prisms",

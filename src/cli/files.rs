@@ -1,6 +1,6 @@
 //! What the verbs read and write alike.
 
-use super::say;
+use super::{identity, say};
 use crate::problem::Problem;
 use crate::raster::exr::{self, Channel};
 use crate::raster::transfer::Transfer;
@@ -79,6 +79,7 @@ pub(super) fn strips(
     let mut what = serde_json::json!({
         "scene": scene.name,
         "prism": prism_name(&scene.prism),
+        "instrument": identity::parts(scene, system),
         "pixel_centre": "(i + 0.5, j + 0.5)",
         "radiance": "mean over the pixel, of full scale 1",
         "board.U, board.V": "position on the board that the pixel's centre sees, mm in the board's frame, f32",
@@ -124,12 +125,15 @@ pub(super) fn strips(
     }
 }
 
-/// The name of a prism in a report.
+/// The name of a prism in a report: its kind in the scene.
 pub(super) fn prism_name(prism: &Prism) -> &'static str {
     match prism {
         Prism::None => "none",
         Prism::Flat(_) => "flat",
-        Prism::Freeform(..) | Prism::Polynomial(_) | Prism::PointCloud(_) | Prism::Mesh(_) => "freeform",
+        Prism::Freeform(..) => "freeform",
+        Prism::Polynomial(_) => "polynomial",
+        Prism::PointCloud(_) => "point_cloud",
+        Prism::Mesh(_) => "mesh",
     }
 }
 

@@ -3,7 +3,7 @@
 use super::args::MeasureArgs;
 use super::expect::expectations;
 use super::progress::Progress;
-use super::{Outcome, files, say};
+use super::{Outcome, files, identity, say};
 use crate::analysis::budget;
 use crate::analysis::judge::measure;
 use crate::analysis::nominal::Frame;
@@ -21,7 +21,8 @@ use std::collections::BTreeMap;
 
 /// What is measured.
 enum Input {
-    Picture(Raster<f32>),
+    /// With what is noted in its file of how it was made.
+    Picture(Raster<f32>, Option<String>),
     Corners(Vec<corners::View>),
 }
 
@@ -33,7 +34,10 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Problem> {
     let system = files::build(&scene, &args.scene)?;
     let mut stage = |step| progress.begin("picture", step);
     let view = match &input {
-        Input::Picture(picture) => see(&system, picture, args.own, &mut stage),
+        Input::Picture(picture, note) => {
+            same_instrument(args, &scene, &system, note.as_deref())?;
+            see(&system, picture, args.own, &mut stage)
+        }
         Input::Corners(views) => place(&system, &lattices(args, &system, views)?, args.own, &mut stage),
     };
     progress.begin("picture", "measure");
@@ -60,7 +64,7 @@ fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Problem> {
     if Format::of(&args.picture).is_ok() {
         return corners::read(&args.picture).map(Input::Corners);
     }
-    let (picture, metadata) = raster::read(&args.picture, args.transfer.map(Into::into))?;
+    let (picture, mut metadata) = raster::read(&args.picture, args.transfer.map(Into::into))?;
     let size = [scene.camera.width_px, scene.camera.height_px];
     if [picture.width(), picture.height()] != size {
         return Err(Problem::new(
@@ -75,8 +79,7 @@ fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Problem> {
             "name the scene that the picture belongs to with --scene",
         ));
     }
-    same_scene(args, scene, metadata.texts.get("biprism").map(String::as_str))?;
-    Ok(Input::Picture(picture))
+    Ok(Input::Picture(picture, metadata.texts.remove("biprism")))
 }
 
 /// The corners of a file, in the px of the halves that they must lie in.
@@ -117,23 +120,25 @@ fn lattices(args: &MeasureArgs, system: &System, views: &[corners::View]) -> Res
     Ok([left?, right?])
 }
 
-/// A picture that was rendered here says from which scene and prism; another scene's truth is not its truth.
-fn same_scene(args: &MeasureArgs, scene: &Scene, note: Option<&str>) -> Result<(), Problem> {
+/// A picture that was rendered here says of which instrument; another one's truth is not its truth.
+fn same_instrument(args: &MeasureArgs, scene: &Scene, system: &System, note: Option<&str>) -> Result<(), Problem> {
     let said: Option<serde_json::Value> = note.and_then(|text| serde_json::from_str(text).ok());
     let Some(said) = said else { return Ok(()) };
-    let prism = files::prism_name(&scene.prism);
-    if said["scene"] == scene.name.as_str() && said["prism"] == prism {
+    let others = identity::others(scene, system, &said["instrument"]);
+    if others.is_empty() {
         return Ok(());
     }
     let rule = format!(
-        "the picture was rendered from scene {} with prism {}, and {} is scene \"{}\" with prism \"{prism}\"",
+        "the picture was rendered from scene {} with prism {}, and {} (scene \"{}\" with prism \"{}\") has another {}",
         said["scene"],
         said["prism"],
         args.scene.display(),
-        scene.name
+        scene.name,
+        files::prism_name(&scene.prism),
+        others.join(", ")
     );
     if args.own {
-        let help = "name the picture's own scene with --scene, or leave out --own";
+        let help = "name the picture's own scene with --scene, render it anew, or leave out --own";
         return Err(Problem::new(args.picture.display(), rule, help));
     }
     say::words(&format!("note: {rule}"));

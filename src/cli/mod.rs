@@ -1,6 +1,7 @@
 //! The command: arguments, one file per verb.
 //!
-//! Exit codes: 0 done, 1 ran but a claim of the scene's `[[expect]]` or a golden was not met, 2 could not run.
+//! Exit codes: 0 done, 1 ran but something that was asked for is not so (a claim of the scene's `[[expect]]`, a golden, a
+//! target accuracy, a bound of the stability study), 2 could not run.
 //! Data goes to stdout, words to stderr.
 
 mod accuracy;
@@ -15,6 +16,7 @@ mod design;
 mod expect;
 mod files;
 pub mod golden;
+mod identity;
 mod machine;
 mod measure;
 mod progress;
