@@ -91,13 +91,6 @@ pub struct Fit {
     pub iterations: usize,
 }
 
-impl Fit {
-    /// Standard deviation of each free parameter, in the order they were given.
-    pub fn sigmas(&self) -> Vec<f64> {
-        self.covariance.diagonal().iter().map(|v| v.sqrt()).collect()
-    }
-}
-
 /// Fits a pinhole to observations, starting at `start` (the designed virtual camera), moving only the `free`
 /// parameters.
 ///

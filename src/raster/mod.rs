@@ -153,11 +153,6 @@ impl<T: Copy> Raster<T> {
         &self.data
     }
 
-    /// All values, row by row, without the picture around them.
-    pub fn into_data(self) -> Vec<T> {
-        self.data
-    }
-
     /// All values, row by row, to be changed.
     pub fn data_mut(&mut self) -> &mut [T] {
         &mut self.data
@@ -179,17 +174,6 @@ impl<T: Copy> Raster<T> {
     pub fn columns(&self, first: usize, last: usize) -> Self {
         let data = (0..self.height).flat_map(|j| self.row(j)[first..last].iter().copied()).collect();
         Self::from_data(last - first, self.height, data)
-    }
-
-    /// Writes `part` over the pixels from (`x`, `y`) on.
-    ///
-    /// # Panics
-    /// When `part` reaches beyond this picture.
-    pub fn blit(&mut self, x: usize, y: usize, part: &Self) {
-        for j in 0..part.height {
-            let start = (y + j) * self.width + x;
-            self.data[start..start + part.width].copy_from_slice(part.row(j));
-        }
     }
 
     /// Each value changed by `f`.

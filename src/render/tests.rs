@@ -134,9 +134,9 @@ fn strips_make_the_picture() {
             let (mut radiance, mut class, mut board_mm, mut heights) = (vec![], vec![], vec![], vec![]);
             let (counts, account) = by_bands(&Plan::new(&system), 2, &|_| (), &mut |strip| {
                 heights.push(strip.radiance.height());
-                radiance.extend(strip.radiance.into_data());
-                class.extend(strip.class.into_data());
-                board_mm.extend(strip.board_mm.into_data());
+                radiance.extend_from_slice(strip.radiance.data());
+                class.extend_from_slice(strip.class.data());
+                board_mm.extend_from_slice(strip.board_mm.data());
             });
             assert!(radiance == whole.radiance.data() && class == whole.class.data(), "{name}");
             assert!(board_mm == whole.board_mm.data(), "{name}");

@@ -42,11 +42,6 @@ impl<T> HalfImage<T> {
     pub fn full_from_half(&self, position_px: DVec2) -> DVec2 {
         position_px + DVec2::new(self.first_column as f64, 0.0)
     }
-
-    /// A position of the full image, in px, as a position in this half's own picture.
-    pub fn half_from_full(&self, position_px: DVec2) -> DVec2 {
-        position_px - DVec2::new(self.first_column as f64, 0.0)
-    }
 }
 
 /// The left and the right half of a picture, cut at its middle. The middle column of an odd width sees both sides of
@@ -70,7 +65,6 @@ mod tests {
         let [left, right] = split(&image);
         assert_eq!((left.image.data(), right.image.data()), (&[0, 1][..], &[3, 4][..]));
         assert_eq!(right.full_from_half(DVec2::new(0.5, 0.5)), DVec2::new(3.5, 0.5));
-        assert_eq!(right.half_from_full(DVec2::new(3.5, 0.5)), DVec2::new(0.5, 0.5));
     }
 
     #[test]

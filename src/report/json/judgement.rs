@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::figure::{Definition, Frame, Normaliser, Unit};
 use super::{Centre, Designed, Figure, Fitted, Stereo};
 use crate::metrics::epipolar::Summary;
-use crate::metrics::reprojection::{Fit, Parameter};
+use crate::metrics::reprojection::Parameter;
 use crate::metrics::stereo::{DepthLaw, Disparity};
 use crate::metrics::straightness::RowsAndColumns;
 use crate::metrics::virtual_camera::{CommonPoint, Misses, PlaneDeviation};
@@ -76,12 +76,6 @@ pub fn fitted(free: &[Parameter], deviation: &Both<Deviation>, depths_mm: Depths
         rms_px: px(Normaliser::Rms).figure(deviation, |d| (d.rms, d.n)),
         max_px: px(Normaliser::Max).figure(deviation, |d| (d.max, d.n)),
     }
-}
-
-/// From the designed centre to the fitted one.
-pub fn centre_drift(designed_mm: DVec3, fit: &Both<Fit>) -> Figure {
-    let drift = |f: &Fit| ((f.pinhole.centre_mm() - designed_mm).length(), f.deviation.n);
-    Definition::mm(Normaliser::Fit, Frame::World).figure(fit, drift)
 }
 
 /// RMS and largest distance from straight, of rows and columns together.

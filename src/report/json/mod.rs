@@ -13,8 +13,6 @@ use schemars::{JsonSchema, Schema, generate::SchemaSettings, transform::Recursiv
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::problem::Problem;
-
 pub mod budget;
 pub mod figure;
 pub mod judgement;
@@ -240,17 +238,6 @@ pub fn to_text(report: &Report) -> String {
     let mut text = serde_json::to_string_pretty(report).expect("a report holds only strings, numbers and lists");
     text.push('\n');
     text
-}
-
-/// A report read back.
-///
-/// # Errors
-/// A [`Problem`] at `place` (the file) for text that is not JSON, for a missing or unknown key, and for another schema.
-pub fn from_text(place: &str, text: &str) -> Result<Report, Problem> {
-    serde_json::from_str(text).map_err(|error| {
-        let help = "write the report anew, or validate it against schemas/report.schema.json";
-        Problem::new(format!("{place}:{}", error.line()), format!("this is no biprism-report/1: {error}"), help)
-    })
 }
 
 /// The JSON Schema (draft 2020-12) of what [`to_text`] writes; shipped as `schemas/report.schema.json`.
