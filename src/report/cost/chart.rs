@@ -40,8 +40,8 @@ pub fn pictures(scene: &str, machine: &Machine, study: &Study) -> Drawing {
         named("levels", "level", Look::MarkersAndLine, &value),
         named("samples on a grid", "samples, grid", Look::MarkersAndLine, &value),
         named("samples, jittered", "samples, jittered", Look::MarkersAndLine, &value),
-        mesh_series("mesh, flat normals", "flat", &study.meshes),
-        mesh_series("mesh, smooth normals", "smooth", &study.meshes),
+        mesh_series("mesh, flat: corners", "flat", &study.meshes),
+        mesh_series("mesh, smooth: corners", "smooth", &study.meshes),
         named("arithmetic of the map", "arithmetic", Look::Markers, &value),
         named("degree of the map", "map_degree", Look::Markers, &value),
         named("patches of degree 3, px", "patch_px, degree 3", Look::Markers, &value),
@@ -52,7 +52,7 @@ pub fn pictures(scene: &str, machine: &Machine, study: &Study) -> Drawing {
         title: title(scene, study),
         note: note(machine, study),
         x: axis("CPU time of a picture on one thread, ms"),
-        y: axis("largest shift of the board's lines, px"),
+        y: axis("largest shift of lines (meshes: of corners), px"),
         series: series.into_iter().filter(|s| !s.points.is_empty()).collect(),
         front: Front::SmallIsGood,
         size_px: SIZE_PX,
@@ -68,7 +68,7 @@ pub fn designs(scene: &str, machine: &Machine, study: &Study) -> Drawing {
             name: name.to_owned(),
             look: Look::MarkersAndLine,
             points: own.iter().map(|d| point(d.time_ms, d.optical_path_spread_mm)).collect(),
-            labels: own.iter().map(|d| d.value.replace("um", "µm")).collect(),
+            labels: own.iter().map(|d| label(d)).collect(),
         }
     };
     chart::draw(&ChartInput {
@@ -80,6 +80,14 @@ pub fn designs(scene: &str, machine: &Machine, study: &Study) -> Drawing {
         front: Front::SmallIsGood,
         size_px: SIZE_PX,
     })
+}
+
+/// A step, or a tolerance.
+fn label(design: &Design) -> String {
+    match design.knob {
+        "dormand_prince" => format!("{} mm", power_of_ten(design.number)),
+        _ => design.value.replace("um", "µm"),
+    }
 }
 
 fn point(time: Spread, error: f64) -> Point {

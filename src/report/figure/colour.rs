@@ -17,9 +17,20 @@ pub const MISSING: Rgb = [235, 235, 235];
 pub const ACCENT: Rgb = [213, 94, 0];
 
 /// Colours of series in a chart, most distinct first: the palette of Okabe and Ito (2008), without its yellow, which
-/// is too pale on white.
-pub const SERIES: [Rgb; 7] =
-    [[0, 114, 178], ACCENT, [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233], [0, 0, 0]];
+/// is too pale on white; then brown, grey, violet and olive.
+pub const SERIES: [Rgb; 11] = [
+    [0, 114, 178],
+    ACCENT,
+    [0, 158, 115],
+    [204, 121, 167],
+    [230, 159, 0],
+    [86, 180, 233],
+    [0, 0, 0],
+    [110, 60, 30],
+    [140, 140, 140],
+    [95, 45, 150],
+    [125, 130, 20],
+];
 
 /// How a number between 0 and 1 becomes a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -49,7 +49,7 @@ fn error_bar(drawing: &mut Drawing, frame: &Frame, em: f64, at: DVec2, ends: [Op
     }
 }
 
-/// The marker of series `k`: seven colours and five shapes, so that the first 35 series all differ.
+/// The marker of series `k`: eleven colours and five shapes, so that the first 55 series all differ.
 pub(super) fn marker(drawing: &mut Drawing, at: DVec2, k: usize, em: f64) {
     for (size, colour) in [(0.36 * em, WHITE), (0.3 * em, SERIES[k % SERIES.len()])] {
         let polygon = |corners: &[(f64, f64)]| {
@@ -67,14 +67,18 @@ pub(super) fn marker(drawing: &mut Drawing, at: DVec2, k: usize, em: f64) {
 
 /// The steps of the Pareto front: what lies right of and above them is beaten.
 pub(super) fn draw_front(drawing: &mut Drawing, frame: &Frame, em: f64, front: &[Point]) {
+    drawing.line_within(&frame.area, &front_steps(frame, front), front_stroke(em));
+}
+
+pub(super) fn front_steps(frame: &Frame, front: &[Point]) -> Vec<DVec2> {
     let places: Vec<DVec2> = front.iter().filter_map(|p| frame.place(p.x, p.y)).collect();
-    let (Some(first), Some(last)) = (places.first(), places.last()) else { return };
+    let (Some(first), Some(last)) = (places.first(), places.last()) else { return Vec::new() };
     let mut steps = vec![DVec2::new(first.x, frame.area.min.y)];
     for pair in places.windows(2) {
         steps.extend([pair[0], DVec2::new(pair[1].x, pair[0].y)]);
     }
     steps.extend([*last, DVec2::new(frame.area.max.x, last.y)]);
-    drawing.line_within(&frame.area, &steps, front_stroke(em));
+    steps
 }
 
 pub(super) fn front_stroke(em: f64) -> Stroke {

@@ -121,15 +121,14 @@ pub fn draw(input: &ChartInput) -> Drawing {
     let frame = Frame { area, x: &x, y: &y, grows: Grows::Up };
 
     frame.grid(&mut drawing, &style);
-    if input.front == Front::SmallIsGood {
-        marks::draw_front(&mut drawing, &frame, em, &front(input));
-    }
+    let front = if input.front == Front::SmallIsGood { front(input) } else { Vec::new() };
+    marks::draw_front(&mut drawing, &frame, em, &front);
     frame.draw(&mut drawing, &style, &input.x.name, &input.y.name);
     let mut left_out = 0;
     for (k, series) in input.series.iter().enumerate() {
         left_out += marks::draw_series(&mut drawing, &frame, em, series, k);
     }
-    labels::draw(&mut drawing, &frame, em, &input.series);
+    labels::draw(&mut drawing, &frame, em, &input.series, &front);
     legend.draw(&mut drawing, DVec2::new(area.max.x + em, area.min.y), bottom);
 
     let count: usize = input.series.iter().map(|series| series.points.len()).sum();

@@ -8,7 +8,7 @@ use crate::num::stats;
 use crate::report::figure::axis::{self, Axis};
 use crate::report::figure::colour::{self, ACCENT, GREY, INK, MISSING, Map, Rgb, WHITE};
 use crate::report::figure::colour_bar;
-use crate::report::figure::drawing::{Drawing, Item, Stroke};
+use crate::report::figure::drawing::{Drawing, Item, Stroke, clipped};
 use crate::report::figure::picture;
 use crate::report::figure::text::{self, Align, CAP_HEIGHT};
 use glam::DVec2;
@@ -87,10 +87,10 @@ pub(super) fn draw(
         let colour = Map::Marks.colour(errors.share(corner.error_px.length()).unwrap_or(0.0));
         if from.distance(to) <= DOT * unit {
             // Hidden under the dot.
-        } else if place.area.contains(to) {
+        } else if let Some(&[from, to]) =
+            clipped(&place.area.grown(-3.0 * unit), &[from, to]).first().map(Vec::as_slice)
+        {
             error_arrow(drawing, from, to, colour, unit);
-        } else {
-            drawing.line_within(&place.area, &[from, to], Stroke::solid(colour, SHAFT * unit));
         }
         if place.area.contains(from) {
             dot(drawing, from, colour, unit);
@@ -137,7 +137,10 @@ pub(super) fn key(
         max: DVec2::new(layout.left[1] + 0.9 * layout.column, top + 20.0 * unit).round(),
     };
     let caption = "length of the corner error, px (both panels)";
-    let under = colour_bar::draw(drawing, &bar, errors, Map::Marks, caption, font);
+    let under = match errors_of_both.is_empty() {
+        true => bar.max.y,
+        false => colour_bar::draw(drawing, &bar, errors, Map::Marks, caption, font),
+    };
 
     let left = layout.left[0];
     let sign = 56.0 * unit;
@@ -169,7 +172,8 @@ pub(super) fn key(
         error_arrow(drawing, DVec2::new(left, y), tip, Map::Marks.colour(share), unit);
         let x = words(drawing, tip.x + 0.4 * font.size_px, y, &format!("error of {} px", axis::short(sample)))
             - 34.0 * unit;
-        words(drawing, x, y, &format!(", drawn {} × as long", axis::short(input.arrow_gain)));
+        let drawn = format!(", drawn {} × as long, to the border at most", axis::short(input.arrow_gain));
+        words(drawing, x, y, &drawn);
     }
     let y = y + 1.7 * font.size_px;
     words(drawing, left, y, "error: detected corner − its place through the ideal pinhole; pictures paled");
