@@ -12,7 +12,7 @@ mod meshes;
 mod time;
 mod ways;
 
-use crate::accuracy::Accuracy;
+use crate::accuracy::{Accuracy, Level};
 use crate::raster::Raster;
 use crate::render::{Account, Counts, Wanted, render_wanted};
 use crate::scene::Scene;
@@ -36,6 +36,8 @@ pub struct Settings {
     pub repetitions: usize,
     /// A setting is not repeated once it has taken this long altogether, in s.
     pub patience_s: f64,
+    /// Levels of accuracy that are timed.
+    pub levels: Vec<Level>,
     /// Side of the grids of samples a pixel that stand for a renderer without knowledge of its scene.
     pub supersampling: Vec<usize>,
     /// Steps of the design's integration, in um on the sensor.
@@ -52,6 +54,7 @@ impl Default for Settings {
         Self {
             repetitions: 7,
             patience_s: 6.0,
+            levels: Level::ALL.to_vec(),
             supersampling: vec![1, 2, 4, 8],
             steps_um: vec![91.0, 55.0, 22.0, 11.0, 5.5, 2.75, 1.0],
             degrees: vec![3, 4, 5, 6, 7, 9],
@@ -61,14 +64,15 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// A look within seconds: the cheap end of each range.
+    /// A first look: the cheap end of each range. Of the reference only the picture is made that others are held against.
     pub fn quick() -> Self {
         Self {
             patience_s: 0.5,
-            supersampling: vec![1, 2, 4],
+            levels: Level::ALL.into_iter().filter(|level| *level != Level::Reference).collect(),
+            supersampling: vec![1, 2],
             steps_um: vec![91.0, 22.0],
             degrees: vec![3, 5],
-            triangles: vec![1_000, 100_000],
+            triangles: vec![1_000],
             ..Self::default()
         }
     }

@@ -12,6 +12,7 @@ fn study() -> Study {
     let settings = Settings {
         repetitions: 1,
         patience_s: 1.0,
+        levels: Level::ALL.to_vec(),
         supersampling: vec![1, 4],
         steps_um: vec![330.0, 41.25],
         degrees: vec![3, 5],

@@ -64,6 +64,7 @@ pub(super) fn all(settings: &Settings) -> Vec<Way> {
     let (standard, exact) = (Accuracy::standard(), Accuracy::exact());
     let mut ways: Vec<Way> = (1..)
         .zip(Level::ALL)
+        .filter(|(_, level)| settings.levels.contains(level))
         .map(|(k, level)| Way::by("level", level.name(), f64::from(k), level.accuracy()))
         .collect();
     for residual in [1e-1, 1e-3, 1e-6, 1e-9, 1e-12] {
