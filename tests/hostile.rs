@@ -238,7 +238,7 @@ fn trace_tables() {
     let forth =
         b"x_px,y_px\n24,13.5\n0,0\n48,27\n-1e9,1e300\n1e308,-1e308\n5e-324,0\n24.000000000001,-1e150\n".to_vec();
     let back =
-        b"half,u_mm,v_mm\nleft,0,0\nright,12.5,-3\nleft,1e300,1e300\nright,-1e160,0\nleft,1e12,5e-324\n".to_vec();
+        b"side,u_mm,v_mm\nleft,0,0\nright,12.5,-3\nleft,1e300,1e300\nright,-1e160,0\nleft,1e12,5e-324\n".to_vec();
     attack(&[forth], 60, |bytes| trace(bytes, false));
     attack(&[back], 60, |bytes| trace(bytes, true));
 }

@@ -226,7 +226,7 @@ pub struct CostArgs {
     /// How often each setting is timed, all of them in turn.
     #[arg(long, default_value_t = 7, value_parser = clap::value_parser!(u16).range(1..=1000))]
     pub repetitions: u16,
-    /// Fewer and cheaper settings: a look within seconds.
+    /// Fewer and cheaper settings: a first look, within a minute for the design paper's scene.
     #[arg(long)]
     pub quick: bool,
     /// Print cost.json instead of the table.
@@ -239,7 +239,7 @@ pub struct CostArgs {
 pub struct TraceArgs {
     /// Scene file.
     pub scene: PathBuf,
-    /// CSV of pixel positions `x_px,y_px`, or with --back of `half,u_mm,v_mm`; `-` is stdin.
+    /// CSV of pixel positions `x_px,y_px`, or with --back of `side,u_mm,v_mm` (left or right); `-` is stdin.
     #[arg(long, default_value = "-")]
     pub points: PathBuf,
     /// From board points to the pixels that see them.

@@ -103,7 +103,7 @@ fn number(place: &str, name: &str, field: &str) -> Result<f64, Problem> {
 }
 
 /// First columns of the headings that a file may have.
-const HEADINGS: [&str; 4] = ["x_px", "x", "half", "side"];
+const HEADINGS: [&str; 3] = ["x_px", "x", "side"];
 
 const COLUMNS: &str = "x_px,y_px,side,fate,u_mm,v_mm,world_x_mm,world_y_mm,world_z_mm,\
 front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,back_z_mm,exit_dx,exit_dy,exit_dz";
@@ -125,14 +125,14 @@ fn parse_pixel(place: &str, fields: &[&str]) -> Result<Asked, Problem> {
 fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Problem> {
     let [side, u, v] = fields else {
         let rule = format!("the line has {} fields, and must have 3", fields.len());
-        return Err(Problem::new(place, rule, "write half,u_mm,v_mm, as in left,12.5,-3"));
+        return Err(Problem::new(place, rule, "write side,u_mm,v_mm, as in left,12.5,-3"));
     };
     let side = match *side {
         "left" => Side::Left,
         "right" => Side::Right,
         other => {
-            let rule = format!("`half` is {other:?}, and must be left or right");
-            return Err(Problem::new(place, rule, "write half,u_mm,v_mm, as in left,12.5,-3"));
+            let rule = format!("`side` is {other:?}, and must be left or right");
+            return Err(Problem::new(place, rule, "write side,u_mm,v_mm, as in left,12.5,-3"));
         }
     };
     Ok(Asked::Board(side, DVec2::new(number(place, "u_mm", u)?, number(place, "v_mm", v)?)))

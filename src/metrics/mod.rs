@@ -50,7 +50,7 @@ pub struct Observation {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Unmeasurable {
     /// Fewer items than the definition needs.
-    #[error("{found} {what}, and {needed} are needed")]
+    #[error("too few {what}: {found}, and at least {needed} needed")]
     TooFew {
         /// What is counted.
         what: &'static str,

@@ -110,7 +110,9 @@ fn replaceable(path: &Path) -> Result<PathBuf, Problem> {
 
 /// What the user is told of a failed write, with the system's reason.
 fn explain(path: &Path, error: &io::Error) -> Problem {
+    let there = path.parent().is_some_and(|directory| directory.as_os_str().is_empty() || directory.is_dir());
     let help = match error.kind() {
+        ErrorKind::NotFound if there => "no file can be made in this directory; write to another one",
         ErrorKind::NotFound | ErrorKind::NotADirectory => "create its directory first, or name another place",
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             "write to a directory that you may change, or ask for the right to change this one"
@@ -120,7 +122,10 @@ fn explain(path: &Path, error: &io::Error) -> Problem {
         }
         _ => "mend the cause and run the command again; the old file, if any, is untouched",
     };
-    Problem::new(path.display(), format!("the file cannot be written: {error}"), help)
+    // The name of the temporary file would say nothing.
+    let told = error.to_string();
+    let reason = told.split(" at path ").next().unwrap_or_default();
+    Problem::new(path.display(), format!("the file cannot be written: {reason}"), help)
 }
 
 #[cfg(test)]

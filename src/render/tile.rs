@@ -234,8 +234,8 @@ pub(super) fn settle(plan: &Plan, px: DVec2, covered: Cover, work: &mut Work) ->
     }
 }
 
-/// The mean over n x n parts of the active square of the pixel at `px`, each traced, and multiplied by `gain` of its place. Mirror images are
-/// summed in pairs.
+/// The mean over n x n parts of the active square of the pixel at `px`, each traced, and multiplied by `gain` of its
+/// place. Mirror images are summed in pairs.
 pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, gain: impl Fn(DVec2) -> f64, work: &mut Work) -> f64 {
     let share = 1.0 / f64::from(n);
     let side = plan.active * share;

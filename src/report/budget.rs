@@ -59,6 +59,8 @@ pub fn entry(budget: &Budget) -> ErrorBudget {
 
 /// The budget of a design in a line.
 pub fn words(name: &str, entry: &ErrorBudget) -> String {
+    let any = !entry.corners.is_empty();
+    let px = |term: &BudgetTerm| number(any.then_some(term.rms_px));
     let steps = [
         ("optics", Some(&entry.optics)),
         ("fit", entry.fit.as_ref()),
@@ -66,13 +68,13 @@ pub fn words(name: &str, entry: &ErrorBudget) -> String {
         ("effects", entry.effects.as_ref()),
         ("sampling", Some(&entry.sampling)),
     ];
-    let step = |(name, term): (&str, Option<&BudgetTerm>)| Some(format!("{name} {}", number(Some(term?.rms_px))));
+    let step = |(name, term): (&str, Option<&BudgetTerm>)| Some(format!("{name} {}", px(term?)));
     let sum: Vec<String> = steps.into_iter().filter_map(step).collect();
     format!(
-        "steps of a corner's error, RMS px, {name}: {}; in all {} (they add up to {:.0e} px; {} corners left out)",
+        "steps of a corner's error, RMS px, {name}: {}; in all {} (remainder at most {} px; {} corners left out)",
         sum.join(", "),
-        number(Some(entry.total.rms_px)),
-        entry.remainder_max_px,
+        px(&entry.total),
+        number(any.then_some(entry.remainder_max_px)),
         entry.left_out,
     )
 }

@@ -14,6 +14,8 @@ struct Row {
 pub struct Shown {
     /// What it is, with its unit.
     pub label: String,
+    /// The same beside [`Shown::short`]: marked where these are true ones.
+    pub short_label: String,
     /// "measured | true" for each design, or one word.
     pub values: Vec<String>,
     /// The one number for each design where there is room for one: the measured one; for Table 1, whose grid reaches
@@ -63,13 +65,14 @@ pub fn rows(designs: &[Design]) -> Vec<Shown> {
         let one = |d: &Design| if exact { truth(d) } else { measured(d) };
         Shown {
             label: row.label.to_owned(),
+            short_label: format!("{}{}", row.label, if exact { ", true" } else { "" }),
             values: designs.iter().map(both).collect(),
             short: designs.iter().map(one).collect(),
         }
     };
     let of_word = |label: &str, word: &dyn Fn(&Design) -> String| {
         let values: Vec<String> = designs.iter().map(word).collect();
-        Shown { label: label.to_owned(), short: values.clone(), values }
+        Shown { label: label.to_owned(), short_label: label.to_owned(), short: values.clone(), values }
     };
     let mut rows: Vec<Shown> = ROWS.iter().map(of_row).collect();
     rows.push(of_word("corners found/fully visible + cut, false", &|d| match d.corners.visible {
@@ -108,10 +111,24 @@ pub fn text(designs: &[Design]) -> String {
             let _ = write!(text, "  {value:>column$}");
         }
     }
+    for reason in reasons(designs) {
+        let _ = write!(text, "\n-: {reason}");
+    }
     for (name, budget) in designs.iter().filter_map(|d| Some((&d.name, d.error_budget.as_ref()?))) {
         let _ = write!(text, "\n{}", super::budget::words(name, budget));
     }
     text
+}
+
+/// Why values of the table are missing, each reason once.
+fn reasons(designs: &[Design]) -> Vec<&str> {
+    let mut reasons: Vec<&str> = Vec::new();
+    for reason in designs.iter().flat_map(|d| ROWS.iter().filter_map(|row| (row.of)(d)?.reason.as_deref())) {
+        if !reasons.contains(&reason) {
+            reasons.push(reason);
+        }
+    }
+    reasons
 }
 
 /// What a reader of the table must know besides: corners that are none, and rays that never saw the board.

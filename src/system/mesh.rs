@@ -22,7 +22,8 @@ const MARGIN: f64 = 0.02;
 
 impl<'a> Tessellated<'a> {
     /// Tessellates the part of the right side that the right half of the sensor sees, with about `triangles` on front and
-    /// back together. `None` without a prism, of one that is a mesh already or out of shape, or where a ray on the way of the right half ends.
+    /// back together. `None` without a prism, of one that is a mesh already or out of shape, or where a ray on the way of
+    /// the right half ends.
     pub fn new(system: &'a System, triangles: usize, normals: Normals) -> Option<Self> {
         let prism = system.prism.as_ref()?;
         let cells = ((triangles as f64 / 4.0).sqrt().round() as usize).max(1);
