@@ -377,7 +377,7 @@ fn a_white_furnace_with_ghosts_stays_white() {
                  background = 1";
     let mesh = scene::load(&case("prism_mesh")).unwrap_or_else(|problem| panic!("{problem}"));
     let white = scene(160, 90, FLAT, board);
-    let meshed = Scene { board: white.board.clone(), camera: white.camera, ..mesh };
+    let meshed = Scene { board: white.board, camera: white.camera, ..mesh };
     // Light is given up after 8 reflections, of 0.05 each at most: 4e-11 of it.
     let ghosts = Some(Ghosts { bounces: 8, least_power: 0.0, behind: 1.0, samples: 2 });
     for (name, plain) in [("flat", white), ("freeform", scene(160, 90, FREEFORM, board)), ("mesh", meshed)] {

@@ -313,7 +313,7 @@ mod tests {
                 (None, Some(words)) => words[n % words.len()].to_string(),
                 (None, None) => format!("\"{}\"", "a".repeat(schema["minLength"].as_u64().unwrap_or(1) as usize)),
             },
-            Some("boolean") => (n % 2 == 0).to_string(),
+            Some("boolean") => n.is_multiple_of(2).to_string(),
             Some("integer") => format!("{}", number(0.0)),
             Some("number") => format!("{:?}", number(0.0)),
             other => panic!("no value of type {other:?} is known here: {schema}"),
