@@ -81,7 +81,7 @@ impl Plan {
         if effects.is_empty() {
             return text + "effects none\n";
         }
-        text += "effects              grey       px    is       saves    because\n";
+        text += "effects              grey       px    is       saves     because\n";
         for (effect, saved_s) in effects.iter().zip(&self.saved_s) {
             let number = |of: fn(&crate::system::Bound) -> f64| {
                 effect.bound.as_ref().map_or_else(|| "unknown".to_owned(), |b| no_less(of(b)))
@@ -89,7 +89,7 @@ impl Plan {
             let kept = if effect.kept { "kept" } else { "dropped" };
             let saves = saved_s.map_or_else(String::new, |s| format!("{} s", two_digits(s)));
             text += &format!(
-                "  {:14} {:>8} {:>8}    {kept:8} {saves:8} {}\n",
+                "  {:14} {:>8} {:>8}    {kept:8} {saves:9} {}\n",
                 effect.effect,
                 number(|bound| bound.grey),
                 number(|bound| bound.px),
