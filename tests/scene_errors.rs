@@ -158,7 +158,7 @@ fn hard_scenes_are_accepted() {
         &[("index = 1.48", "index = 1"), (thickness, &facet("9", ""))],
         &[("index = 1.48", "index = 1\nouter_index = 1.5"), (thickness, &facet("9", ""))],
         &[("index = 1.48", "index = 1.48\nouter_index = 1.48"), (thickness, &facet("9", ""))],
-        &[("index = 1.48", "index = 1\nouter_index = 1.48")],
+        &[("index = 1.48", "index = 1\nouter_index = 1.48"), (thickness, &facet("-9", ""))],
         &[("[0, 0, 1000]", "[0, 0, 1e9]")],
         &[("[0, 0, 1000]", "[0, 0, 1000]\ntilt_deg = [0, 90, 0]")],
         &[("[0, 0, 1000]", "[0, 0, 88]\ntilt_deg = [0, 180, 0]")],
