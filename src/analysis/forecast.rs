@@ -29,11 +29,11 @@ pub struct Forecast {
     pub effects: Vec<Verdict>,
     /// Rays along each side of a pixel by which ghosts are sampled where their ways part; 0 without ghosts.
     pub ghost_samples: usize,
-    /// Memory of the picture and its ground truth while it is made, in bytes, without the program itself and what writes a
-    /// file.
+    /// Memory of the picture and its ground truth while it is made, in bytes, without the program itself and what
+    /// writes a file.
     pub memory_bytes: u64,
-    /// Share of the pixels that end in each fate, from a grid of them, by rays through the middle of the pupil and smooth
-    /// surfaces.
+    /// Share of the pixels that end in each fate, from a grid of them, by rays through the middle of the pupil and
+    /// smooth surfaces.
     pub fates: BTreeMap<&'static str, f64>,
     /// Whether the picture has other rays than these, which may end otherwise.
     pub other_rays: bool,
