@@ -173,7 +173,7 @@ fn errors_of_manufacture_are_effects_and_move_the_figures_as_much_as_the_corners
         // Both pictures are detected to the eye's noise-free bound.
         assert!(worst < 5e-3, "{name}: {worst}");
         // The figure is of all corners found, and so is the budget but for the few that the ideal prism does not show.
-        let figure = judgement.pooled.depths[0].designed.measured.clone().expect("corners").expect("enough").rms;
+        let figure = judgement.pooled.depths[0].designed.measured.expect("corners").expect("enough").rms;
         let total = rms(&made, |c| c.total_px());
         println!(
             "{name}: figure {figure:.3}, total {total:.3}, effects {:.3}, left out {}",
@@ -185,7 +185,7 @@ fn errors_of_manufacture_are_effects_and_move_the_figures_as_much_as_the_corners
             // A plane back turned by a small angle t turns rays by (n - 1) t where the glass is a thin one, and the picture
             // moves by f over the pitch times that, less the glass's own share of the depth (n = 1.48, 78 to 87 of 1000 mm).
             // Facet and freeform change it by a few per cent.
-            let turn = 0.48 * (0.1f64.powi(2) + 0.2f64.powi(2)).sqrt().to_radians();
+            let turn = 0.48 * DVec2::new(0.1, 0.2).length().to_radians();
             let expected = turn * 35.0 / 0.0165 * (1.0 - 0.087);
             assert!((figure / expected - 1.0).abs() < 0.1, "{figure} {expected}");
         }
