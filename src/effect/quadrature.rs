@@ -39,7 +39,7 @@ pub const LEAST_REPLICATES: usize = 4;
 /// error.
 ///
 /// What is drawn from them may be the same when it is turned about the axis by a part of a full turn. Then the points fill
-/// that part only, and each stands for its copies in all parts ([`turned`]), which together have their middle on the axis:
+/// that part only, and each stands for its copies in all parts (`turned`), which together have their middle on the axis:
 /// a picture of few points would be shifted otherwise. A copy of a point is as uniform as the point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Points {
