@@ -272,22 +272,24 @@ mod tests {
     /// The stacks of rays hold as many nodes as the tree is deep.
     #[test]
     fn the_depth_of_the_hierarchy_is_known() {
-        let (mut points, mut boxes) = (Vec::new(), Vec::new());
+        let mut own = Triangles { points_mm: Vec::new(), point_normals: Vec::new(), triangles: Vec::new() };
         for line in include_str!("../../tests/fixtures/meshes/over_one_another.obj").lines() {
             let numbers: Vec<f64> = line.split(' ').skip(1).flat_map(str::parse).collect();
             match (line.as_bytes()[0], &numbers[..]) {
-                (b'v', &[x, y, z]) => points.push(DVec3::new(x, y, z)),
+                (b'v', &[x, y, z]) => own.points_mm.push(DVec3::new(x, y, z)),
                 (b'f', &[a, b, c, ref more @ ..]) => {
-                    for [b, c] in std::iter::once([b, c]).chain(more.iter().map(|d| [c, *d])) {
-                        let [a, b, c] = [a, b, c].map(|k| points[k as usize - 1].as_vec3a());
-                        boxes.push(Aabb::new(a.min(b).min(c), a.max(b).max(c)));
+                    let (mut last, all) = (b, std::iter::once(&c).chain(more));
+                    for next in all {
+                        own.triangles.push([a, last, *next].map(|k| k as u32 - 1));
+                        last = *next;
                     }
                 }
                 _ => assert_eq!(line.as_bytes()[0], b'#'),
             }
         }
-        assert!(boxes.len() > 150);
-        let hierarchy = hierarchy(&boxes);
+        assert!(own.triangles.len() > 150);
+        own.point_normals = vec![DVec3::Z; own.points_mm.len()];
+        let hierarchy = Mesh::new(own, Normals::Flat).hierarchy;
         assert!(hierarchy.depth(0) < hierarchy.max_depth, "{} {}", hierarchy.depth(0), hierarchy.max_depth);
     }
 

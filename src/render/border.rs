@@ -27,7 +27,7 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
     let parts = |work: &mut Work| mean_of_parts(plan, px, 16, |at| plan.gain(at), work);
     let changes: Vec<usize> = (0..4).filter(|&k| classes[k] != classes[(k + 1) % 4]).collect();
     match changes[..] {
-        [] if !matches!(own, Class::Left | Class::Right) || classes[0] != own => {
+        [] if !is_side(own) || classes[0] != own => {
             // A fate all over, or an island of one class within another: seen part by part.
             if classes[0] == own { dark(plan, own) * plan.gain(px) } else { parts(work) }
         }
@@ -40,11 +40,16 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
         },
         [first, second] => {
             work.counts.cut_pixels += 1;
-            let mut cut = |k: usize| {
+            let mut cuts = |k: usize| {
                 let next = (k + 1) % 4;
-                border(plan, px, [corners[k], corners[next]], [classes[k], classes[next]], work)
+                let ends = border(plan, px, [corners[k], corners[next]], [classes[k], classes[next]], work);
+                // A ground ridge may lie between the two sides: it is in neither piece, and dark.
+                let ground = plan.system.clips() && is_side(classes[k]) && is_side(classes[next]);
+                let swapped = ([corners[next], corners[k]], [classes[next], classes[k]]);
+                let begins = if ground { border(plan, px, swapped.0, swapped.1, work) } else { ends };
+                (ends, begins)
             };
-            let (a, b) = (cut(first), cut(second));
+            let ((end_a, begin_a), (end_b, begin_b)) = (cuts(first), cuts(second));
             let mut piece = |from: usize, to: usize, start: DVec2, end: DVec2| {
                 let mut outline = vec![start];
                 outline.extend((from + 1..=to).map(|k| corners[k % 4]));
@@ -55,7 +60,7 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
                 };
                 mean * plan.gain(px + middle(&outline))
             };
-            piece(first, second, a, b) + piece(second, first + 4, b, a)
+            piece(first, second, begin_a, end_b) + piece(second, first + 4, begin_b, end_a)
         }
         // More than one border: sixteen parts a side, each taken whole.
         _ => {
@@ -85,10 +90,6 @@ fn plain(plan: &Plan, px: DVec2, outline: &[DVec2], class: Class, work: &mut Wor
         Class::Right => Side::Right,
         _ => return None,
     };
-    // A ground ridge may be narrower than the piece.
-    if plan.system.clips() {
-        return None;
-    }
     let mut see = |at: DVec2| {
         work.counts.rays += 1;
         let ray = plan.system.exit_ray_through(px + at, side).ok()?;
@@ -121,15 +122,18 @@ fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Jet> {
     Some(jet.by_steps_of(plan.active))
 }
 
-/// The place between two corners of these classes where the class changes.
+fn is_side(class: Class) -> bool {
+    matches!(class, Class::Left | Class::Right)
+}
+
+/// The place between two corners of these classes where the first class ends.
 fn border(plan: &Plan, px: DVec2, [a, b]: [DVec2; 2], classes: [Class; 2], work: &mut Work) -> DVec2 {
     let at = |share: f64| px + a + (b - a) * share;
-    let sides = classes.contains(&Class::Left) && classes.contains(&Class::Right);
     let offset_mm = |share: f64| {
         work.counts.rays += 1;
         plan.system.ridge_mm(at(share))
     };
-    let on_ridge = if sides { ridge(offset_mm) } else { None };
+    let on_ridge = if classes.iter().all(|class| is_side(*class)) { ridge(offset_mm) } else { None };
     let mut narrowed = (0.0, 1.0);
     let mut ask = |(near, far): (f64, f64), share: f64| {
         if share <= near || share >= far {
