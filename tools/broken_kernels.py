@@ -104,7 +104,7 @@ ROWS = [
         "0.5 * libm::atan2(2.0 * sxy, sxx - syy)", "libm::atan2(sxy, sxx)",
         ("lib::metrics::line::tests::distances_do_not_change_when_points_and_line_move_together",
         "lib::metrics::line::tests::no_turned_line_through_the_centroid_fits_better"), together="numbers"),
-    Row("src/design/angle.rs",
+    Row("src/optics/snell.rs",
         "libm::atan2(sin, index_ratio - cos)", "libm::atan(sin) / (index_ratio - cos)",
         ("lib::design::angle::tests::snell_s_law_holds_at_the_facet",), together="numbers"),
     Row("src/scene/cloud.rs",

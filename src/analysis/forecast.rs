@@ -50,7 +50,7 @@ pub fn forecast(system: &System, effects: Vec<Verdict>) -> Forecast {
     let size = system.camera.size_px();
     let sets = system.effects.sets();
     let (passes, samples) = (sets * system.effects.variants(0).len(), system.effects.samples(size));
-    let acting = |key: &str| system.effects.acting().find(|row| row.key == key);
+    let samples_ghosts = system.effects.acting().any(|row| row.key == "ghosts");
     Forecast {
         level: account.level,
         sampling: system.accuracy.sampling,
@@ -59,7 +59,7 @@ pub fn forecast(system: &System, effects: Vec<Verdict>) -> Forecast {
         passes,
         samples,
         effects,
-        ghost_samples: acting("ghosts").and(system.effects.ghosts).map_or(0, |ghosts| ghosts.samples),
+        ghost_samples: system.effects.ghosts.filter(|_| samples_ghosts).map_or(0, |ghosts| ghosts.samples),
         memory_bytes: memory_bytes(system, sets, samples),
         fates: fates(system),
         other_rays: system.effects.dimensions() > 0,

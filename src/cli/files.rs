@@ -5,7 +5,7 @@ use crate::problem::Problem;
 use crate::raster::exr::{self, Channel};
 use crate::raster::transfer::Transfer;
 use crate::raster::{Notes, Raster, png, safe};
-use crate::render::{Class, Film, Strip};
+use crate::render::{Film, Strip};
 use crate::scene::{self, Encoding, Prism, Scene};
 use crate::system::System;
 use glam::DVec2;
@@ -139,10 +139,10 @@ pub(super) fn prism_name(prism: &Prism) -> &'static str {
 
 /// Radiance and, for each pixel's centre, what it sees through the prism.
 fn channels(system: &System, strip: &Strip) -> Vec<Channel> {
-    let seen = |class: Class| matches!(class, Class::Left | Class::Right);
     let truth = |value: &dyn Fn([f32; 2]) -> f64| {
         let pixels = strip.board_mm.data().iter().zip(strip.class.data());
-        let data = pixels.map(|(&mm, &class)| if seen(class) { value(mm) as f32 } else { f32::NAN }).collect();
+        let data =
+            pixels.map(|(&mm, &class)| if class.side().is_some() { value(mm) as f32 } else { f32::NAN }).collect();
         Raster::from_data(strip.board_mm.width(), strip.board_mm.height(), data)
     };
     let world = |axis: usize| truth(&|mm| system.board.world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);

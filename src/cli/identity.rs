@@ -26,7 +26,7 @@ pub(super) fn others(scene: &Scene, system: &System, said: &Value) -> Vec<String
 }
 
 fn checksum(value: &dyn Debug) -> String {
-    let mut sum = Fnv1a(0xcbf2_9ce4_8422_2325);
+    let mut sum = Fnv1a::EMPTY;
     // This writer never fails.
     let _ = write!(sum, "{value:?}");
     format!("{:016x}", sum.0)
@@ -34,6 +34,11 @@ fn checksum(value: &dyn Debug) -> String {
 
 /// The hash FNV-1a of 64 bits (Fowler, Noll, Vo) of what is written.
 struct Fnv1a(u64);
+
+impl Fnv1a {
+    /// That of nothing.
+    const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
+}
 
 impl Write for Fnv1a {
     fn write_str(&mut self, text: &str) -> std::fmt::Result {
@@ -54,7 +59,7 @@ mod tests {
         for (text, sum) in
             [("", 0xcbf2_9ce4_8422_2325), ("a", 0xaf63_dc4c_8601_ec8c), ("foobar", 0x8594_4171_f739_67e8)]
         {
-            let mut found = Fnv1a(0xcbf2_9ce4_8422_2325);
+            let mut found = Fnv1a::EMPTY;
             let _ = found.write_str(text);
             assert_eq!(found.0, sum, "{text:?}");
         }

@@ -1,5 +1,6 @@
 //! The facet angle that leaves the two virtual cameras parallel (Eq. 5 of the design paper, corrected).
 
+use crate::optics::snell::straightening_facet_rad;
 use crate::problem::Problem;
 
 /// The facet angle alpha, in rad, at which a ray at `delta_rad` to the z axis travels along +z inside the glass.
@@ -29,19 +30,17 @@ pub fn facet_angle_rad(index_ratio: f64, delta_rad: f64) -> Result<f64, Problem>
             "check `camera.focal_length_mm`, `camera.width_px` and `camera.pixel_pitch_um`",
         ));
     }
-    let (sin, cos) = libm::sincos(delta_rad);
-    if !(index_ratio.is_finite() && index_ratio * cos > 1.0) {
-        return Err(Problem::new(
+    straightening_facet_rad(index_ratio, delta_rad).ok_or_else(|| {
+        Problem::new(
             "the prism",
             format!(
                 "`prism.index` / `prism.outer_index` is {index_ratio}, and must be above {:.6} for a facet angle to exist \
                  that makes the views parallel (Eq. 5)",
-                1.0 / cos
+                1.0 / libm::cos(delta_rad)
             ),
             "use a denser glass, a longer focal length, or state `prism.facet_angle_deg`",
-        ));
-    }
-    Ok(libm::atan2(sin, index_ratio - cos))
+        )
+    })
 }
 
 #[cfg(test)]

@@ -27,7 +27,7 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
     let parts = |work: &mut Work| mean_of_parts(plan, px, 16, |at| plan.gain(at), work);
     let changes: Vec<usize> = (0..4).filter(|&k| classes[k] != classes[(k + 1) % 4]).collect();
     match changes[..] {
-        [] if !is_side(own) || classes[0] != own => {
+        [] if own.side().is_none() || classes[0] != own => {
             // A fate all over, or an island of one class within another: seen part by part.
             if classes[0] == own { dark(plan, own) * plan.gain(px) } else { parts(work) }
         }
@@ -44,7 +44,7 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
                 let next = (k + 1) % 4;
                 let ends = border(plan, px, [corners[k], corners[next]], [classes[k], classes[next]], work);
                 // A ground ridge may lie between the two sides: it is in neither piece, and dark.
-                let ground = plan.system.clips() && is_side(classes[k]) && is_side(classes[next]);
+                let ground = plan.system.clips() && classes[k].side().is_some() && classes[next].side().is_some();
                 let swapped = ([corners[next], corners[k]], [classes[next], classes[k]]);
                 let begins = if ground { border(plan, px, swapped.0, swapped.1, work) } else { ends };
                 (ends, begins)
@@ -85,11 +85,7 @@ fn plain_between(plan: &Plan, middle_mm: DVec2, corners_mm: &[DVec2]) -> Option<
 
 /// The radiance of a convex piece of a pixel that sees through the side of `class` all over, if it is the same all over.
 fn plain(plan: &Plan, px: DVec2, outline: &[DVec2], class: Class, work: &mut Work) -> Option<f64> {
-    let side = match class {
-        Class::Left => Side::Left,
-        Class::Right => Side::Right,
-        _ => return None,
-    };
+    let side = class.side()?;
     let mut see = |at: DVec2| {
         work.counts.rays += 1;
         let ray = plan.system.exit_ray_through(px + at, side).ok()?;
@@ -122,18 +118,14 @@ fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Jet> {
     Some(jet.by_steps_of(plan.active))
 }
 
-fn is_side(class: Class) -> bool {
-    matches!(class, Class::Left | Class::Right)
-}
-
 /// The place between two corners of these classes where the first class ends.
 fn border(plan: &Plan, px: DVec2, [a, b]: [DVec2; 2], classes: [Class; 2], work: &mut Work) -> DVec2 {
     let at = |share: f64| px + a + (b - a) * share;
     let offset_mm = |share: f64| {
         work.counts.rays += 1;
-        plan.system.ridge_mm(at(share))
+        plan.system.front_x_mm(at(share), Side::Right)
     };
-    let on_ridge = if classes.iter().all(|class| is_side(*class)) { ridge(offset_mm) } else { None };
+    let on_ridge = if classes.iter().all(|class| class.side().is_some()) { ridge(offset_mm) } else { None };
     let mut narrowed = (0.0, 1.0);
     let mut ask = |(near, far): (f64, f64), share: f64| {
         if share <= near || share >= far {

@@ -136,9 +136,7 @@ impl Patch {
         };
         // The border and the corners: one side all along.
         patch.class = look(middle).1;
-        if !matches!(patch.class, Class::Left | Class::Right) {
-            return None;
-        }
+        patch.class.side()?;
         let mut border = Vec::new();
         for x in region.columns.clone().step_by(BORDER_STEP).chain([region.columns.end]) {
             border.extend([low.y, high.y].map(|y| DVec2::new(x as f64, y)));

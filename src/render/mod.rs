@@ -22,7 +22,7 @@ use crate::accuracy::{Level, Sampling};
 use crate::effect::Hook;
 use crate::optics::fate::Fate;
 use crate::raster::Raster;
-use crate::system::System;
+use crate::system::{Side, System};
 use plan::BAND_ROWS;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -146,6 +146,16 @@ pub enum Class {
 }
 
 impl Class {
+    /// The side through which the board's plane was seen, if it was.
+    #[inline(always)]
+    pub fn side(self) -> Option<Side> {
+        match self {
+            Self::Left => Some(Side::Left),
+            Self::Right => Some(Side::Right),
+            _ => None,
+        }
+    }
+
     /// The class of the mirror image.
     fn mirrored(self) -> Self {
         match self {

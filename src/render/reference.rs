@@ -138,7 +138,7 @@ impl Reference<'_> {
         if corners.iter().any(|c| c.class != centre.class) {
             return None;
         }
-        if !seen(centre.class) {
+        if centre.class.side().is_none() {
             return Some(self.light(centre));
         }
         let low = corners.iter().fold(centre.seen, |low, c| low.min(c.seen));
@@ -221,7 +221,7 @@ impl Reference<'_> {
     fn whole_triangle(&self, vertices: &[Place; 3]) -> f64 {
         let low = vertices[0].seen.min(vertices[1].seen).min(vertices[2].seen);
         let high = vertices[0].seen.max(vertices[1].seen).max(vertices[2].seen);
-        if !seen(vertices[0].class) {
+        if vertices[0].class.side().is_none() {
             return area(vertices) * self.light(&vertices[0]);
         }
         let lines = [self.lines(0, low, high), self.lines(1, low, high)];
@@ -238,10 +238,6 @@ impl Reference<'_> {
         }
         sum
     }
-}
-
-fn seen(class: Class) -> bool {
-    matches!(class, Class::Left | Class::Right)
 }
 
 /// The convex polygon in pieces, between one line across `axis` and the next.

@@ -37,7 +37,7 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
     work.counts.rays += centres.class.len() as u64;
     let stride = centres.stride;
     let first = centres.class[0];
-    let one_side = matches!(first, Class::Left | Class::Right) && centres.class.iter().all(|c| *c == first);
+    let one_side = first.side().is_some() && centres.class.iter().all(|c| *c == first);
     let (mut special, mut border) = (Vec::new(), Vec::new());
     for (j, y) in rect.rows.clone().enumerate() {
         let at = (j + 1) * stride + 1;
@@ -173,7 +173,7 @@ fn pixel(plan: &Plan, px: DVec2, centres: &Centres, at: usize, work: &mut Work) 
     if !centres.is_amid_its_class(at) {
         return border_pixel(plan, px, own, work);
     }
-    if !matches!(own, Class::Left | Class::Right) {
+    if own.side().is_none() {
         return dark(plan, own) * plan.gain(px);
     }
     let jet = centres.jet(at, plan.pattern.squares_per_mm()).by_steps_of(plan.active);
@@ -189,7 +189,7 @@ impl Centres {
 
     /// Whether it and its neighbours see through one side.
     fn is_amid_its_side(&self, at: usize) -> bool {
-        matches!(self.class[at], Class::Left | Class::Right) && self.is_amid_its_class(at)
+        self.class[at].side().is_some() && self.is_amid_its_class(at)
     }
 
     /// The map about the centre of index `at`, by differences of its neighbours; written so that mirror images have the

@@ -116,6 +116,13 @@ pub enum Prism {
     Mesh(MeshPrism),
 }
 
+impl Camera {
+    /// The angle to the axis, in rad, at which the middle of a half image is seen.
+    pub fn half_centre_rad(&self) -> f64 {
+        libm::atan(self.width_px as f64 * self.pitch_mm / (4.0 * self.focal_length_mm))
+    }
+}
+
 impl Body {
     /// Glass without a name, its index given at the d line, in the world's own frame.
     pub fn new(index: f64, outer_index: f64) -> Self {

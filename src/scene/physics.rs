@@ -6,6 +6,7 @@ use super::limits::FACET_DEG;
 use super::{Biprism, Camera, PolynomialPrism, Prism, Scene};
 use crate::effect::Telecentric;
 use crate::geom::{Pose, Ray};
+use crate::optics::snell::{refract, straightening_facet_rad};
 use crate::problem::Problem;
 use glam::{DVec2, DVec3};
 
@@ -105,6 +106,7 @@ fn light_passes(document: &Document, camera: &Lens, faces: &Faces, designed: boo
         let ray = ray.moved(&faces.prism_from_world);
         meet(&ray, faces.prism.ridge_distance_mm, faces.slope)
             .and_then(|(_, normal)| refract(ray.direction, normal, body.outer_index / body.index))
+            .map(|out| out.direction)
             .filter(|inside| inside.z > 0.0)
             .is_some_and(|inside| refract(inside, DVec3::Z, body.index / body.outer_index).is_some())
     };
@@ -123,15 +125,10 @@ fn light_passes(document: &Document, camera: &Lens, faces: &Faces, designed: boo
     Err(document.problem(document.span("prism.facet_angle_deg"), rule, help))
 }
 
-/// alpha of the design paper's Eq. 5, corrected: tan(alpha) = sin(delta) / (k - cos(delta)), with k the index ratio and
-/// delta the direction of the middle of a half image, as `design::angle` has it: k cos(delta) must be above 1.
+/// alpha of the design paper's Eq. 5, corrected, for the direction delta of the middle of a half image.
 fn parallel_angle(document: &Document, camera: &Lens, prism: &Biprism) -> Result<f64, Problem> {
-    let camera = &camera.camera;
-    let delta = libm::atan(camera.width_px as f64 * camera.pitch_mm / (4.0 * camera.focal_length_mm));
-    let (sin, cos) = libm::sincos(delta);
-    let ratio = prism.body.index / prism.body.outer_index;
-    let angle = libm::atan2(sin, ratio - cos);
-    if ratio * cos > 1.0 && angle < FACET_DEG.to_radians() {
+    let angle = straightening_facet_rad(prism.body.index / prism.body.outer_index, camera.camera.half_centre_rad());
+    if let Some(angle) = angle.filter(|angle| *angle < FACET_DEG.to_radians()) {
         return Ok(angle);
     }
     let rule = format!(
@@ -239,13 +236,6 @@ fn meet(ray: &Ray, distance: f64, slope: f64) -> Option<(DVec3, DVec3)> {
     hit.is_finite().then_some((hit, normal))
 }
 
-/// Snell's law for a unit direction, a unit normal on either side and eta = n_in / n_out; `None` for total reflection.
-fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Option<DVec3> {
-    let cos_in = direction.dot(normal);
-    let cos_out_2 = 1.0 - eta * eta * (1.0 - cos_in * cos_in);
-    (cos_out_2 > 0.0).then(|| direction * eta + normal * (cos_out_2.sqrt().copysign(cos_in) - eta * cos_in))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -276,7 +266,7 @@ mod tests {
     fn refraction_keeps_snell_and_the_plane_of_incidence() {
         let (incoming, normal) = (DVec3::new(0.3, -0.2, 1.0).normalize(), DVec3::new(-0.1, 0.4, 1.0).normalize());
         for normal in [normal, -normal] {
-            let out = refract(incoming, normal, 1.0 / 1.48).unwrap();
+            let out = refract(incoming, normal, 1.0 / 1.48).unwrap().direction;
             assert!((out.length() - 1.0).abs() < 1e-15);
             assert!((incoming.cross(normal) - out.cross(normal) * 1.48).length() < 1e-15);
             assert!(out.dot(normal) * incoming.dot(normal) > 0.0);

@@ -267,14 +267,12 @@ fn outline(system: &System) -> Vec<DVec2> {
 
 /// The width of a ground ridge in the picture, in px: what of the front is seen within half its width of the ridge.
 fn chamfer_px(system: &System, chamfer_mm: f64) -> Option<f64> {
-    let prism = system.prism.as_ref()?;
     let widths = rows(system).map(|y| {
         let Some(x) = ridge(system, y)? else { return Some(0.0) };
         // How far the point on the front moves for a pixel, on either side of the ridge.
         let step = |side: Side| {
-            let at =
-                |x: f64| prism.met_mm(&system.camera.ray(DVec2::new(x, y)), side, system.accuracy.surface_residual_mm);
-            Some((at(x + 1.0)?.x - at(x - 1.0)?.x).abs() * 0.5)
+            let at = |x: f64| system.front_x_mm(DVec2::new(x, y), side);
+            Some((at(x + 1.0)? - at(x - 1.0)?).abs() * 0.5)
         };
         Some(0.5 * chamfer_mm * (1.0 / step(Side::Left)? + 1.0 / step(Side::Right)?))
     });

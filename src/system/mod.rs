@@ -136,11 +136,11 @@ impl System {
         self.board.meet(&ray).map(|(board_mm, _)| Sight { board_mm, side })
     }
 
-    /// How far right of the ridge the ray of `px` meets the front of the right side, continued beyond the ridge, along x of
-    /// the prism's frame, in mm; `None` where there is no such place.
-    pub fn ridge_mm(&self, px: DVec2) -> Option<f64> {
+    /// How far right of the ridge the ray of `px` meets the front of `side`, continued beyond the ridge, along x of the
+    /// prism's frame, in mm; `None` where there is no such place.
+    pub fn front_x_mm(&self, px: DVec2, side: Side) -> Option<f64> {
         let prism = self.prism.as_ref()?;
-        prism.met_mm(&self.camera.ray(px), Side::Right, self.accuracy.surface_residual_mm).map(|at| at.x)
+        prism.met_mm(&self.camera.ray(px), side, self.accuracy.surface_residual_mm).map(|at| at.x)
     }
 
     /// What the image position `px` sees, and how that moves with the position.
@@ -183,11 +183,15 @@ impl System {
         (path, end)
     }
 
+    /// Whether a ray of the camera ends at the stop.
+    #[inline(always)]
+    fn stops(&self, ray: &Ray) -> bool {
+        self.stop.as_ref().is_some_and(|stop| stop.margin_mm(ray) < 0.0)
+    }
+
     #[inline(always)]
     fn exit<C: Carry>(&self, ray: Ray, carry: &mut C) -> Result<(Ray, Side), Fate> {
-        if let Some(stop) = &self.stop
-            && stop.margin_mm(&ray) < 0.0
-        {
+        if self.stops(&ray) {
             return Err(Fate::Clipped);
         }
         match &self.prism {

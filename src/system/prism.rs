@@ -22,10 +22,9 @@ use std::sync::Arc;
 /// # Errors
 /// When Eq. 5 has no solution for these media and this camera.
 pub fn facet_angle_rad(flat: &scene::Biprism, camera: &scene::Camera) -> Result<f64, Problem> {
-    let delta = libm::atan(camera.width_px as f64 * camera.pitch_mm / (4.0 * camera.focal_length_mm));
     match flat.facet_angle_rad {
         Some(angle) => Ok(angle),
-        None => design::angle::facet_angle_rad(flat.body.index / flat.body.outer_index, delta),
+        None => design::angle::facet_angle_rad(flat.body.index / flat.body.outer_index, camera.half_centre_rad()),
     }
 }
 

@@ -28,7 +28,7 @@ impl System {
     pub fn reflected(&self, px: DVec2, light: Light, body: Body, ghosts: &Ghosts, mut tell: impl FnMut(&Exit)) {
         let Some(prism) = &self.prism else { return };
         let ray = self.camera.ray(px);
-        if self.stop.is_some_and(|stop| stop.margin_mm(&ray) < 0.0) {
+        if self.stops(&ray) {
             return;
         }
         let limits = Limits { bounces: ghosts.bounces, least_power: ghosts.least_power };
