@@ -263,8 +263,10 @@ impl Pattern {
         let mut across = Lines::new(low.x, high.x, region.half.x, region.count.x);
         let mut along = Lines::new(low.y, high.y, region.half.y, region.count.y);
         let (mut sum, mut p, mut g_p) = (0.0, low, g(low.x));
+        let mut t = 0.0;
         loop {
-            let t = across.t().min(along.t()).min(1.0);
+            // Of a path along a line rounding may put their meeting anywhere, also before its start; the pieces go on in order.
+            t = across.t().min(along.t()).max(t).min(1.0);
             let q = if t < 1.0 { low + step * t } else { high };
             let (middle, g_q) = (0.5 * (p.y + q.y), g(q.x));
             if middle.abs() <= region.half.y {
