@@ -15,9 +15,10 @@ mod common;
 #[allow(dead_code, reason = "shared with tests that use more of it")]
 mod judge;
 
-use biprism::problem::Problem;
-use biprism::raster::{Raster, png, safe};
-use biprism::report::corners::{Format, Listed, View, to_text};
+use biprism::error::Problem;
+use biprism::io::corners::{Format, Listed, View, to_text};
+use biprism::io::{atomic, png};
+use biprism::raster::Raster;
 use biprism::vision::{Settings, detect};
 use common::board::{Noise, Scene};
 use glam::{DMat3, DVec2};
@@ -119,7 +120,7 @@ fn run(folder: Option<&Path>) -> Result<(), Problem> {
         );
         if let Some(folder) = folder {
             let grey = stored.map(|v| [v as u8; 3]);
-            png::write_rgb(&folder.join(format!("{name}.png")), &grey, &biprism::raster::Notes::default())?;
+            png::write_rgb(&folder.join(format!("{name}.png")), &grey, &biprism::io::Notes::default())?;
             let listed = |&(index, position_px): &([i32; 2], DVec2)| Listed { index, position_px, quality: None };
             let truth = View {
                 name: "whole".to_owned(),
@@ -131,7 +132,7 @@ fn run(folder: Option<&Path>) -> Result<(), Problem> {
             for (ending, view) in [("true", truth), ("own", own)] {
                 for (format, kind) in [(Format::Csv, "csv"), (Format::OpenCv, "yml")] {
                     let path = folder.join(format!("{name}.{ending}.{kind}"));
-                    safe::write_bytes(&path, to_text(std::slice::from_ref(&view), format).as_bytes())?;
+                    atomic::write_bytes(&path, to_text(std::slice::from_ref(&view), format).as_bytes())?;
                 }
             }
         }

@@ -8,10 +8,11 @@
 //! The second argument, `srgb` or `linear`, states the curve of a picture that does not say its own; none is guessed.
 //! Corners go to `corners.yml`, which `cv::FileStorage` reads; the endings `.csv` and `.json` work as well.
 
-use biprism::problem::Problem;
+use biprism::error::Problem;
+use biprism::io::atomic;
+use biprism::io::corners::{Format, View, to_text};
+use biprism::raster::Raster;
 use biprism::raster::transfer::Transfer;
-use biprism::raster::{self, Raster, safe};
-use biprism::report::corners::{Format, View, to_text};
 use biprism::vision::{Settings, detect};
 use std::path::Path;
 use std::process::ExitCode;
@@ -39,7 +40,7 @@ fn picture() -> Result<Raster<f32>, Problem> {
         _ => None,
     };
     match arguments.first() {
-        Some(path) => raster::read(Path::new(path), stated).map(|(picture, _)| picture),
+        Some(path) => biprism::io::read(Path::new(path), stated).map(|(picture, _)| picture),
         None => Ok(board()),
     }
 }
@@ -59,7 +60,7 @@ fn run() -> Result<(), Problem> {
     }
     // Positions are in px with pixel (i, j) centred at (i + 0.5, j + 0.5); the file for OpenCV has them 0.5 less.
     let text = to_text(&[View::new("whole", 0, &found)], Format::OpenCv);
-    safe::write_bytes(Path::new("corners.yml"), text.as_bytes())
+    atomic::write_bytes(Path::new("corners.yml"), text.as_bytes())
 }
 
 fn main() -> ExitCode {

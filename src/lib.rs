@@ -15,20 +15,24 @@
 //! un-inverted: +u, +v on the sensor see +x, +y. Pixel (i, j) covers `[i, i+1) x [j, j+1)`; its centre is at
 //! (i + 0.5, j + 0.5).
 
-pub mod problem;
+pub mod error;
 pub mod accuracy;
 pub mod num;
 pub mod geom;
 pub mod optics;
-pub mod trace;
+pub mod surface;
+pub mod raster;
+pub mod io;
 pub mod effect;
 pub mod scene;
 pub mod design;
+pub mod prism;
 pub mod system;
-pub mod raster;
 pub mod render;
 pub mod vision;
 pub mod metrics;
 pub mod analysis;
+pub mod golden;
+pub mod plot;
 pub mod report;
 pub mod cli;

@@ -1,7 +1,7 @@
 //! Did any picture or corner move?
 
 use biprism::cli::golden::check;
-use biprism::report::golden::{Folders, Mode};
+use biprism::golden::{Folders, Mode};
 use std::path::Path;
 
 #[test]

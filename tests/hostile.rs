@@ -6,9 +6,10 @@
 #[path = "hostile/bodies.rs"]
 mod bodies;
 
-use biprism::report::corners::{self, Listed, Quality, View};
-use biprism::scene::cloud::Format;
-use biprism::scene::mesh;
+use biprism::io::corners;
+use biprism::io::corners::{Listed, Quality, View};
+use biprism::io::mesh;
+use biprism::io::point_cloud::Format;
 use biprism::vision::Polarity;
 use glam::{DMat2, DVec2};
 use std::fs;

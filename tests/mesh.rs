@@ -3,11 +3,11 @@
 mod instruments;
 
 use biprism::effect::Variant;
-use biprism::optics::mesh::Triangles;
-use biprism::optics::surface::Surface;
+use biprism::io::mesh::{Format, parse_triangles};
 use biprism::render::render;
 use biprism::scene;
-use biprism::scene::mesh::{Format, parse_triangles};
+use biprism::surface::mesh::Triangles;
+use biprism::surface::shape::Surface;
 use biprism::system::{Side, System};
 use glam::{DMat2, DVec2, DVec3};
 use instruments::{BOARD, FLAT, FREEFORM, built, scene as parsed};

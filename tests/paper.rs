@@ -3,11 +3,11 @@
 
 mod instruments;
 
+use biprism::analysis::half_image::{Frame, virtual_camera};
 use biprism::analysis::judge::grid_sightings;
-use biprism::analysis::nominal::{Frame, virtual_camera};
 use biprism::design::{self, DesignInput};
 use biprism::metrics::Deviation;
-use biprism::metrics::virtual_camera::on_plane;
+use biprism::metrics::ray_bundle::on_plane;
 use biprism::scene::{self, DesignSettings, MarchOrder, Prism, Scene};
 use biprism::vision::half::Half;
 use std::path::Path;

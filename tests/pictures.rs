@@ -2,9 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "the helpers of a test may fail as the test does")]
 
-use biprism::raster::exr::{Channel, read_channels};
+use biprism::io::exr::{Channel, read_channels};
+use biprism::io::read;
+use biprism::io::{Metadata, Notes};
+use biprism::io::{exr, png};
 use biprism::raster::transfer::{Transfer, luminance};
-use biprism::raster::{MAX_PIXELS, MAX_SIDE_PX, Metadata, Notes, Raster, exr, png, read};
+use biprism::raster::{MAX_PIXELS, MAX_SIDE_PX, Raster};
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
 

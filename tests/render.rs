@@ -3,7 +3,7 @@
 mod instruments;
 
 use biprism::accuracy::Accuracy;
-use biprism::render::coverage::Pattern;
+use biprism::render::checkerboard::Pattern;
 use biprism::render::{Film, render};
 use biprism::system::System;
 use glam::DVec2;

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-use biprism::problem::Problem;
+use biprism::error::Problem;
 use biprism::scene::{self, Prism, Scene};
 use glam::DVec3;
 use proptest::prelude::*;

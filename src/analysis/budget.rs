@@ -19,15 +19,15 @@
 //!
 //! The steps are differences of positions, so that they add up to measured - ideal but for rounding.
 
-use super::anchor::Found;
-use super::nominal::Frame;
+use super::board_indexing::Found;
+use super::half_image::Frame;
 use super::truth::{self, TrueCorners};
 use super::view::{HalfView, View, see};
 use crate::accuracy::Accuracy;
 use crate::design::marched::Marched;
 use crate::design::{self, DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::Effects;
-use crate::problem::Problem;
+use crate::error::Problem;
 use crate::render::{Wanted, render_wanted};
 use crate::scene::{Prism, Scene};
 use crate::system::aim::Aimer;

@@ -1,17 +1,17 @@
 //! The judgement of one prism: how far a stereo pair taken through it is from two ideal pinhole cameras.
 
-use super::nominal::Frame;
+use super::half_image::Frame;
 use super::view::{Detected, HalfView, View, see};
 use crate::geom::{Pose, Ray};
-use crate::metrics::epipolar::{self, Summary};
+use crate::metrics::epipolar::Summary;
 use crate::metrics::pixel_map::DEGREE;
-use crate::metrics::reprojection::{self, Fit, POSE, POSE_AND_ANAMORPHIC, POSE_AND_FOCAL, Parameter};
-use crate::metrics::stereo::{self, DepthLaw, Disparity};
-use crate::metrics::straightness::{IndexedCorner, Reference, RowsAndColumns, straightness};
-use crate::metrics::virtual_camera::{
+use crate::metrics::ray_bundle::{
     CommonPoint, Misses, PlaneDeviation, Sighting, common_point, misses, on_plane, rays_from_depths,
 };
-use crate::metrics::{Both, Deviation, Observation, Pair, Unmeasurable};
+use crate::metrics::reprojection::{Fit, POSE, POSE_AND_ANAMORPHIC, POSE_AND_FOCAL, Parameter};
+use crate::metrics::stereo::{DepthLaw, Disparity};
+use crate::metrics::straightness::{IndexedCorner, Reference, RowsAndColumns, straightness};
+use crate::metrics::{Both, Deviation, Observation, Pair, Unmeasurable, epipolar, reprojection, stereo};
 use crate::optics::fate::Fate;
 use crate::raster::Raster;
 use crate::render::{self, Class, Film};

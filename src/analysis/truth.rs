@@ -1,6 +1,6 @@
 //! Where the corners of the board really are in a picture, by the exact inverse trace.
 
-use super::nominal::Frame;
+use super::half_image::Frame;
 use crate::system::System;
 use crate::system::aim::Aimer;
 use glam::DVec2;

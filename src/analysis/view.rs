@@ -1,7 +1,7 @@
 //! What a picture of the board shows: corners found in each half, and beside them the exact ones.
 
-use super::anchor::{Found, anchor};
-use super::nominal::{Frame, virtual_camera, virtual_camera_made};
+use super::board_indexing::{Found, anchor};
+use super::half_image::{Frame, virtual_camera, virtual_camera_made};
 use super::truth::{self, TrueCorners};
 use crate::metrics::pinhole::Pinhole;
 use crate::metrics::straightness::IndexedCorner;

@@ -1,6 +1,7 @@
 //! What was asked of a picture's accuracy, and what came of it.
 
-use super::{Outcome, say};
+use super::outcome::Outcome;
+use super::output;
 use crate::accuracy::Accuracy;
 use crate::render::{Account, Counts};
 use crate::report::json;
@@ -27,16 +28,16 @@ pub(super) fn entry(account: &Account, counts: &Counts) -> json::Accuracy {
 
 /// Says which level made the picture `name`, why, and what it kept to; unmet where that is not what was asked for.
 pub(super) fn told(name: &str, account: &Account, counts: &Counts) -> Outcome {
-    say::words(&format!("{name}: {account}"));
+    output::words(&format!("{name}: {account}"));
     if counts.capped_pixels > 0 {
-        say::words(&format!(
+        output::words(&format!(
             "{name}: {} pixels were divided as often as is allowed and hold no promise",
             counts.capped_pixels
         ));
     }
     match account.target_px {
         Some(target_px) if account.achieved_px() > target_px => {
-            say::words(&format!("{name}: not kept to {target_px:.0e} px, as was asked for"));
+            output::words(&format!("{name}: not kept to {target_px:.0e} px, as was asked for"));
             Outcome::Unmet
         }
         _ => Outcome::Done,

@@ -1,10 +1,10 @@
 //! `biprism analyse`: studies that print what they find.
 
-use super::Outcome;
 use super::args::{AnalyseArgs, StabilityArgs, Study};
-use super::say::data;
+use super::outcome::Outcome;
+use super::output::data;
 use crate::analysis::stability::{self, Case};
-use crate::problem::Problem;
+use crate::error::Problem;
 use serde_json::json;
 use std::fmt::Write;
 use std::time::Instant;

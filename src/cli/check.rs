@@ -1,14 +1,15 @@
 //! `biprism check`: what a scene holds, without a picture of it.
 
 use super::args::CheckArgs;
+use super::outcome::Outcome;
 use super::plan::Plan;
-use super::{Outcome, files, say};
-use crate::analysis::nominal::{Frame, NoPinhole, virtual_camera, virtual_camera_made};
+use super::{files, output};
+use crate::analysis::half_image::{Frame, NoPinhole, virtual_camera, virtual_camera_made};
+use crate::error::Problem;
 use crate::metrics::pinhole::Pinhole;
-use crate::problem::Problem;
-use crate::scene;
-use crate::system::{self, auto};
+use crate::system::auto;
 use crate::vision::half::Half;
+use crate::{scene, system};
 use glam::DVec3;
 use serde_json::json;
 
@@ -43,7 +44,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
         "halves": { "left": half(Half::Left), "right": half(Half::Right) },
     });
     if args.json {
-        say::data(&format!("{found:#}\n"))?;
+        output::data(&format!("{found:#}\n"))?;
     } else {
         let board = &scene.board;
         let mut text = format!("{} can be rendered\n", args.scene.display());
@@ -61,9 +62,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
             text += &if made == designed { "\n".to_owned() } else { format!(" as made, {designed} as designed\n") };
         }
         text += &plan.text();
-        say::data(&text)?;
+        output::data(&text)?;
         if let Some(doubt) = doubt {
-            say::words(&format!("note: {doubt}"));
+            output::words(&format!("note: {doubt}"));
         }
     }
     Ok(Outcome::Done)

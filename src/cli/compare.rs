@@ -2,16 +2,17 @@
 
 use super::args::CompareArgs;
 use super::expect::expectations;
+use super::outcome::Outcome;
 use super::progress::Progress;
-use super::{Outcome, accuracy, files, say};
+use super::{accuracy, files, output};
 use crate::analysis::budget::{self, Budget};
 use crate::analysis::judge::{Judgement, fates, judge, other_depth};
-use crate::problem::Problem;
-use crate::raster::{Notes, png};
+use crate::error::Problem;
+use crate::io::{Notes, png};
+use crate::plot::canvas;
 use crate::render::Film;
-use crate::report::figure::budget::BudgetInput;
-use crate::report::figure::comparison::{self, ComparisonInput, CornerMark, FigureRow, Panel};
-use crate::report::figure::{self, canvas};
+use crate::report::figures::budget::BudgetInput;
+use crate::report::figures::comparison::{self, ComparisonInput, CornerMark, FigureRow, Panel};
 use crate::report::{self, design, json, table};
 use crate::scene::{DesignSettings, Prism, Scene};
 use glam::DVec2;
@@ -81,10 +82,10 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
     written.push(args.out.join("report.json"));
     files::text(&args.out.join("report.json"), &text)?;
     let expected = expectations(&scene, &report)?;
-    say::data(&if args.json { text } else { format!("{}\n\n{verdict}\n", table::text(&report.designs)) })?;
-    report.designs.iter().flat_map(table::warnings).for_each(|warning| say::words(&warning));
+    output::data(&if args.json { text } else { format!("{}\n\n{verdict}\n", table::text(&report.designs)) })?;
+    report.designs.iter().flat_map(table::warnings).for_each(|warning| output::words(&warning));
     for path in written {
-        say::words(&format!("wrote {}", path.display()));
+        output::words(&format!("wrote {}", path.display()));
     }
     let kept = judged.iter().map(|j| accuracy::told(j.name, &j.film.account, &j.film.counts));
     Ok(kept.fold(expected, Outcome::and))
@@ -162,7 +163,7 @@ fn budget_figure(path: &Path, scene: &Scene, judged: &[Judged]) -> Result<(), Pr
         rows: report::budget::rows(&budgets, full),
         width_px: 2000,
     };
-    png::write_rgb(path, &canvas::raster(&figure::budget::draw(&input)), &Notes::default())
+    png::write_rgb(path, &canvas::raster(&crate::report::figures::budget::draw(&input)), &Notes::default())
 }
 
 /// Detected corners of both halves with their deviation from the designed virtual camera.
@@ -170,7 +171,7 @@ fn corner_marks(judgement: &Judgement) -> Vec<CornerMark> {
     let board = &judgement.view.board;
     let of_half = |half: &crate::analysis::view::HalfView| {
         let Some(camera) = half.camera else { return Vec::new() };
-        let mark = |f: &crate::analysis::anchor::Found| {
+        let mark = |f: &crate::analysis::board_indexing::Found| {
             let [column, row] = f.index.map(f64::from);
             let ideal = camera.project(board.world(board.corner_at(column, row)))?;
             Some(CornerMark {

@@ -1,10 +1,10 @@
 //! `biprism corners`: the corners in any picture of a checkerboard, or a corner file in another format.
 
 use super::args::CornersArgs;
-use super::{Outcome, files, say};
-use crate::problem::Problem;
-use crate::raster;
-use crate::report::corners::{self, Format, View, to_text};
+use super::outcome::Outcome;
+use super::{files, output};
+use crate::error::Problem;
+use crate::io::corners::{self, Format, View, to_text};
 use crate::vision::half::{HalfImage, split};
 use crate::vision::{self, Settings};
 use serde_json::{Value, json};
@@ -19,23 +19,23 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Problem> {
     let text = to_text(&views, format);
     match &args.out {
         Some(path) => files::text(path, &text)?,
-        None => say::data(&text)?,
+        None => output::data(&text)?,
     }
     if args.json && args.out.is_some() {
         let halves: Vec<Value> = views.iter().map(counted).collect();
-        return say::data(&format!("{:#}\n", json!({ "halves": halves }))).map(|()| Outcome::Done);
+        return output::data(&format!("{:#}\n", json!({ "halves": halves }))).map(|()| Outcome::Done);
     }
     for view in &views {
         let rejected: Vec<String> =
             view.rejected.iter().filter(|(_, n)| *n > 0).map(|(reason, n)| format!("{n} {reason}")).collect();
         let aside = if rejected.is_empty() { "none".to_owned() } else { rejected.join(", ") };
-        say::words(&format!("{}: {} corners; turned down: {aside}", view.name, view.corners.len()));
+        output::words(&format!("{}: {} corners; turned down: {aside}", view.name, view.corners.len()));
     }
     Ok(Outcome::Done)
 }
 
 fn detected(args: &CornersArgs) -> Result<Vec<View>, Problem> {
-    let (picture, _) = raster::read(&args.picture, args.transfer.map(Into::into))?;
+    let (picture, _) = crate::io::read(&args.picture, args.transfer.map(Into::into))?;
     let settings = Settings::default();
     if args.whole {
         return Ok(vec![View::new("whole", 0, &vision::detect(&picture, None, &settings))]);

@@ -2,14 +2,16 @@
 
 use super::args::CostArgs;
 use super::machine::machine;
+use super::outcome::Outcome;
 use super::progress::Progress;
-use super::{Outcome, files, say};
+use super::{files, output};
 use crate::analysis::cost::{Settings, cost};
-use crate::problem::Problem;
-use crate::raster::{Notes, png};
-use crate::report::cost::{Report, chart, csv, table};
-use crate::report::figure::drawing::Drawing;
-use crate::report::figure::{canvas, svg};
+use crate::error::Problem;
+use crate::io::{Notes, png};
+use crate::plot::drawing::Drawing;
+use crate::plot::{canvas, svg};
+use crate::report::cost::{Report, csv, table};
+use crate::report::figures::cost;
 use std::path::{Path, PathBuf};
 
 pub(super) fn run(args: &CostArgs) -> Result<Outcome, Problem> {
@@ -29,14 +31,14 @@ pub(super) fn run(args: &CostArgs) -> Result<Outcome, Problem> {
     let mut written = vec![args.out.join("cost.json"), args.out.join("cost.csv")];
     files::text(&written[0], &json)?;
     files::text(&written[1], &csv::text(&study))?;
-    let drawing = chart::pictures(&scene.name, &machine, &study);
-    written.extend(figure(&args.out, "cost", &drawing, &chart::title(&scene.name, &study))?);
+    let drawing = cost::pictures(&scene.name, &machine, &study);
+    written.extend(figure(&args.out, "cost", &drawing, &cost::title(&scene.name, &study))?);
     if !study.designs.is_empty() {
-        let drawing = chart::designs(&scene.name, &machine, &study);
-        written.extend(figure(&args.out, "cost_design", &drawing, &chart::design_title(&scene.name))?);
+        let drawing = cost::designs(&scene.name, &machine, &study);
+        written.extend(figure(&args.out, "cost_design", &drawing, &cost::design_title(&scene.name))?);
     }
-    say::data(&if args.json { json } else { table::text(&scene.name, &machine, &study) })?;
-    written.iter().for_each(|path| say::words(&format!("wrote {}", path.display())));
+    output::data(&if args.json { json } else { table::text(&scene.name, &machine, &study) })?;
+    written.iter().for_each(|path| output::words(&format!("wrote {}", path.display())));
     Ok(Outcome::Done)
 }
 

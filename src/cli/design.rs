@@ -1,12 +1,13 @@
 //! `biprism design`: the freeform prism of a scene, as scene text and as points.
 
 use super::args::DesignArgs;
-use super::{Outcome, files, say};
+use super::outcome::Outcome;
+use super::{files, output};
 use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM, text};
-use crate::problem::Problem;
-use crate::raster::safe::write_atomically;
-use crate::report::cloud;
-use crate::scene::cloud::Surface;
+use crate::error::Problem;
+use crate::io::atomic::write_atomically;
+use crate::io::point_cloud::Surface;
+use crate::io::point_grid;
 use crate::scene::{DesignSettings, MarchOrder, Prism};
 
 pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Problem> {
@@ -31,9 +32,9 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Problem> {
     let body = prism.body;
     let text = text::scene_prism(&designed.front.patch, &designed.back.patch, &body);
     files::text(&args.out.join("prism.toml"), &text)?;
-    write_atomically(&args.out.join("cloud.csv"), |out| cloud::write_csv(&designed.cloud, out))?;
-    write_atomically(&args.out.join("front.ply"), |out| cloud::write_ply(&designed.cloud, Surface::Front, out))?;
-    write_atomically(&args.out.join("back.ply"), |out| cloud::write_ply(&designed.cloud, Surface::Back, out))?;
+    write_atomically(&args.out.join("cloud.csv"), |out| point_grid::write_csv(&designed.cloud, out))?;
+    write_atomically(&args.out.join("front.ply"), |out| point_grid::write_ply(&designed.cloud, Surface::Front, out))?;
+    write_atomically(&args.out.join("back.ply"), |out| point_grid::write_ply(&designed.cloud, Surface::Back, out))?;
     let (camera, front, back) = (&designed.camera, &designed.front, &designed.back);
     if args.json {
         let figures = serde_json::json!({
@@ -46,7 +47,7 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Problem> {
             "front": {"rms_mm": front.rms_mm, "max_mm": front.max_mm, "condition": front.condition},
             "back": {"rms_mm": back.rms_mm, "max_mm": back.max_mm, "condition": back.condition},
         });
-        say::data(&format!("{figures:#}\n"))?;
+        output::data(&format!("{figures:#}\n"))?;
     } else {
         let lines = [
             format!("facet angle             {:.5} deg", camera.alpha_rad.to_degrees()),
@@ -56,11 +57,11 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Problem> {
             format!("front fit, RMS and max  {:.2e}, {:.2e} mm", front.rms_mm, front.max_mm),
             format!("back fit, RMS and max   {:.2e}, {:.2e} mm", back.rms_mm, back.max_mm),
         ];
-        say::data(&(lines.join("\n") + "\n"))?;
+        output::data(&(lines.join("\n") + "\n"))?;
     }
     for name in ["prism.toml", "cloud.csv", "front.ply", "back.ply"] {
-        say::words(&format!("wrote {}", args.out.join(name).display()));
+        output::words(&format!("wrote {}", args.out.join(name).display()));
     }
-    say::words("prism.toml is the [prism] part of a scene: put it beside a camera and a board");
+    output::words("prism.toml is the [prism] part of a scene: put it beside a camera and a board");
     Ok(Outcome::Done)
 }

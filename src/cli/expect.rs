@@ -1,7 +1,8 @@
 //! What a scene claims about its own result.
 
-use super::{Outcome, say};
-use crate::problem::Problem;
+use super::outcome::Outcome;
+use super::output;
+use crate::error::Problem;
 use crate::report::json::{Report, number_at};
 use crate::scene::Scene;
 
@@ -18,7 +19,7 @@ pub(super) fn expectations(scene: &Scene, report: &Report) -> Result<Outcome, Pr
         if too_small || too_large {
             let bound = |b: Option<f64>| b.map_or("any".to_owned(), |b| b.to_string());
             let range = format!("{} .. {}", bound(claim.min), bound(claim.max));
-            say::words(&format!("not as expected: {} is {value}, and the scene expects {range}", claim.value));
+            output::words(&format!("not as expected: {} is {value}, and the scene expects {range}", claim.value));
             outcome = Outcome::Unmet;
         }
     }

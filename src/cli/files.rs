@@ -1,10 +1,11 @@
 //! What the verbs read and write alike.
 
-use super::{identity, say};
-use crate::problem::Problem;
-use crate::raster::exr::{self, Channel};
+use super::{identity, output};
+use crate::error::Problem;
+use crate::io::exr::Channel;
+use crate::io::{Notes, atomic, exr, png};
+use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
-use crate::raster::{Notes, Raster, png, safe};
 use crate::render::{Film, Strip};
 use crate::scene::{self, Encoding, Prism, Scene};
 use crate::system::System;
@@ -44,7 +45,7 @@ pub(super) fn folder(path: &Path) -> Result<(), Problem> {
 
 /// Writes `text` to `path`, whole or not at all.
 pub(super) fn text(path: &Path, text: &str) -> Result<(), Problem> {
-    safe::write_bytes(path, text.as_bytes())
+    atomic::write_bytes(path, text.as_bytes())
 }
 
 /// The name's ending in lower case.
@@ -113,7 +114,7 @@ pub(super) fn strips(
                 png::write_grey16_strips(path, size, greys, transfer, &notes)?
             };
             if clamped > 0 {
-                say::words(&format!(
+                output::words(&format!(
                     "{}: {clamped} pixels were brighter than full scale and are clamped",
                     path.display()
                 ));

@@ -1,13 +1,14 @@
 //! `biprism golden`: regression tests of pictures and corners, for this project's own cases and for a user's.
 
 use super::args::GoldenArgs;
-use super::{Outcome, say};
-use crate::analysis::record::{record, redrawn};
-use crate::problem::Problem;
-use crate::report::golden::noise::REPLICATES;
-use crate::report::golden::record::Tolerance;
-use crate::report::golden::{self, Folders, GoldenOutput, GoldenReport, Mode};
-use crate::scene;
+use super::outcome::Outcome;
+use super::output;
+use crate::error::Problem;
+use crate::golden::noise::REPLICATES;
+use crate::golden::record::Tolerance;
+use crate::golden::snapshot::{record, redrawn};
+use crate::golden::{Folders, GoldenOutput, GoldenReport, Mode};
+use crate::{golden, scene};
 use std::path::Path;
 
 pub(super) fn run(args: &GoldenArgs) -> Result<Outcome, Problem> {
@@ -16,9 +17,9 @@ pub(super) fn run(args: &GoldenArgs) -> Result<Outcome, Problem> {
     let report = check(&Folders { cases: &args.cases, golden: &args.golden, failures: &args.failures }, mode)?;
     if args.json {
         let text = serde_json::to_string_pretty(&report).expect("a golden report holds only strings and numbers");
-        say::data(&format!("{text}\n"))?;
+        output::data(&format!("{text}\n"))?;
     } else {
-        say::data(&format!("{report}\n"))?;
+        output::data(&format!("{report}\n"))?;
     }
     Ok(if report.passed() { Outcome::Done } else { Outcome::Unmet })
 }

@@ -2,21 +2,22 @@
 
 use super::args::MeasureArgs;
 use super::expect::expectations;
+use super::outcome::Outcome;
 use super::progress::Progress;
-use super::{Outcome, files, identity, say};
+use super::{files, identity, output};
 use crate::analysis::budget;
+use crate::analysis::half_image::Frame;
 use crate::analysis::judge::measure;
-use crate::analysis::nominal::Frame;
 use crate::analysis::view::{Lattice, place, see};
-use crate::problem::Problem;
+use crate::error::Problem;
+use crate::io::corners::{self, Format};
 use crate::raster::Raster;
-use crate::report::corners::{self, Format};
-use crate::report::{self, design, json, table};
+use crate::report::{design, json, table};
 use crate::scene::Scene;
 use crate::system::System;
 use crate::vision::half::Half;
 use crate::vision::{Seen, upright};
-use crate::{raster, scene};
+use crate::{report, scene};
 use std::collections::BTreeMap;
 
 /// What is measured.
@@ -54,8 +55,8 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Problem> {
     let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs: vec![entry] };
     let outcome = expectations(&scene, &report)?;
     let words = || format!("{}\n\n{}\n", table::text(&report.designs), table::verdict(&report.designs));
-    say::data(&if args.json { json::to_text(&report) } else { words() })?;
-    report.designs.iter().flat_map(table::warnings).for_each(|warning| say::words(&warning));
+    output::data(&if args.json { json::to_text(&report) } else { words() })?;
+    report.designs.iter().flat_map(table::warnings).for_each(|warning| output::words(&warning));
     Ok(outcome)
 }
 
@@ -64,7 +65,7 @@ fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Problem> {
     if Format::of(&args.picture).is_ok() {
         return corners::read(&args.picture).map(Input::Corners);
     }
-    let (picture, mut metadata) = raster::read(&args.picture, args.transfer.map(Into::into))?;
+    let (picture, mut metadata) = crate::io::read(&args.picture, args.transfer.map(Into::into))?;
     let size = [scene.camera.width_px, scene.camera.height_px];
     if [picture.width(), picture.height()] != size {
         return Err(Problem::new(
@@ -141,6 +142,6 @@ fn same_instrument(args: &MeasureArgs, scene: &Scene, system: &System, note: Opt
         let help = "name the picture's own scene with --scene, render it anew, or leave out --own";
         return Err(Problem::new(args.picture.display(), rule, help));
     }
-    say::words(&format!("note: {rule}"));
+    output::words(&format!("note: {rule}"));
     Ok(())
 }

@@ -21,30 +21,16 @@ mod machine;
 mod measure;
 mod progress;
 mod render;
-mod say;
 mod trace;
+mod output;
+mod outcome;
 
-use crate::problem::Problem;
+use crate::error::Problem;
 use args::{Args, Verb};
 use clap::Parser;
+use outcome::Outcome;
 use std::io::IsTerminal;
 use std::process::ExitCode;
-
-/// How a verb that could run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Outcome {
-    /// All is as it should be.
-    Done,
-    /// It ran, and something that was expected is not so.
-    Unmet,
-}
-
-impl Outcome {
-    /// Both as they should be, or not.
-    fn and(self, other: Self) -> Self {
-        if self == Self::Done { other } else { self }
-    }
-}
 
 /// Parses the arguments, runs the verb and says how it went.
 pub fn run() -> ExitCode {
@@ -72,5 +58,5 @@ pub fn run() -> ExitCode {
 }
 
 fn complain(problem: &Problem) {
-    say::words(&problem.render(std::io::stderr().is_terminal()));
+    output::words(&problem.render(std::io::stderr().is_terminal()));
 }

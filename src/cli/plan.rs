@@ -1,7 +1,7 @@
 //! The plan of a picture as `biprism check` shows it: path, effects, samples, time, memory, fates.
 
 use crate::accuracy::Sampling;
-use crate::analysis::forecast::{Forecast, forecast, smaller};
+use crate::analysis::estimate::{Forecast, forecast, smaller};
 use crate::render::{Wanted, render_wanted};
 use crate::scene::Scene;
 use crate::system::System;

@@ -1,10 +1,11 @@
 //! `biprism render`: the picture of a scene.
 
 use super::args::RenderArgs;
+use super::outcome::Outcome;
 use super::progress::Progress;
-use super::{Outcome, accuracy, files, say};
+use super::{accuracy, files, output};
 use crate::analysis::judge::fates;
-use crate::problem::Problem;
+use crate::error::Problem;
 use crate::render::{Account, Counts, Strip, render_strips};
 use crate::scene::{self, Scene};
 use crate::system::System;
@@ -35,18 +36,18 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
             "accuracy": accuracy::entry(&account, &counts),
             "timing_s": seconds,
         });
-        say::data(&format!("{done:#}\n"))?;
+        output::data(&format!("{done:#}\n"))?;
     } else {
         for path in &args.out {
-            say::words(&format!("wrote {}", path.display()));
+            output::words(&format!("wrote {}", path.display()));
         }
         if !left_out.is_empty() {
-            say::words(&format!("left out: {}; `biprism check` says why", left_out.join(", ")));
+            output::words(&format!("left out: {}; `biprism check` says why", left_out.join(", ")));
         }
         // Fates are those of one ray a pixel.
         let how = if system.effects.dimensions() > 0 { " through the middle of the pupil" } else { "" };
         for (fate, n) in fates.into_iter().filter(|(_, n)| *n > 0) {
-            say::words(&format!("{n} pixels never see the board{how}: {fate}"));
+            output::words(&format!("{n} pixels never see the board{how}: {fate}"));
         }
     }
     Ok(accuracy::told(&scene.name, &account, &counts))

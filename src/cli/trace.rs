@@ -1,9 +1,10 @@
 //! `biprism trace`: pixel positions to the board and back, at full precision.
 
 use super::args::TraceArgs;
-use super::{Outcome, files, say};
+use super::outcome::Outcome;
+use super::{files, output};
+use crate::error::Problem;
 use crate::optics::fate::Fate;
-use crate::problem::Problem;
 use crate::scene;
 use crate::system::aim::Aimer;
 use crate::system::{Side, System};
@@ -52,12 +53,12 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Problem> {
     } else {
         (format!("{}\n", if args.back { BACK_COLUMNS } else { COLUMNS }), "\n", "\n")
     };
-    say::data(&head)?;
+    output::data(&head)?;
     for (k, piece) in asked.chunks(PIECE).enumerate() {
         let lines: Vec<String> = piece.iter().map(answer).collect();
-        say::data(&format!("{}{}", if k == 0 { "" } else { between }, lines.join(between)))?;
+        output::data(&format!("{}{}", if k == 0 { "" } else { between }, lines.join(between)))?;
     }
-    say::data(if asked.is_empty() && !args.json { "" } else { tail })?;
+    output::data(if asked.is_empty() && !args.json { "" } else { tail })?;
     Ok(Outcome::Done)
 }
 

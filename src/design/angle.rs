@@ -1,7 +1,7 @@
 //! The facet angle that leaves the two virtual cameras parallel (Eq. 5 of the design paper, corrected).
 
+use crate::error::Problem;
 use crate::optics::snell::straightening_facet_rad;
-use crate::problem::Problem;
 
 /// The facet angle alpha, in rad, at which a ray at `delta_rad` to the z axis travels along +z inside the glass.
 ///

@@ -1,8 +1,9 @@
 //! A polynomial through a cloud of points, by least squares (Eq. 6 of the design paper).
 
+use crate::error::Problem;
 use crate::geom::Rect;
-use crate::num::poly2::{MAX_DEGREE, Poly2};
-use crate::problem::Problem;
+use crate::num::bernstein::MAX_DEGREE;
+use crate::num::poly2::Poly2;
 use crate::scene::Patch;
 use glam::{DVec2, DVec3};
 use nalgebra::{DMatrix, DVector};

@@ -1,10 +1,10 @@
 //! The grid of the design: both surfaces, point by point, marched from the central ray of the half image.
 
-use super::cloud::Cloud;
+use super::point_grid::Cloud;
 use super::slope::{Along, Singular, slope};
 use super::virtual_camera::VirtualCamera;
+use crate::error::Problem;
 use crate::num::ode::{Integrator, Stop};
-use crate::problem::Problem;
 use crate::scene::{Camera, DesignSettings, MarchOrder};
 use rayon::prelude::*;
 

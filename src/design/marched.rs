@@ -5,10 +5,10 @@
 //! exact to the sixth order of their distance. It gives place and normal. Of a fine grid every n-th point is taken: the
 //! rounding of a point turns the normal by as much as its neighbours are near.
 
-use super::cloud::Cloud;
+use super::point_grid::Cloud;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
-use crate::optics::surface::Meeting;
+use crate::surface::hit::Meeting;
 use glam::{DMat2, DVec2, DVec3};
 
 /// Points each way in a local polynomial.
@@ -139,7 +139,7 @@ mod tests {
     /// A ray from the pinhole meets the front at its own marched point, and one from the virtual camera the back.
     #[test]
     fn designed_rays_meet_the_marched_points() {
-        let cloud = crate::report::cloud::tests::small_cloud();
+        let cloud = crate::io::point_grid::tests::small_cloud();
         let marched = Marched::new(&cloud).unwrap();
         for point in cloud.points().step_by(7) {
             let front = Ray { origin: DVec3::ZERO, direction: point.front_mm.normalize() };

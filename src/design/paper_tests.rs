@@ -2,8 +2,9 @@
 //! Newton's method on z - sag(x, y) along the ray. It shares no code with the simulator.
 
 use super::virtual_camera::tests::{paper_camera, paper_prism};
+use super::virtual_camera::{VirtualCamera, virtual_camera};
 use super::*;
-use crate::scene::MarchOrder;
+use crate::scene::{DesignSettings, MarchOrder, Method};
 use glam::DVec3;
 
 /// A surface z(x, y): value and gradient.

@@ -1,7 +1,7 @@
 //! Where the design starts: the central ray of a half image, and the virtual camera that it belongs to.
 
 use super::angle::facet_angle_rad;
-use crate::problem::Problem;
+use crate::error::Problem;
 use crate::scene::{Biprism, Camera};
 use glam::DVec3;
 

@@ -1,6 +1,6 @@
 //! What the glass absorbs.
 
-use super::Journey;
+use super::journey::Journey;
 use crate::optics::fresnel::left_after;
 
 /// A glass that absorbs the same share of the light over every millimetre.

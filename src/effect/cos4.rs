@@ -1,6 +1,6 @@
 //! The natural fall of light towards the rim of the picture.
 
-use super::Journey;
+use super::journey::Journey;
 
 /// The cosine fourth law, or another power of the cosine.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,7 @@
 //! What the surfaces of the glass reflect is missing behind it.
 
-use super::{Coating, Journey};
+use super::coating::Coating;
+use super::journey::Journey;
 use crate::optics::fresnel::Interface;
 use crate::optics::polarisation::{Beam, Light};
 
@@ -36,8 +37,8 @@ impl Fresnel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::optics::crossing::Crossing;
     use crate::optics::fresnel::Layer;
+    use crate::optics::refraction::Crossing;
     use crate::optics::snell::refract;
     use glam::DVec3;
 

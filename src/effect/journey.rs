@@ -1,6 +1,6 @@
 //! What transport effects may know of a ray.
 
-use crate::optics::crossing::Crossing;
+use crate::optics::refraction::Crossing;
 use glam::DVec3;
 
 /// The way of one ray from the camera to the board, as light takes it backwards.

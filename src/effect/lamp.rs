@@ -1,6 +1,6 @@
 //! The board lit by a point lamp.
 
-use super::Journey;
+use super::journey::Journey;
 use glam::DVec3;
 
 /// A point lamp before a matt board, and light from all around.

@@ -1,7 +1,7 @@
 //! The prism as it was made: out of place, of another thickness and index, its surfaces out of figure.
 
 use crate::geom::Pose;
-use crate::optics::flaw::Flaw;
+use crate::surface::figure_error::Flaw;
 use glam::DVec3;
 
 /// Errors of a prism. The design, the angle of the facets included, is that of the ideal one.

@@ -96,8 +96,10 @@ fn root(d: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effect::effects::Effects;
     use crate::effect::thin_lens::{Aperture, ThinLens};
-    use crate::effect::{Effects, Roughness, Telecentric, Variant};
+    use crate::effect::variant::Variant;
+    use crate::effect::{Roughness, Telecentric};
 
     fn largest_gap(points: &Points, i: usize, j: usize) -> f64 {
         let n = points.count();

@@ -40,7 +40,8 @@ impl Roughness {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::{Effects, Points, Quadrature};
+    use crate::effect::effects::Effects;
+    use crate::effect::{Points, Quadrature};
 
     #[test]
     fn slopes_have_their_spread() {

@@ -1,20 +1,7 @@
 //! The one table of effects.
 
-use super::Effects;
-
-/// Where an effect takes hold.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Hook {
-    /// The instrument itself, through and through: its rays, what is true of its pictures, and what is aimed at.
-    Instrument,
-    /// The picture becomes a mean over variants of the instrument.
-    Ray,
-    /// A smooth factor of each ray's light.
-    Transport,
-    /// A function of the whole picture.
-    Film,
-}
+use super::effects::Effects;
+use crate::effect::hook::Hook;
 
 /// What the house knows of an effect.
 #[derive(Debug, Clone, Copy)]
@@ -197,3 +184,23 @@ pub const TABLE: [Row; 14] = [
         bounding: Bounding::Never("a sensor is asked for as it is, and its noise has no bound"),
     },
 ];
+
+impl Effects {
+    /// The rows of [`TABLE`] that act.
+    pub fn acting(&self) -> impl Iterator<Item = &'static Row> {
+        TABLE.iter().filter(|row| (row.acts)(self))
+    }
+
+    /// Of these effects, those of which `kept` says so, sampled as these, and none of them to be left out.
+    #[must_use]
+    pub fn only(&self, kept: impl Fn(&Row) -> bool) -> Self {
+        let mut only = Self { quadrature: self.quadrature, ..Self::default() };
+        TABLE.iter().filter(|row| kept(row)).for_each(|row| (row.take)(&mut only, self));
+        only
+    }
+
+    /// Whether an effect with this hook acts.
+    pub fn act_by(&self, hook: Hook) -> bool {
+        self.acting().any(|row| row.hook == hook)
+    }
+}

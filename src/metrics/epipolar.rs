@@ -4,12 +4,12 @@
 //! draws a curve. Two pinholes draw a straight line; through a prism it is straight only nearly, so slope *and*
 //! departure from the best line are reported. No fundamental matrix is fitted: one would hide the departure.
 
-use glam::DVec2;
-
+use super::deviation::{Unmeasurable, at_least};
 use super::line::Line;
+use super::observation::Pair;
 use super::pixel_map::{Correspondence, PixelMap};
-use super::{Pair, Unmeasurable, at_least};
 use crate::num::stats::{max_abs, mean};
+use glam::DVec2;
 
 /// Points needed on a curve: two always lie on a line, and would say nothing of its straightness.
 pub const POINTS_PER_CURVE: usize = 3;

@@ -1,8 +1,7 @@
 //! The best line through points of an image.
 
+use super::deviation::{Unmeasurable, all_finite, at_least};
 use glam::DVec2;
-
-use super::{Unmeasurable, all_finite, at_least};
 
 /// A line by a point on it and a unit direction with x >= 0 (y > 0 where x = 0), in px.
 #[derive(Debug, Clone, Copy, PartialEq)]

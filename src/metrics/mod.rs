@@ -10,162 +10,27 @@
 //!   (see [`Deviation::rms_of_components`]);
 //! - too little, collinear, or non-finite input is an [`Unmeasurable`] that says which, never a NaN.
 
-use glam::{DVec2, DVec3};
+pub use measured_and_true::Both;
 
-pub use both::Both;
-
-use crate::num::lsq;
-
-mod both;
 pub mod line;
 pub mod stereo;
 pub mod pixel_map;
 pub mod epipolar;
 pub mod straightness;
 pub mod pinhole;
-pub mod virtual_camera;
 pub mod reprojection;
+pub mod ray_bundle;
+mod measured_and_true;
+mod deviation;
+mod observation;
 
-/// A board corner found in both halves.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pair {
-    /// Column and row of the corner on the board.
-    pub index: [i32; 2],
-    /// Position in the left half, in px from that half's own origin.
-    pub left_px: DVec2,
-    /// Position in the right half, in px from that half's own origin.
-    pub right_px: DVec2,
-}
-
-/// A known point and where one half sees it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Observation {
-    /// The point in the world, in mm.
-    pub point_mm: DVec3,
-    /// Its image, in px from the half's own origin.
-    pub image_px: DVec2,
-}
-
-/// Why a figure has no value.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum Unmeasurable {
-    /// Fewer items than the definition needs.
-    #[error("too few {what}: {found}, and at least {needed} needed")]
-    TooFew {
-        /// What is counted.
-        what: &'static str,
-        /// How many there are.
-        found: usize,
-        /// How many the definition needs.
-        needed: usize,
-    },
-    /// A NaN or an infinity in the input.
-    #[error("{what} {index} is not finite")]
-    NotFinite {
-        /// What is at fault.
-        what: &'static str,
-        /// Its place in the input, from 0.
-        index: usize,
-    },
-    /// The items do not determine the answer.
-    #[error("{0}")]
-    Degenerate(&'static str),
-    /// A point that the camera cannot see.
-    #[error("point {index} lies at or behind the camera's centre")]
-    BehindCamera {
-        /// Its place in the input, from 0.
-        index: usize,
-    },
-    /// A ray that never meets the plane or the axis asked about.
-    #[error("ray {index} runs parallel to it")]
-    Parallel {
-        /// Its place in the input, from 0.
-        index: usize,
-    },
-    /// The fit behind the figure failed.
-    #[error("the fit failed: {0}")]
-    Fit(#[from] lsq::Failure),
-}
-
-/// Sizes of a set of residual vectors, in the unit of the vectors.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Deviation {
-    /// N, the count of vectors.
-    pub n: usize,
-    /// Mean vector (bias).
-    pub mean: DVec2,
-    /// Mean of |horizontal| and mean of |vertical|, over N: the design paper's "reprojection error".
-    pub mean_abs: DVec2,
-    /// sqrt(sum |e|^2 / N).
-    pub rms: f64,
-    /// Largest |e|.
-    pub max: f64,
-}
-
-impl Deviation {
-    /// The sizes of `residuals`, summed in their order.
-    ///
-    /// # Errors
-    /// [`Unmeasurable::TooFew`] of none, [`Unmeasurable::NotFinite`].
-    pub fn of(residuals: &[DVec2]) -> Result<Self, Unmeasurable> {
-        at_least("residuals", residuals.len(), 1)?;
-        all_finite("residual", residuals, |e| e.is_finite())?;
-        let n = residuals.len() as f64;
-        Ok(Self {
-            n: residuals.len(),
-            mean: residuals.iter().sum::<DVec2>() / n,
-            mean_abs: residuals.iter().map(|e| e.abs()).sum::<DVec2>() / n,
-            rms: (residuals.iter().map(|e| e.length_squared()).sum::<f64>() / n).sqrt(),
-            max: residuals.iter().fold(0.0, |m: f64, e| m.max(e.length())),
-        })
-    }
-
-    /// The same deviation in another unit: from px to mm on the sensor by the pixel pitch.
-    #[must_use]
-    pub fn scaled(&self, factor: f64) -> Self {
-        Self {
-            n: self.n,
-            mean: self.mean * factor,
-            mean_abs: self.mean_abs * factor.abs(),
-            rms: self.rms * factor.abs(),
-            max: self.max * factor.abs(),
-        }
-    }
-
-    /// The sizes of two sets of residuals taken together.
-    #[must_use]
-    pub fn pooled(&self, other: &Self) -> Self {
-        let (a, b) = (self.n as f64, other.n as f64);
-        let mean = |x: DVec2, y: DVec2| (x * a + y * b) / (a + b);
-        Self {
-            n: self.n + other.n,
-            mean: mean(self.mean, other.mean),
-            mean_abs: mean(self.mean_abs, other.mean_abs),
-            rms: ((self.rms * self.rms * a + other.rms * other.rms * b) / (a + b)).sqrt(),
-            max: self.max.max(other.max),
-        }
-    }
-
-    /// sqrt(sum |e|^2 / 2N): what ROS `camera_check` prints as reprojection RMS, smaller by sqrt(2).
-    pub fn rms_of_components(&self) -> f64 {
-        self.rms / std::f64::consts::SQRT_2
-    }
-}
-
-fn at_least(what: &'static str, found: usize, needed: usize) -> Result<(), Unmeasurable> {
-    if found < needed { Err(Unmeasurable::TooFew { what, found, needed }) } else { Ok(()) }
-}
-
-fn all_finite<T>(what: &'static str, items: &[T], finite: impl Fn(&T) -> bool) -> Result<(), Unmeasurable> {
-    match items.iter().position(|item| !finite(item)) {
-        Some(index) => Err(Unmeasurable::NotFinite { what, index }),
-        None => Ok(()),
-    }
-}
+pub use deviation::{Deviation, Unmeasurable};
+pub use observation::{Observation, Pair};
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use glam::DVec2;
 
     /// Independent normal deviates of unit variance: a 64-bit mixer (splitmix64) and the polar method.
     pub(crate) struct Noise(pub(crate) u64);

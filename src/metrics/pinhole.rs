@@ -1,9 +1,9 @@
 //! The ideal camera: one centre, straight rays, a plane image.
 
-use glam::{DVec2, DVec3};
-
-use super::{Deviation, Observation, Unmeasurable, all_finite, at_least};
+use super::deviation::{Deviation, Unmeasurable, all_finite, at_least};
+use super::observation::Observation;
 use crate::geom::Pose;
+use glam::{DVec2, DVec3};
 
 /// A pinhole camera without distortion that looks along the +z of its own frame, image un-inverted (+u sees +x).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,12 +1,11 @@
 //! A smooth map of the image, interpolated from scattered corners: what lies at a pixel between them?
 
-use glam::DVec2;
-use nalgebra::DMatrix;
-
-use super::{Unmeasurable, all_finite, at_least};
+use super::deviation::{Unmeasurable, all_finite, at_least};
 use crate::geom::Rect;
 use crate::num::lsq;
 use crate::num::poly2::Poly2;
+use glam::DVec2;
+use nalgebra::DMatrix;
 
 /// The degree to use on half images of a prism. Through the flat prism of the design paper, of which the freeform one
 /// is the gentler case, the map between the halves is kept to 1e-4 px RMS (degree 3: 4e-3 px; degree 5: 1e-6 px, but it
@@ -40,7 +39,7 @@ impl PixelMap {
     /// [`Unmeasurable::NotFinite`], [`Unmeasurable::Fit`] when they lie on a curve of that degree (all on one line).
     ///
     /// # Panics
-    /// When `degree` is above [`MAX_DEGREE`](crate::num::poly2::MAX_DEGREE).
+    /// When `degree` is above [`MAX_DEGREE`](crate::num::bernstein::MAX_DEGREE).
     pub fn fit(samples: &[Correspondence], degree: usize) -> Result<Self, Unmeasurable> {
         let coefficients = (degree + 1) * (degree + 2) / 2;
         at_least("corners of an interpolated image", samples.len(), 2 * coefficients)?;

@@ -1,12 +1,15 @@
 //! The pinhole that explains the corners best, and what it leaves unexplained.
 
-use glam::{DVec2, DVec3};
-use nalgebra::{DMatrix, DVector};
-
+use super::deviation::{Deviation, Unmeasurable, at_least};
+use super::observation::Observation;
 use super::pinhole::Pinhole;
-use super::{Deviation, Observation, Unmeasurable, at_least};
 use crate::geom::Pose;
 use crate::num::lsq;
+use Parameter::{
+    Focal, FocalX, FocalY, PrincipalX, PrincipalY, RotationX, RotationY, RotationZ, ShiftX, ShiftY, ShiftZ,
+};
+use glam::{DVec2, DVec3};
+use nalgebra::{DMatrix, DVector};
 
 /// One way in which a pinhole may be moved to fit. Axes are those of the camera's frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,10 +56,6 @@ impl Parameter {
         }
     }
 }
-
-use Parameter::{
-    Focal, FocalX, FocalY, PrincipalX, PrincipalY, RotationX, RotationY, RotationZ, ShiftX, ShiftY, ShiftZ,
-};
 
 /// The default: where the camera stands and looks, its inside as designed. This is the transform that any calibration
 /// implies, so only what it leaves is a deviation from a pinhole; it is determined even by one board facing the camera.

@@ -1,6 +1,7 @@
 //! Left against right on the raw halves: may they go into a stereo matcher without rectification?
 
-use super::{Pair, Unmeasurable, all_finite, at_least};
+use super::deviation::{Unmeasurable, all_finite, at_least};
+use super::observation::Pair;
 use crate::num::stats::{max_abs, mean, rms};
 
 /// Differences of matched corners, in px, raw halves, N pairs.

@@ -1,11 +1,9 @@
 //! Rows and columns of a board: straight in the world, so straight in any pinhole's image, wherever the board stands.
 
-use std::collections::BTreeMap;
-
-use glam::DVec2;
-
+use super::deviation::{Unmeasurable, all_finite, at_least};
 use super::line::Line;
-use super::{Unmeasurable, all_finite, at_least};
+use glam::DVec2;
+use std::collections::BTreeMap;
 
 /// A board corner in one half image.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,8 +3,6 @@
 //! A polynomial lies between its least and its greatest coefficient, and has no more roots in 0..1 than its coefficients
 //! change sign (Farin, Curves and Surfaces for CAGD, chapter 6). Halving the interval makes both sharp.
 
-use super::poly2::MAX_DEGREE;
-
 /// Halvings before an interval counts as a point: 2^-45 of the way, 1e-12 mm of 40 mm.
 const HALVINGS: u32 = 45;
 
@@ -123,6 +121,9 @@ impl Bernstein {
         None
     }
 }
+
+/// Highest total degree that a [`Poly2`] accepts.
+pub const MAX_DEGREE: usize = 20;
 
 #[cfg(test)]
 mod tests {

@@ -12,3 +12,4 @@ pub mod poly2;
 pub mod quadrature;
 pub mod simd;
 pub mod stats;
+pub mod gauss;

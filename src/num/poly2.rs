@@ -1,9 +1,6 @@
 //! Polynomials of two variables with value, gradient and Hessian.
 
-use super::bernstein::Bernstein;
-
-/// Highest total degree that a [`Poly2`] accepts.
-pub const MAX_DEGREE: usize = 20;
+use super::bernstein::{Bernstein, MAX_DEGREE};
 
 /// p(x, y) = sum over m + n <= degree of c_mn X^m Y^n, with X = (x - x0)/sx and Y = (y - y0)/sy.
 ///

@@ -1,9 +1,9 @@
 //! Two pictures, value by value: how far apart, where most, and a strip that shows it.
 
+use super::pixels::Raster;
+use super::transfer::Transfer;
+use crate::error::Problem;
 use crate::num::stats;
-use crate::problem::Problem;
-use crate::raster::Raster;
-use crate::raster::transfer::Transfer;
 use image::{GrayImage, Luma};
 use imageproc::region_labelling::{Connectivity, connected_components};
 use serde::Serialize;

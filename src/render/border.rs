@@ -1,11 +1,11 @@
 //! Pixels that the ridge or the border of a fate passes through or by.
 
-use super::cover::Jet;
-use super::looks::alone;
+use super::centre_rays::alone;
+use super::film::Class;
+use super::pixel::{dark, mean_of_parts, part, settled, square, whole_pixel};
+use super::pixel_mean::Jet;
 use super::plan::Plan;
-use super::settled::settled;
-use super::tile::{dark, mean_of_parts, part, square, whole_pixel};
-use super::{Class, Work};
+use super::work::Work;
 use crate::system::Side;
 use glam::DVec2;
 

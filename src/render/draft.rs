@@ -4,8 +4,7 @@
 //! is straight in the pixel: exact where only one line crosses. Pixels that two lines cross are handed back. The map's
 //! derivatives are those of the middle of a run of blocks.
 
-use super::coverage::Square;
-use super::mapped::BLOCK;
+use super::checkerboard::Square;
 
 /// What rounding in f32 makes of a position within a few squares, in px, for squares of at most 256 px.
 const ROUNDING_PX: f64 = 1e-4;
@@ -97,11 +96,14 @@ pub(super) fn block(square: &Square, slope: [f64; 2], steps: &Steps, active: f64
     out
 }
 
+/// Pixels of a row that are filled at once when no line of the pattern can touch them.
+pub(super) const BLOCK: usize = 16;
+
 #[cfg(test)]
 mod tests {
-    use super::super::coverage::Pattern;
     use super::*;
     use crate::geom::Pose;
+    use crate::render::checkerboard::Pattern;
     use crate::scene::Board;
     use glam::DVec2;
 

@@ -1,34 +1,207 @@
-//! The picture of an instrument with film effects.
+//! The rendered picture with its ground truth and what is known of its accuracy.
 
-use super::{Account, Film, Plan, Wanted, light, picture};
-use crate::effect::Picture;
-use crate::system::System;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use crate::accuracy::Level;
+use crate::optics::fate::Fate;
+use crate::raster::Raster;
+use crate::system::Side;
 
-/// The light that reaches the film of `system`, sampled as its film effects ask for, and what they make of it. What is
-/// wanted besides the radiance is that of `system` itself; `progress` hears of each pixel once.
-pub(super) fn developed(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    let samples = system.effects.samples(system.camera.size_px());
-    let film = if samples == 1 { light(system, wanted, progress) } else { sampled(system, samples, wanted, progress) };
-    let Picture { grey, colour } =
-        system.effects.develop(Picture { grey: film.radiance, colour: film.colour }, samples);
-    Film { radiance: grey, colour, ..film }
+/// A rendered picture with its own account.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Film {
+    /// Mean radiance over each pixel, of full scale 1; what film effects make of it, where there are some.
+    pub radiance: Raster<f32>,
+    /// The same of red, green and blue, where the sensor tells them apart.
+    pub colour: Option<Raster<[f32; 3]>>,
+    /// Standard error of the radiance, estimated from the spread of random sets of samples; `None` where there is one set or
+    /// nothing is sampled.
+    pub noise: Option<Raster<f32>>,
+    /// What happened to each pixel's centre ray; 0 x 0 where [`Wanted`] leaves it out.
+    pub class: Raster<Class>,
+    /// The board position that each pixel's centre sees, in mm; (0, 0) where `class` is no side; 0 x 0 where [`Wanted`]
+    /// leaves it out.
+    pub board_mm: Raster<[f32; 2]>,
+    /// How much work it was.
+    pub counts: Counts,
+    /// What was promised, and what was found.
+    pub account: Account,
 }
 
-/// The light of `n` x `n` samples a pixel.
-fn sampled(system: &System, n: usize, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    let done = AtomicUsize::new(0);
-    let share = |samples: usize| {
-        let before = done.fetch_add(samples, Ordering::Relaxed);
-        progress((before + samples) / (n * n) - before / (n * n));
-    };
-    let fine = light(&system.sampled(n), Wanted { truth: false }, &share);
-    let px = 1.0 / n as f64;
-    let account = Account { map_px: px * fine.account.map_px, bend_px: px * fine.account.bend_px, ..fine.account };
-    // Of the samples, the noise has not the picture's size.
-    if !wanted.truth {
-        return Film { noise: None, account, ..fine };
+/// The accuracy of a picture: what its level promises, and what was found while it was made. All in px, of positions as the
+/// geometry of each of its pictures has them: neither samples of a pupil, slopes or wavelengths nor film effects count here.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Account {
+    /// The level.
+    pub level: Level,
+    /// What was asked for, where the level was chosen by that.
+    pub target_px: Option<f64>,
+    /// No edge or corner is farther from its place in the reference.
+    pub promise_px: f64,
+    /// Largest difference between the map and the rays that checked it; 0 where all pixels were traced.
+    pub map_px: f64,
+    /// Estimate of what the bend of the map inside a pixel moves lines by, at most. Of the reference: by how
+    /// much the map strays from a linear one inside its smallest parts, at most.
+    pub bend_px: f64,
+    /// Patches of the map.
+    pub patches: usize,
+    /// Share of the pixels for which the map stands; the others were traced.
+    pub mapped: f64,
+    /// Pictures that the picture is the mean of.
+    pub passes: usize,
+    /// Standard error of a pixel in the worst block of 16 x 16 px, of full scale 1, where random sets tell it.
+    pub noise: Option<f64>,
+}
+
+impl Account {
+    /// The accuracy achieved, as far as the picture itself can tell.
+    pub fn achieved_px(&self) -> f64 {
+        self.map_px + self.bend_px
     }
-    let own = picture(&Plan::new(system), wanted, &|_| ());
-    Film { radiance: fine.radiance, colour: fine.colour, counts: fine.counts, account, ..own }
+}
+
+impl std::fmt::Display for Account {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { level, promise_px, map_px, bend_px, patches, mapped, .. } = self;
+        write!(f, "{}", level.name())?;
+        if let Some(target_px) = self.target_px {
+            write!(f, ", the cheapest level that keeps to {target_px:.0e} px")?;
+        }
+        let achieved_px = self.achieved_px();
+        if *promise_px == 0.0 {
+            write!(f, ": the judge of the other levels, off by {achieved_px:.1e} px of geometry")
+        } else if achieved_px <= *promise_px {
+            write!(f, ": promises {promise_px:.0e} px of geometry and keeps to {achieved_px:.1e} px")
+        } else {
+            write!(f, ": promises {promise_px:.0e} px of geometry, but reaches only {achieved_px:.1e} px")
+        }?;
+        match patches {
+            0 => write!(f, " (every pixel traced)"),
+            _ => write!(
+                f,
+                " (map of {patches} {} for {:.1} % of the pixels, off by {map_px:.1e} px; bend inside pixels {bend_px:.1e} px)",
+                if *patches == 1 { "patch" } else { "patches" },
+                100.0 * mapped
+            ),
+        }?;
+        if self.passes > 1 {
+            write!(f, "; that is each of {} pictures, of which this is the mean", self.passes)?;
+        }
+        match self.noise {
+            Some(noise) => write!(f, ", with a standard error of {noise:.1e} of full scale in the worst block"),
+            None if self.passes > 1 => write!(f, ", and their sampling not counted"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// What of a [`Film`] is asked for besides the radiance.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wanted {
+    /// The ground truth of every pixel: `class` and `board_mm`.
+    pub truth: bool,
+}
+
+/// What a ray came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Class {
+    /// It saw the board's plane through the left side.
+    Left = 0,
+    /// It saw the board's plane through the right side.
+    Right = 1,
+    /// It met no surface where one is given.
+    Missed = 2,
+    /// It was totally reflected.
+    TotalReflection = 3,
+    /// The solver gave it up.
+    NotConverged = 4,
+    /// It never meets the board's plane.
+    PastBoard = 5,
+    /// It met the rim of the glass, a ridge that is not sharp, or a stop.
+    Clipped = 6,
+}
+
+impl Class {
+    /// The side through which the board's plane was seen, if it was.
+    #[inline(always)]
+    pub fn side(self) -> Option<Side> {
+        match self {
+            Self::Left => Some(Side::Left),
+            Self::Right => Some(Side::Right),
+            _ => None,
+        }
+    }
+
+    /// The class of the mirror image.
+    pub(super) fn mirrored(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+            dark => dark,
+        }
+    }
+}
+
+impl From<Fate> for Class {
+    fn from(fate: Fate) -> Self {
+        match fate {
+            Fate::Missed => Self::Missed,
+            Fate::TotalReflection => Self::TotalReflection,
+            Fate::NotConverged => Self::NotConverged,
+            Fate::PastBoard => Self::PastBoard,
+            Fate::Clipped => Self::Clipped,
+        }
+    }
+}
+
+/// How much work a picture was; the same for any number of threads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
+pub struct Counts {
+    /// Rays traced to the board or to their fate.
+    pub rays: u64,
+    /// Pixels whose value needed an area integral.
+    pub edge_pixels: u64,
+    /// Pixels that were divided because the map bends in them.
+    pub divided_pixels: u64,
+    /// Pixels whose division ended at the most parts allowed, before they kept to what is asked for.
+    pub capped_pixels: u64,
+    /// Pixels cut by the ridge or by the border of a fate.
+    pub cut_pixels: u64,
+}
+
+impl std::ops::AddAssign for Counts {
+    fn add_assign(&mut self, other: Self) {
+        self.rays += other.rays;
+        self.edge_pixels += other.edge_pixels;
+        self.divided_pixels += other.divided_pixels;
+        self.capped_pixels += other.capped_pixels;
+        self.cut_pixels += other.cut_pixels;
+    }
+}
+
+/// Rows of a picture; fields as those of [`Film`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strip {
+    /// Mean radiance over each pixel.
+    pub radiance: Raster<f32>,
+    /// The same of red, green and blue.
+    pub colour: Option<Raster<[f32; 3]>>,
+    /// Standard error of the radiance.
+    pub noise: Option<Raster<f32>>,
+    /// What happened to each pixel's centre ray.
+    pub class: Raster<Class>,
+    /// The board position that it sees, in mm.
+    pub board_mm: Raster<[f32; 2]>,
+}
+
+impl From<&Film> for Strip {
+    /// The whole picture as one strip.
+    fn from(film: &Film) -> Self {
+        Self {
+            radiance: film.radiance.clone(),
+            colour: film.colour.clone(),
+            noise: film.noise.clone(),
+            class: film.class.clone(),
+            board_mm: film.board_mm.clone(),
+        }
+    }
 }

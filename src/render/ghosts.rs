@@ -1,11 +1,11 @@
 //! The light of reflections in the glass, over the picture.
 
-use super::Film;
-use super::coverage::Pattern;
+use super::checkerboard::Pattern;
+use super::film::Film;
 use crate::effect::{Ghosts, Journey, Landing};
 use crate::optics::polarisation::Light;
+use crate::prism::reflections::{Body, Exit};
 use crate::system::System;
-use crate::trace::nonsequential::{Body, Exit};
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -234,8 +234,10 @@ mod tests {
     use super::*;
     use crate::accuracy::Accuracy;
     use crate::effect::{Effects, Fresnel, Lamp};
+    use crate::render::Plan;
+    use crate::render::bands::picture;
+    use crate::render::film::Wanted;
     use crate::render::tests::{built, instruments, scene};
-    use crate::render::{Plan, Wanted, picture};
     use glam::DVec3;
 
     /// Blocks against a picture of which every pixel is sampled finely by itself.

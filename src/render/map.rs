@@ -7,10 +7,10 @@
 //! and with them a missed surface or the ridge, show at the border first; and total reflection has a root in it that
 //! no polynomial follows, so that near it the coefficients do not fall.
 
-use super::Class;
-use super::looks::alone;
-use super::plan::Region;
-use super::third::in_px;
+use super::centre_rays::alone;
+use super::film::Class;
+use super::region::Region;
+use super::truncation_error::in_px;
 use crate::accuracy::Accuracy;
 use crate::effect::Hook;
 use crate::num::chebyshev::{Interpolation, MAX_DEGREE, Series, points};

@@ -1,18 +1,16 @@
 //! The pixels of a patch of the certified map: whole blocks of one square filled, the rest looked at.
 
-use super::cover::{Jets, cover};
-use super::draft::{self, Steps};
+use super::band::Band;
+use super::draft::{self, BLOCK, Steps};
 use super::map::Patch;
+use super::pixel::settle;
+use super::pixel_mean::{Jets, cover};
 use super::plan::Plan;
-use super::tile::settle;
-use super::{Band, Work};
+use super::work::Work;
 use crate::accuracy::Arithmetic;
 use crate::num::chebyshev::MAX_DEGREE;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
-
-/// Pixels of a row that are filled at once when no line of the pattern can touch them.
-pub(super) const BLOCK: usize = 16;
 const HALF_BLOCK: f64 = 0.5 * BLOCK as f64;
 /// Rounding of positions, in squares.
 const ROUNDING: f64 = 1e-9;

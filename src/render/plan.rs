@@ -1,12 +1,16 @@
 //! Everything that is fixed for a picture, decided before its first pixel.
 
-use super::coverage::Pattern;
-use super::looks::Looker;
+use super::centre_rays::Looker;
+use super::checkerboard::Pattern;
+use super::film::Account;
 use super::map::{Cover, Patch, certify};
-use super::{Account, Work, third};
+use super::region::Region;
+use super::truncation_error;
+use super::work::Work;
 use crate::accuracy::{Accuracy, Sampling};
 use crate::effect::Hook;
 use crate::optics::fate::Fate;
+use crate::render::film::Counts;
 use crate::system::System;
 use glam::DVec2;
 use std::ops::Range;
@@ -14,13 +18,6 @@ use std::ops::Range;
 /// Rows of a band, the part of a picture that one thread makes at a time: few enough to balance the load, many enough
 /// for the extra row above and below to be cheap.
 pub(super) const BAND_ROWS: usize = 48;
-
-/// A rectangle of pixels.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Region {
-    pub(super) columns: Range<usize>,
-    pub(super) rows: Range<usize>,
-}
 
 /// The plan of a picture.
 #[derive(Debug)]
@@ -69,7 +66,7 @@ impl<'a> Plan<'a> {
             Sampling::Map => certify(system, first),
         };
         let by_jets = sampling != Sampling::SingleRays && !cover.traced.is_empty();
-        let third_px = if by_jets { third::of_differences_px(system, &mut cover.rays) } else { 0.0 };
+        let third_px = if by_jets { truncation_error::of_differences_px(system, &mut cover.rays) } else { 0.0 };
         Self {
             system,
             third_px,
@@ -128,6 +125,11 @@ impl<'a> Plan<'a> {
     /// pixels are traced in parts.
     pub(super) fn less(&self, third_px: f64) -> Accuracy {
         Accuracy { bend_px: self.system.accuracy.bend_px - third_px, ..self.system.accuracy }
+    }
+
+    /// The account of the planning.
+    pub(super) fn work(&self) -> Work {
+        Work { counts: Counts { rays: self.rays, ..Counts::default() }, bend_px: 0.0 }
     }
 
     /// What the picture promises and keeps, given the bend left inside its pixels.

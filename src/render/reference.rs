@@ -7,9 +7,11 @@
 //! the board one by one (Sutherland & Hodgman 1974). A line lies within what the map strays from its place, and that is
 //! stated as the error.
 
-use super::looks::alone;
+use super::band::Band;
+use super::centre_rays::alone;
+use super::film::Class;
 use super::plan::Plan;
-use super::{Band, Class, Work};
+use super::work::Work;
 use crate::scene::Board;
 use crate::system::System;
 use glam::{DMat2, DVec2};

@@ -1,26 +1,12 @@
 //! A picture strip by strip: each can be handed on before the next is begun, so that a picture takes the memory of a few
 //! strips, whatever its height.
 
+use super::bands::rows;
+use super::driver::render_wanted;
+use super::film::{Account, Counts, Film, Strip, Wanted};
 use super::plan::{BAND_ROWS, Plan};
-use super::{Account, Class, Counts, Film, Wanted, Work, render_wanted, rows};
 use crate::effect::Hook;
-use crate::raster::Raster;
 use crate::system::System;
-
-/// Rows of a picture; fields as those of [`Film`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct Strip {
-    /// Mean radiance over each pixel.
-    pub radiance: Raster<f32>,
-    /// The same of red, green and blue.
-    pub colour: Option<Raster<[f32; 3]>>,
-    /// Standard error of the radiance.
-    pub noise: Option<Raster<f32>>,
-    /// What happened to each pixel's centre ray.
-    pub class: Raster<Class>,
-    /// The board position that it sees, in mm.
-    pub board_mm: Raster<[f32; 2]>,
-}
 
 /// Each strip but the last has a multiple of this many rows.
 pub const STRIP_ROWS: usize = BAND_ROWS;
@@ -71,7 +57,7 @@ pub(super) fn by_bands(
     take: &mut dyn FnMut(Strip),
 ) -> (Counts, Account) {
     let [_, height] = plan.system.camera.size_px();
-    let mut work = Work::of(plan);
+    let mut work = plan.work();
     for first in (0..height).step_by(bands * BAND_ROWS) {
         let last = height.min(first + bands * BAND_ROWS);
         let (strip, done) = rows(plan, first..last, Wanted { truth: true }, progress);
@@ -79,17 +65,4 @@ pub(super) fn by_bands(
         take(strip);
     }
     (work.counts, plan.account(work.bend_px))
-}
-
-impl From<&Film> for Strip {
-    /// The whole picture as one strip.
-    fn from(film: &Film) -> Self {
-        Self {
-            radiance: film.radiance.clone(),
-            colour: film.colour.clone(),
-            noise: film.noise.clone(),
-            class: film.class.clone(),
-            board_mm: film.board_mm.clone(),
-        }
-    }
 }

@@ -1,8 +1,8 @@
 //! A picture as a renderer makes it that knows nothing of its scene: the mean of point samples.
 
-use super::Class;
-use super::coverage::Pattern;
-use super::looks::{Looker, Run, alone};
+use super::centre_rays::{Looker, Run, alone};
+use super::checkerboard::Pattern;
+use super::film::Class;
 use super::plan::BAND_ROWS;
 use crate::raster::Raster;
 use crate::system::System;

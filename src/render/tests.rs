@@ -1,11 +1,14 @@
-use super::looks::Looker;
+use super::bands::picture;
+use super::centre_rays::Looker;
+use super::driver::render;
+use super::film::{Class, Film, Wanted};
 use super::plan::Plan;
-use super::strips::by_bands;
-use super::{Class, Film, STRIP_ROWS, Wanted, picture, render};
+use super::strips::{STRIP_ROWS, by_bands};
 use crate::accuracy::{Accuracy, Sampling};
 use crate::geom::Pose;
-use crate::scene::{self, Prism, Scene};
-use crate::system::{self, System};
+use crate::scene::{Prism, Scene};
+use crate::system::System;
+use crate::{scene, system};
 use glam::DVec3;
 
 const BIPRISM: &str = "index = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545";
@@ -106,7 +109,7 @@ fn packets_have_the_bits_of_single_rays() {
 /// f64 positions too, not only what f32 keeps of them.
 #[test]
 fn packets_see_the_very_positions_of_single_rays() {
-    use super::looks::{Run, alone};
+    use super::centre_rays::{Run, alone};
     use glam::DVec2;
     for (name, system) in instruments(Accuracy::exact(), 1) {
         let [width, height] = system.camera.size_px();
@@ -236,7 +239,7 @@ fn colours_are_the_passes_by_their_shares() {
         colour: Some(colour),
     };
     let variants = [variant(-3.0, 0.25, [1.0, 0.0, 0.5]), variant(3.0, 0.75, [0.0, 1.0, 0.5])];
-    let summed = super::passes::mean(&system, &|_| variants.to_vec(), Wanted { truth: false }, &|_| ());
+    let summed = crate::render::accumulate::mean(&system, &|_| variants.to_vec(), Wanted { truth: false }, &|_| ());
     let [a, b] = variants.map(|variant| film(&Plan::new(&system.varied(&variant))).radiance);
     assert!(a != b);
     let colour = summed.colour.expect("every variant has colours");

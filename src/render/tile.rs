@@ -1,10 +1,14 @@
 //! The pixels of a region, each centre traced.
 
+use super::band::Band;
 use super::border::border_pixel;
-use super::cover::{Cover, Jet, Jets, cover, mean_of_points};
-use super::looks::Run;
-use super::plan::{Plan, Region};
-use super::{Band, Class, Work, settled};
+use super::centre_rays::Run;
+use super::film::Class;
+use super::pixel::{dark, settle, whole_pixel};
+use super::pixel_mean::{Jet, Jets, cover};
+use super::plan::Plan;
+use super::region::Region;
+use super::work::Work;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
 
@@ -209,83 +213,3 @@ impl Centres {
         }
     }
 }
-
-/// A pixel that sees the board through one side all over.
-pub(super) fn whole_pixel(plan: &Plan, px: DVec2, jet: &Jet, work: &mut Work) -> f64 {
-    settle(plan, px, cover(&plan.pattern, &Jets::splat(jet), &plan.less(plan.third_px))[0], work)
-}
-
-/// The radiance of the pixel at `px` that was covered so; traced in parts where its jet does not tell it.
-#[inline(always)]
-pub(super) fn settle(plan: &Plan, px: DVec2, covered: Cover, work: &mut Work) -> f64 {
-    match covered {
-        Cover::Plain(value) => value,
-        Cover::Edge { value, parts, off_px } => {
-            work.counts.edge_pixels += 1;
-            work.counts.divided_pixels += u64::from(parts > 1);
-            work.counts.capped_pixels += u64::from(off_px > plan.system.accuracy.bend_px);
-            work.bend_px = work.bend_px.max(off_px);
-            value
-        }
-        Cover::TooBent => {
-            work.counts.edge_pixels += 1;
-            settled::divided(plan, px, work)
-        }
-    }
-}
-
-/// The mean over n x n parts of the active square of the pixel at `px`, each traced, and multiplied by `gain` of its
-/// place. Mirror images are summed in pairs.
-pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, gain: impl Fn(DVec2) -> f64, work: &mut Work) -> f64 {
-    let share = 1.0 / f64::from(n);
-    let side = plan.active * share;
-    let outline = square(0.5 * side);
-    let place = |k: u32| (f64::from(2 * k + 1) - f64::from(n)) * (0.5 * side);
-    let mut sum = 0.0;
-    for j in 0..n {
-        let mut part = |i: u32| {
-            let at = px + DVec2::new(place(i), place(j));
-            part(plan, at, &outline, work) * gain(at)
-        };
-        for i in 0..n / 2 {
-            sum += part(i) + part(n - 1 - i);
-        }
-        if n % 2 == 1 {
-            sum += part(n / 2);
-        }
-    }
-    sum * (share * share)
-}
-
-/// A square about the origin, of side 2 `half`.
-pub(super) fn square(half: f64) -> [DVec2; 4] {
-    [DVec2::new(-half, -half), DVec2::new(half, -half), DVec2::new(half, half), DVec2::new(-half, half)]
-}
-
-/// The mean radiance over `outline` (about `px`, in px), by the tangent of the map at `px`.
-pub(super) fn part(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
-    work.counts.rays += 1;
-    let footprint = match plan.system.footprint(px) {
-        Ok(footprint) => footprint,
-        Err(fate) => return dark(plan, fate.into()),
-    };
-    let scale = plan.pattern.squares_per_mm();
-    // At the critical angle itself the map has no derivative.
-    if !footprint.jacobian.is_finite() {
-        return plan.pattern.at(footprint.sight.board_mm);
-    }
-    let mut polygon = [DVec2::ZERO; MAX_VERTICES];
-    for (corner, p) in polygon.iter_mut().zip(outline) {
-        *corner = (footprint.sight.board_mm + footprint.jacobian * *p) * scale;
-    }
-    let polygon = &polygon[..outline.len()];
-    plan.pattern.mean_over(polygon).unwrap_or_else(|| mean_of_points(&plan.pattern, polygon, outline))
-}
-
-/// What a ray brings that never reaches the board: nothing from within the glass, the surroundings from past the board.
-pub(super) fn dark(plan: &Plan, class: Class) -> f64 {
-    if class == Class::PastBoard { plan.pattern.background() } else { 0.0 }
-}
-
-/// Corners of a pixel, and at most two cuts.
-const MAX_VERTICES: usize = 8;

@@ -1,6 +1,6 @@
 //! Error budgets as the report's entries, in words, and as the rows of a figure.
 
-use super::figure::budget::{Dot, Panel, Row};
+use super::figures::budget::{Dot, Panel, Row};
 use super::json::{BudgetTerm, CornerBudget, ErrorBudget};
 use super::table::number;
 use crate::analysis::budget::{Budget, CornerBudget as Found};

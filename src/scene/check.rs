@@ -1,15 +1,24 @@
 //! From the values as written to the [`Scene`]: units, defaults, and what two values of one table say of each other.
 
-use super::cloud::{Surface, read_points};
 use super::document::Document;
+use super::effects;
 use super::limits::MARCHED_POINTS;
-use super::mesh::read_triangles;
+use super::model::*;
 use super::schema::*;
-use super::*;
-use crate::num::poly2::MAX_DEGREE;
+use crate::accuracy::Accuracy;
+use crate::effect::Effects;
+use crate::error::Problem;
+use crate::geom::Pose;
+use crate::io::mesh::read_triangles;
+use crate::io::point_cloud::{Surface, read_points};
+use crate::num::bernstein::MAX_DEGREE;
+use crate::num::poly2::Poly2;
 use crate::optics::medium;
-use glam::DVec2;
-use std::path::PathBuf;
+use crate::scene::Normals;
+use crate::scene::Patch;
+use crate::scene::Rect;
+use glam::{DVec2, DVec3};
+use std::path::{Path, PathBuf};
 
 /// The scene that `file` describes; files that it names are looked for in `folder`.
 pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>) -> Result<Scene, Problem> {
@@ -17,7 +26,8 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
     let camera = camera(&file.camera);
     let board = board(&file.board);
     let prism = prism(document, file.prism, &camera, folder)?;
-    let effects = effects::effects(document, file.effects, &file.effect, &file.quadrature, &camera, &board, &prism)?;
+    let effects =
+        effects::tables::effects(document, file.effects, &file.effect, &file.quadrature, &camera, &board, &prism)?;
     Ok(Scene {
         encoding: encoding(document, file.output.encoding, &effects)?,
         effects,

@@ -1,9 +1,9 @@
 //! The text of a scene file with its parse tree, so that every message can point at the bytes it speaks of.
 
 use super::limits::FILE_BYTES;
-use super::schema::SceneFile;
-use crate::problem::Problem;
-use serde::Deserialize;
+use crate::error::Problem;
+
+use serde::de::DeserializeOwned;
 use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
@@ -34,9 +34,9 @@ impl<'t> Document<'t> {
         }
     }
 
-    /// The values as typed by the schema, once [`super::structure`] has found them right.
-    pub(super) fn values(&self) -> Result<SceneFile, Problem> {
-        SceneFile::deserialize(toml::Deserializer::from(self.root.clone())).map_err(|error| {
+    /// The values of type `T`, once [`super::structure`] has found them right.
+    pub(super) fn values<T: DeserializeOwned>(&self) -> Result<T, Problem> {
+        T::deserialize(toml::Deserializer::from(self.root.clone())).map_err(|error| {
             let rule = format!("the scene cannot be read: {}", error.message());
             self.problem(error.span().unwrap_or(0..0), rule, "mend the marked place")
         })

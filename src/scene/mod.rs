@@ -7,15 +7,8 @@
 //!
 //! Each arrow stops at the first fault, with a [`Problem`] that points at the line.
 
-pub mod cloud;
-pub mod mesh;
-mod ply;
 mod document;
 mod effects;
-mod flaws;
-mod lens;
-mod light;
-mod sensor;
 mod limits;
 mod schema;
 mod structure;
@@ -23,18 +16,19 @@ mod suggest;
 mod tidy;
 mod check;
 mod physics;
+mod model;
 
-pub use crate::optics::mesh::{Normals, Triangles};
-pub use crate::optics::surface::Patch;
+pub use model::{
+    Analysis, Biprism, Board, Body, Camera, Cloud, DesignSettings, Encoding, Expect, MarchOrder, MeshPrism, Method,
+    PointCloudPrism, PolynomialPrism, Prism, Scene,
+};
+
+pub use crate::surface::mesh::{Normals, Triangles};
+pub use crate::surface::shape::Patch;
 pub use schema::schema_json;
 
-use crate::accuracy::Accuracy;
-use crate::effect::Effects;
-use crate::geom::{Pose, Rect};
-use crate::num::poly2::Poly2;
-use crate::optics::medium::Material;
-use crate::problem::Problem;
-use glam::DVec3;
+use crate::error::Problem;
+use crate::geom::Rect;
 use std::path::Path;
 
 /// Read and check the scene file at `path`.
@@ -59,253 +53,4 @@ pub fn parse(text: &str, place: &str, folder: Option<&Path>) -> Result<Scene, Pr
     let scene = check::scene(&document, file, folder)?;
     physics::check(&document, &scene)?;
     Ok(scene)
-}
-
-/// A whole checked scene: every value is within its stated range.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Scene {
-    /// Short name, used in titles and file names.
-    pub name: String,
-    /// The one camera.
-    pub camera: Camera,
-    /// The glass in front of it.
-    pub prism: Prism,
-    /// What it looks at.
-    pub board: Board,
-    /// What is asked of the simulation.
-    pub accuracy: Accuracy,
-    /// What the picture shows besides geometry; none where the scene says `effects = "none"`.
-    pub effects: Effects,
-    /// How a PNG of the picture is encoded.
-    pub encoding: Encoding,
-    /// How the studies sample the scene.
-    pub analysis: Analysis,
-    /// What the scene claims about its own result.
-    pub expect: Vec<Expect>,
-}
-
-/// A pinhole camera that looks along +z.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Camera {
-    /// World position of the pinhole, in mm.
-    pub position_mm: DVec3,
-    /// Distance from the pinhole to the sensor, in mm.
-    pub focal_length_mm: f64,
-    /// Columns of the sensor.
-    pub width_px: usize,
-    /// Rows of the sensor.
-    pub height_px: usize,
-    /// Side of a square pixel, in mm.
-    pub pitch_mm: f64,
-}
-
-/// The glass between camera and board.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Prism {
-    /// No glass at all.
-    None,
-    /// Two plane facets and a plane base.
-    Flat(Biprism),
-    /// Facets and base designed by marching Eqs. 1-4 of the design paper from the flat prism.
-    Freeform(Biprism, DesignSettings),
-    /// Front and back of the right half (x > 0 in the prism's frame) as polynomials; the left half is its mirror image.
-    Polynomial(PolynomialPrism),
-    /// Front and back of the right half as points, to be fitted.
-    PointCloud(PointCloudPrism),
-    /// Front and back of the right half as triangles.
-    Mesh(MeshPrism),
-}
-
-impl Camera {
-    /// The angle to the axis, in rad, at which the middle of a half image is seen.
-    pub fn half_centre_rad(&self) -> f64 {
-        libm::atan(self.width_px as f64 * self.pitch_mm / (4.0 * self.focal_length_mm))
-    }
-}
-
-impl Body {
-    /// Glass without a name, its index given at the d line, in the world's own frame.
-    pub fn new(index: f64, outer_index: f64) -> Self {
-        let wavelength_nm = limits::D_LINE_NM;
-        Self { index, outer_index, glass: None, wavelength_nm, world_from_prism: Pose::IDENTITY }
-    }
-}
-
-impl Prism {
-    /// What the prism is made of; `None` without one.
-    pub fn body(&self) -> Option<&Body> {
-        match self {
-            Self::None => None,
-            Self::Flat(flat) | Self::Freeform(flat, _) => Some(&flat.body),
-            Self::Polynomial(prism) => Some(&prism.body),
-            Self::PointCloud(prism) => Some(&prism.body),
-            Self::Mesh(prism) => Some(&prism.body),
-        }
-    }
-}
-
-/// The biprism of the paper: a ridge along y at x = 0, nearest to the camera; facets z = D + |x| tan(alpha);
-/// a base plane at z = D + T.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Biprism {
-    /// Glass and place.
-    pub body: Body,
-    /// D, the z of the ridge in the prism's frame, in mm.
-    pub ridge_distance_mm: f64,
-    /// T, ridge to base, in mm.
-    pub thickness_mm: f64,
-    /// alpha in rad; `None` asks for the angle of Eq. 5, which leaves the two virtual cameras parallel.
-    pub facet_angle_rad: Option<f64>,
-}
-
-/// What every prism has.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Body {
-    /// Refractive index of the glass.
-    pub index: f64,
-    /// Refractive index of what surrounds the glass.
-    pub outer_index: f64,
-    /// The glass, where its name is given: how its index changes with the wavelength.
-    pub glass: Option<&'static Material>,
-    /// The wavelength in vacuum to which `index` belongs, in nm.
-    pub wavelength_nm: f64,
-    /// The prism's frame in the world.
-    pub world_from_prism: Pose,
-}
-
-/// A prism given by its surfaces.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PolynomialPrism {
-    /// Glass and place.
-    pub body: Body,
-    /// The facet that faces the camera: z(x, y) in mm in the prism's frame.
-    pub front: Patch,
-    /// The surface that faces the board.
-    pub back: Patch,
-}
-
-/// A prism given by points on its surfaces.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PointCloudPrism {
-    /// Glass and place.
-    pub body: Body,
-    /// The facet that faces the camera.
-    pub front: Cloud,
-    /// The surface that faces the board.
-    pub back: Cloud,
-}
-
-/// A prism given by triangles.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MeshPrism {
-    /// Glass and place.
-    pub body: Body,
-    /// The facet that faces the camera, in the prism's frame.
-    pub front: Triangles,
-    /// The surface that faces the board.
-    pub back: Triangles,
-    /// Which normals refract.
-    pub normals: Normals,
-}
-
-/// Points of a surface, and how a polynomial is fitted to them.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Cloud {
-    /// The points, in mm, in the prism's frame.
-    pub points_mm: Vec<DVec3>,
-    /// Total degree of the fitted polynomial.
-    pub degree: usize,
-}
-
-/// How a freeform prism is designed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DesignSettings {
-    /// Which way the grid is marched.
-    pub order: MarchOrder,
-    /// Total degree p of the fitted polynomial (Eq. 6), with even powers of y only.
-    pub degree: usize,
-    /// The integrator.
-    pub method: Method,
-    /// Step, in px of the sensor.
-    pub step_px: f64,
-}
-
-impl Default for DesignSettings {
-    /// The design paper's: x then y, p = 5, RK4 at the pixel pitch.
-    fn default() -> Self {
-        Self { order: MarchOrder::XThenY, degree: 5, method: Method::Rk4, step_px: 1.0 }
-    }
-}
-
-/// The order of the two marches of the design.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MarchOrder {
-    /// The centre row along x, then every column along y.
-    XThenY,
-    /// The centre column along y, then every row along x.
-    YThenX,
-}
-
-/// An integrator of ordinary differential equations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
-    /// First order.
-    Euler,
-    /// Second order.
-    Midpoint,
-    /// The classical Runge-Kutta method of fourth order.
-    Rk4,
-}
-
-/// A checkerboard on a plate: squares, a white margin around them, and a background around the plate.
-///
-/// In the board's frame the squares' centre is the origin, +x runs along the columns, +y down the rows, and the
-/// board is the plane z = 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Board {
-    /// Squares in x.
-    pub columns: usize,
-    /// Squares in y.
-    pub rows: usize,
-    /// Side of a square, in mm.
-    pub square_mm: f64,
-    /// Width of the white margin, in mm.
-    pub margin_mm: f64,
-    /// The board's frame in the world.
-    pub world_from_board: Pose,
-    /// Radiance of a black square (the top left one is black), of full scale 1.
-    pub black: f64,
-    /// Radiance of a white square and of the margin.
-    pub white: f64,
-    /// Radiance around the plate.
-    pub background: f64,
-}
-
-/// How linear radiance is coded in a PNG.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Encoding {
-    /// Value = radiance, or what a sensor with a gamma makes of it; gAMA 1.0.
-    Linear,
-    /// The sRGB curve of IEC 61966-2-1.
-    Srgb,
-}
-
-/// How the studies sample a scene.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Analysis {
-    /// Board distances along z, from the camera, at which the pinhole deviation is judged, in mm.
-    pub depths_mm: Vec<f64>,
-    /// Points along each side of the uniform grid over a half image.
-    pub grid: usize,
-}
-
-/// One claim of a scene about its own result.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Expect {
-    /// Path of a number in `report.json` under the design's name: `freeform/pinhole/designed/mean_abs_v_mm`.
-    pub value: String,
-    /// Smallest allowed value.
-    pub min: Option<f64>,
-    /// Largest allowed value.
-    pub max: Option<f64>,
 }

@@ -3,11 +3,11 @@
 
 use super::document::Document;
 use super::limits::FACET_DEG;
-use super::{Biprism, Camera, PolynomialPrism, Prism, Scene};
+use super::model::{Biprism, Camera, PolynomialPrism, Prism, Scene};
 use crate::effect::Telecentric;
+use crate::error::Problem;
 use crate::geom::{Pose, Ray};
 use crate::optics::snell::{refract, straightening_facet_rad};
-use crate::problem::Problem;
 use glam::{DVec2, DVec3};
 
 /// Judge how camera, prism and board stand to each other.

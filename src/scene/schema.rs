@@ -3,13 +3,15 @@
 //! These types are the one source of the shipped JSON Schema, of the structural rules that [`super::structure`]
 //! applies, and of the words in its messages: a field's comment is what an editor shows and what a user reads as help.
 
-use super::effects::{EffectTables, EffectsFile, QuadratureFile};
-use super::light::{d_line, glasses};
+pub(super) use super::effects::lens::QuadratureFile;
+use super::effects::light::{d_line, glasses};
+pub(super) use super::effects::tables::{EffectTables, EffectsFile};
 use super::limits::*;
 use super::tidy::tidy;
 use crate::accuracy::COARSEST_TARGET_PX;
-use crate::num::poly2::MAX_DEGREE;
-use schemars::{JsonSchema, generate::SchemaSettings, transform};
+use crate::num::bernstein::MAX_DEGREE;
+use schemars::generate::SchemaSettings;
+use schemars::{JsonSchema, transform};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::sync::LazyLock;

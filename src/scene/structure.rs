@@ -5,7 +5,7 @@
 
 use super::document::Document;
 use super::suggest;
-use crate::problem::Problem;
+use crate::error::Problem;
 use serde_json::Value;
 use std::ops::Range;
 use toml::Spanned;
@@ -287,7 +287,7 @@ fn short(number: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::schema::SCHEMA;
+    use super::super::schema::{SCHEMA, SceneFile};
     use super::*;
 
     /// A value that `schema` allows, as TOML: of a table all its keys, of `n` the choice where there are several.
@@ -329,7 +329,7 @@ mod tests {
             let text: String = keys.iter().map(|(key, inner)| format!("{key} = {}\n", sample(inner, n))).collect();
             let document = Document::parse(&text, "test").unwrap_or_else(|problem| panic!("{problem}\n{text}"));
             check(&document, &SCHEMA).unwrap_or_else(|problem| panic!("{problem}\n{text}"));
-            document.values().unwrap_or_else(|problem| panic!("{problem}\n{text}"));
+            document.values::<SceneFile>().unwrap_or_else(|problem| panic!("{problem}\n{text}"));
             booleans += text.matches("shot_noise = true").count() + text.matches("shot_noise = false").count();
         }
         assert_eq!(booleans, 60);

@@ -1,7 +1,8 @@
 //! The inverse of looking: the pixel position that sees a point of the board.
 
-use super::{Side, System};
+use super::instrument::System;
 use crate::optics::fate::Fate;
+use crate::prism::biprism::Side;
 use glam::DVec2;
 
 /// Rays along each edge of the coarse grid from which a search starts.

@@ -1,7 +1,7 @@
 //! Which effects are worth their time: what each changes at most, against what the scene says may be left out.
 
-use super::System;
 use super::bounds::{Bound, OF_REFLECTION, bound};
+use super::instrument::System;
 use crate::effect::{Bounding, Effects, Row};
 use crate::scene::Scene;
 

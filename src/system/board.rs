@@ -3,8 +3,8 @@
 use crate::geom::{Pose, Ray};
 use crate::num::simd::{Lanes, Mask};
 use crate::optics::fate::Fate;
+use crate::prism::packet::Rays;
 use crate::scene;
-use crate::trace::packet::Rays;
 use glam::{DVec2, DVec3};
 
 /// A checkerboard in its place.

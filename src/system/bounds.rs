@@ -16,10 +16,11 @@
 //! - What changes pixels by up to g on both sides of an edge, which is a ramp over one pixel, moves it by at most
 //!   2 g / (white - black) px.
 
-use super::{Side, System};
+use super::instrument::System;
 use crate::effect::clipping::Clipping;
 use crate::effect::diffraction::encircled_energy;
 use crate::effect::{Bounding, Effects, Row, Variant};
+use crate::prism::biprism::Side;
 use crate::scene::{Board, Scene};
 use glam::DVec2;
 use rayon::prelude::*;

@@ -3,9 +3,9 @@
 use crate::effect::{Telecentric, ThinLens};
 use crate::geom::Ray;
 use crate::num::simd::Lanes;
+use crate::prism::packet::{Rays, Vectors};
+use crate::prism::payload::Differentials;
 use crate::scene;
-use crate::trace::carry::Differentials;
-use crate::trace::packet::{Rays, Vectors};
 use glam::{DVec2, DVec3};
 
 /// A camera that looks along +z, its image un-inverted: a pinhole, or a telecentric lens.

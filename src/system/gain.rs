@@ -1,8 +1,8 @@
 //! What transport effects leave of the light of a ray.
 
-use super::System;
+use super::instrument::System;
 use crate::effect::{Journey, Landing};
-use crate::trace::carry::Trip;
+use crate::prism::payload::Trip;
 use glam::DVec2;
 
 impl System {

@@ -1,10 +1,10 @@
 //! The blur of a picture, from fits of some corners in which it is free.
 
-use super::Settings;
-use super::measure::FIRST_MARGIN_PX;
-use super::place::Place;
-use super::refine::{Effort, Fit, fit};
-use super::sight::Sight;
+use super::candidates::Sight;
+use super::corner_fit::{Fit, fit};
+use super::corner_model::Effort;
+use super::lattice_lines::Place;
+use super::settings::Settings;
 use super::window::gather;
 use crate::num::stats::quantile;
 use rayon::prelude::*;
@@ -92,3 +92,5 @@ fn medians(sight: &Sight<'_>, places: &[Place], settings: &Settings, mut sigma: 
     }
     Some((sigma, agree))
 }
+/// How far a corner may be from where a fit starts before a listed band would be too narrow, in px.
+pub(super) const FIRST_MARGIN_PX: f64 = 1.0;

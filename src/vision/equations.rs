@@ -1,12 +1,13 @@
 //! The normal equations of the fit of a corner: pixels near both edges one by one, strips and flat parts by their sums.
 
-use super::crossing::{Crossing, Pattern, Side};
-use super::profile::Profile;
-use super::refine::{LIGHT, Model, PARAMETERS};
+use super::corner_model::{LIGHT, Model, PARAMETERS, Right};
+use super::corner_pixel_model::{Crossing, Pattern, Side};
+use super::edge_spread::Profile;
+use super::pixel_sums::Sums;
 use super::strip::{EdgeModel, Strip, StripSums, strip_sums};
-use super::window::{Listed, Sums, Window};
+use super::window::{Listed, Window};
 use glam::DVec2;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 /// Pixels that are worked on together: few are near both edges.
 const CHUNK: usize = 32;
@@ -14,7 +15,6 @@ const CHUNK: usize = 32;
 const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
 
 pub(super) type Normal = SMatrix<f64, PARAMETERS, PARAMETERS>;
-pub(super) type Right = SVector<f64, PARAMETERS>;
 
 /// The normal matrix, the right side and the weighted sum of squared differences at a model.
 #[derive(Debug, Clone)]

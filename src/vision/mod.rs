@@ -28,187 +28,34 @@
 //! ```
 
 mod blur;
-mod crossing;
 mod curvature;
 mod equations;
-mod gauss;
-mod grid;
 pub mod half;
-mod measure;
-mod place;
-mod profile;
-mod refine;
 mod response;
-mod ring;
-mod sight;
 mod strip;
+mod candidates;
+mod corner_pixel_model;
+mod edge_spread;
+mod lattice_lines;
+mod corner_fit;
+pub(crate) mod fit_all;
+mod ring_test;
+mod lattice_growth;
+mod settings;
+mod detection;
 mod window;
+mod corner_model;
+mod pixel_sums;
+mod candidate;
+
+pub use detection::{Corner, Detection, Polarity, Reason, Rejected};
+pub use settings::{Blur, LEAST_VISIBLE, Light, Settings};
 
 use crate::raster::Raster;
-use glam::{DMat2, DVec2};
 
-pub use grid::{Lattices, Seen, grow, upright};
-pub use measure::measure;
-pub use sight::{Sight, look};
-
-/// The least visible share of a corner's window.
-pub const LEAST_VISIBLE: f64 = 0.5;
-
-/// How the blur of the picture is known.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Blur {
-    /// One blur across each family of lines, estimated from the picture: right for most pictures.
-    Common,
-    /// A Gaussian of this standard deviation, in px; 0 is a picture that only the pixel's square has smoothed.
-    Known(f64),
-    /// Each corner has its own: for a blur that changes over the picture. The slowest.
-    PerCorner,
-}
-
-/// Where light that is not even becomes so.
-///
-/// The blur takes light from the brighter side: on the board it moves every corner by its variance times the relative
-/// change of the light a px (a blur of 1 px, and light that falls by 40 % over 500 px: 0.0008 px), and the fit takes that
-/// back. A picture does not tell which it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Light {
-    /// The board is lit unevenly.
-    OnBoard,
-    /// The lens or the sensor darkens a part of the picture that is already blurred: vignetting.
-    InCamera,
-}
-
-/// The choices of [`detect`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// Half the window of a corner as a share of the step to its neighbours, in 0.1..=0.5. A larger one is less noisy;
-    /// above 0.5 neighbours would share pixels and their errors.
-    pub window: f64,
-    /// The blur.
-    pub blur: Blur,
-    /// Where the light varies.
-    pub light: Light,
-    /// A grid has at least so many corners; also at least three columns and three rows.
-    pub min_corners: usize,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { window: 0.45, blur: Blur::Common, light: Light::OnBoard, min_corners: 9 }
-    }
-}
-
-/// Which diagonal of a corner is bright.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Polarity {
-    /// The square between +column and +row is bright, and the one opposite.
-    Main,
-    /// The other two squares are bright.
-    Anti,
-}
-
-/// A measured corner.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Corner {
-    /// Position, in px: pixel (i, j) covers `[i, i+1) x [j, j+1)`.
-    pub position_px: DVec2,
-    /// Column and row in one consistent lattice: +column runs along +x and +row along +y as nearly as possible (the
-    /// lattice is turned, never mirrored), and the smallest of each is 0.
-    pub index: [i32; 2],
-    /// Covariance of the position, in px^2, from the fit's residual.
-    pub covariance_px2: DMat2,
-    /// Bright minus dark, in the unit of the picture.
-    pub contrast: f64,
-    /// Root mean square difference between picture and model over the window, in the unit of the picture.
-    pub residual: f64,
-    /// Which diagonal is bright.
-    pub polarity: Polarity,
-}
-
-/// Why a candidate is not a corner of the answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Reason {
-    /// The picture around it does not alternate bright, dark, bright, dark.
-    Ring,
-    /// It has no place in a grid of sufficient size.
-    NoGrid,
-    /// It belongs to a smaller grid than the one that is answered.
-    OtherGrid,
-    /// Less than its ring or half its window lies in the picture and outside the mask.
-    Cut,
-    /// The next lines are nearer than six blurs, and blur into its window.
-    Blurred,
-    /// Its contrast is far below that of the grid.
-    LowContrast,
-    /// The fit ended at another place.
-    Moved,
-    /// It makes a kink in its grid lines.
-    OffLattice,
-    /// The picture there is unlike two crossing edges: hidden in part, or a seam runs through it.
-    Residual,
-    /// The fit came to no end.
-    NotConverged,
-}
-
-impl Reason {
-    /// Every reason.
-    pub const ALL: [Self; 10] = [
-        Self::Ring,
-        Self::NoGrid,
-        Self::OtherGrid,
-        Self::Cut,
-        Self::Blurred,
-        Self::LowContrast,
-        Self::Moved,
-        Self::OffLattice,
-        Self::Residual,
-        Self::NotConverged,
-    ];
-
-    /// The name in files and reports.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Ring => "ring",
-            Self::NoGrid => "no-grid",
-            Self::OtherGrid => "other-grid",
-            Self::Cut => "cut",
-            Self::Blurred => "blurred",
-            Self::LowContrast => "low-contrast",
-            Self::Moved => "moved",
-            Self::OffLattice => "off-lattice",
-            Self::Residual => "residual",
-            Self::NotConverged => "not-converged",
-        }
-    }
-}
-
-/// A candidate that is not in the answer.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rejected {
-    /// Where it was last seen, in px.
-    pub position_px: DVec2,
-    /// Why.
-    pub reason: Reason,
-}
-
-/// What was found in a picture.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Detection {
-    /// The corners of the largest grid, by column, then by row. Empty where there is no grid.
-    pub corners: Vec<Corner>,
-    /// Every other candidate, with its reason.
-    pub rejected: Vec<Rejected>,
-    /// The standard deviation of the blur across the column lines' and the row lines' edges, in px; 0 is sharp. `None`
-    /// where there is no grid.
-    pub sigma_px: Option<[f64; 2]>,
-}
-
-impl Detection {
-    /// How many candidates were rejected for each reason, in the order of [`Reason::ALL`].
-    pub fn counts(&self) -> [(Reason, usize); 10] {
-        Reason::ALL.map(|reason| (reason, self.rejected.iter().filter(|r| r.reason == reason).count()))
-    }
-}
+pub use candidates::{Sight, look};
+pub use fit_all::measure;
+pub use lattice_growth::{Lattices, Seen, grow, upright};
 
 /// Finds and measures the corners of the largest checkerboard in a picture of linear radiance.
 ///

@@ -4,9 +4,9 @@
 //! direction are combinations of two columns: T = A sign E'(d), and T t with t the way along the edge. So the normal
 //! equations of a strip follow from some thirty sums, taken over many pixels at a time.
 
-use super::profile::Profile;
-use super::refine::Model;
-use super::window::Sums;
+use super::corner_model::Model;
+use super::edge_spread::Profile;
+use super::pixel_sums::Sums;
 use glam::DVec2;
 
 /// Pixels that are worked on together.

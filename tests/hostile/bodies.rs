@@ -3,11 +3,12 @@
 
 use biprism::design::fit::fit;
 use biprism::geom::Ray;
-use biprism::optics::mesh::{Mesh, Normals};
-use biprism::raster;
-use biprism::report::corners;
-use biprism::scene::cloud::{Format, Surface, parse_points};
-use biprism::scene::{self, Prism, mesh};
+use biprism::io::corners;
+use biprism::io::mesh;
+use biprism::io::point_cloud::{Format, Surface, parse_points};
+use biprism::scene;
+use biprism::scene::Prism;
+use biprism::surface::mesh::{Mesh, Normals};
 use biprism::system::aim::Aimer;
 use biprism::system::{self, Side};
 use glam::{DVec2, DVec3};
@@ -51,7 +52,7 @@ pub(crate) fn scene_text(bytes: &[u8]) {
 pub(crate) fn picture(bytes: &[u8], ending: &str) {
     let mut file = tempfile::Builder::new().suffix(ending).tempfile().expect("a temporary file");
     file.write_all(bytes).expect("it is written");
-    match raster::read(file.path(), None) {
+    match biprism::io::read(file.path(), None) {
         Ok((picture, _)) => assert!(picture.data().iter().all(|v| v.is_finite())),
         Err(problem) => assert!(!problem.rule.is_empty() && !problem.help.is_empty()),
     }

@@ -2,8 +2,8 @@
 
 use crate::common::board::{Noise, Scene};
 use crate::judge::{bound, judge};
+use biprism::raster::Raster;
 use biprism::raster::transfer::Transfer;
-use biprism::raster::{self, Raster};
 use biprism::vision::{Blur, Settings, detect};
 use glam::{DMat3, DVec2};
 use image::codecs::jpeg::JpegEncoder;
@@ -24,7 +24,7 @@ fn through_jpeg(image: &Raster<f32>, quality: u8) -> Raster<f32> {
         .expect("it can be encoded");
     let mut file = tempfile::Builder::new().suffix(".jpg").tempfile().expect("a temporary file");
     file.write_all(&bytes).expect("it is written");
-    raster::read(file.path(), Some(Transfer::Srgb)).expect("it is a JPEG").0
+    biprism::io::read(file.path(), Some(Transfer::Srgb)).expect("it is a JPEG").0
 }
 
 /// A board of 14 x 11 squares on a light table, through a lens that bends lines by 10 px, in uneven light.

@@ -1,8 +1,8 @@
 //! The board's corners as marks: where the reference sees them, and what another way sees there.
 
-use super::{Shifts, shift_px};
+use super::shifts::{Shifts, shift_px};
 use crate::accuracy::Accuracy;
-use crate::analysis::nominal::Frame;
+use crate::analysis::half_image::Frame;
 use crate::analysis::truth;
 use crate::render::Plan;
 use crate::system::aim::Aimer;

@@ -1,13 +1,13 @@
 //! The design of the prism: integrator, step and degree, against how well its rays meet in one point.
 
-use super::Settings;
-use super::eye::true_reprojection_rms_px;
+use super::detector::true_reprojection_rms_px;
+use super::settings::Settings;
 use super::time::{Spread, Taken};
-use crate::analysis::nominal::{Frame, virtual_camera};
+use crate::analysis::half_image::{Frame, virtual_camera};
 use crate::analysis::truth;
 use crate::design::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform_by};
 use crate::geom::Ray;
-use crate::metrics::virtual_camera::axis_crossings;
+use crate::metrics::ray_bundle::axis_crossings;
 use crate::num::ode::Integrator;
 use crate::scene::{Prism, Scene};
 use crate::system::aim::Aimer;

@@ -1,12 +1,13 @@
 //! The prism as triangles: what a renderer of meshes pays and loses.
 
 use super::corners::{Corners, Mark};
-use super::eye::rms_px;
+use super::detector::rms_px;
+use super::settings::Settings;
+use super::shifts::{Shifts, shift_px};
 use super::time::{Spread, Taken, cpu_ms};
-use super::{Settings, Shifts, shift_px};
-use crate::analysis::nominal::{Frame, virtual_camera};
-use crate::optics::mesh::Normals;
-use crate::system::mesh::Tessellated;
+use crate::analysis::half_image::{Frame, virtual_camera};
+use crate::surface::mesh::Normals;
+use crate::system::tessellated::Tessellated;
 use crate::system::{Side, System};
 use crate::vision::half::Half;
 use glam::DVec2;

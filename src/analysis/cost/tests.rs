@@ -1,7 +1,6 @@
 use super::*;
 use crate::accuracy::Level;
-use crate::scene;
-use crate::system;
+use crate::{scene, system};
 
 fn study() -> Study {
     let text = "name = \"small\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 256\nheight_px = 144\n\

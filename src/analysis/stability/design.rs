@@ -1,7 +1,8 @@
 //! The march of the design: its order of convergence, its floor, and where it must stop.
 
+use super::case::{Case, Unit};
 use super::scenes::{BOARD, scene};
-use super::{Case, Outcome, Tally, Unit};
+use super::tally::{Outcome, Tally};
 use crate::design::{DesignInput, freeform_by};
 use crate::num::ode::Integrator;
 use crate::scene::Prism;

@@ -1,15 +1,16 @@
 //! Freeform surfaces: several crossings, folds, high degrees, clouds that determine too little, and the solver's budget.
 
+use super::case::{Case, Unit};
 use super::optics::TRACE_PX;
 use super::scenes::{BOARD, FREEFORM, FULL, built, in_px, places, scene};
 use super::tables::{self, number, rows};
-use super::{Case, Outcome, Tally, Unit};
+use super::tally::{Outcome, Tally};
 use crate::design::fit::fit;
 use crate::geom::{Ray, Rect};
 use crate::num::poly2::Poly2;
 use crate::optics::fate::Fate;
-use crate::optics::surface::{Freeform, Surface};
 use crate::scene::{Patch, Prism};
+use crate::surface::shape::{Freeform, Surface};
 use crate::system::aim::Aimer;
 use crate::system::{Side, System};
 use glam::{DVec2, DVec3};

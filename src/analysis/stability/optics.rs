@@ -1,12 +1,13 @@
 //! Total reflection, grazing incidence, the ridge, and optics that vanish.
 
+use super::case::{Case, Unit};
 use super::scenes::{BOARD, FLAT, FULL, NO_GLASS, built, in_px, places};
 use super::tables::{self, number, rows};
-use super::{Case, Outcome, Tally, Unit};
+use super::tally::{Outcome, Tally};
 use crate::geom::Ray;
 use crate::optics::snell::refract;
-use crate::optics::surface::Surface;
 use crate::render::{self, Class};
+use crate::surface::shape::Surface;
 use glam::{DVec2, DVec3};
 
 /// f over the pixel pitch in the paper's camera: what a rounding of a direction is worth, in units of eps px.

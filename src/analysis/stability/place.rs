@@ -1,14 +1,15 @@
 //! Scale and place: the same instrument, tiny, huge, or far from the origin.
 
+use super::case::{Case, Unit};
 use super::optics::TRACE_PX;
 use super::scenes::{BOARD, FLAT, FULL, built, in_px, places};
 use super::tables::PRISM;
-use super::{Case, Outcome, Tally, Unit};
+use super::tally::{Outcome, Tally};
 use crate::num::poly2::Poly2;
-use crate::scene::Patch;
-use crate::scene::{self, Prism, Scene};
+use crate::scene::{Patch, Prism, Scene};
+use crate::system::System;
 use crate::system::aim::Aimer;
-use crate::system::{self, System};
+use crate::{scene, system};
 use glam::{DVec2, DVec3};
 
 pub(super) const CASES: &[Case] = &[

@@ -1,8 +1,9 @@
 //! Sampling: squares far below and far above a pixel, corners on borders, sensors of one pixel, one row, one column.
 
+use super::case::{Case, Unit};
 use super::scenes::{BOARD, FLAT, NO_GLASS, built};
 use super::tables::PRISM;
-use super::{Case, Outcome, Tally, Unit};
+use super::tally::{Outcome, Tally};
 use crate::accuracy::Accuracy;
 use crate::render;
 use crate::system::System;

@@ -1,7 +1,8 @@
 //! Scenes of the catalogue, made from text through the front door.
 
-use crate::scene::{self, Scene};
-use crate::system::{self, System};
+use crate::scene::Scene;
+use crate::system::System;
+use crate::{scene, system};
 use glam::DVec2;
 
 /// The flat prism of the design paper.

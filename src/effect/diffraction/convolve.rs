@@ -1,7 +1,6 @@
 //! A picture convolved with a kernel.
 
-use super::Kernel;
-use super::kernel::Far;
+use super::kernel::{Far, Kernel};
 use crate::num::simd::{self, widest};
 use crate::raster::Raster;
 use rayon::prelude::*;

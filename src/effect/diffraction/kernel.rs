@@ -1,6 +1,6 @@
 //! The weights by which diffraction mixes pixels.
 
-use super::{encircled_energy, mtf};
+use super::airy::{encircled_energy, mtf};
 use crate::num::quadrature::gauss_legendre;
 use std::f64::consts::{PI, TAU};
 

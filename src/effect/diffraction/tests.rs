@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::raster::Raster;
+use std::f64::consts::PI;
 
 /// Light falls off to nothing at 1.22 wavelengths times f-number: 3.8317059702 / pi (Abramowitz and Stegun, table 9.5).
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! B. E. Bayer, "Color imaging array", US patent 3971065 (1976).
 
-use crate::effect::Picture;
+use crate::effect::picture::Picture;
 use crate::raster::Raster;
 
 /// A mosaic of red, green and blue filters that repeats every two pixels.

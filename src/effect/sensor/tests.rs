@@ -4,7 +4,9 @@
 //! standard deviations), were its seed drawn anew.
 
 use super::*;
+use crate::effect::picture::Picture;
 use crate::num::stats::mean;
+use crate::raster::Raster;
 
 const Z: f64 = 5.0;
 

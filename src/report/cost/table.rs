@@ -1,6 +1,6 @@
 //! The study as a table to read.
 
-use super::{Machine, front};
+use super::document::{Machine, front};
 use crate::analysis::cost::{Setting, Study};
 use std::fmt::Write;
 

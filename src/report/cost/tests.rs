@@ -1,7 +1,8 @@
 use super::*;
-use crate::analysis::cost::{Measured, Meshed, Shifts, Spread};
+use crate::analysis::cost::{Measured, Meshed, Setting, Shifts, Spread, Study};
+use crate::plot::svg;
 use crate::render::Counts;
-use crate::report::figure::svg;
+use crate::report::figures::cost as chart;
 
 fn spread(median: f64) -> Spread {
     Spread { min: 0.9 * median, median, p90: 1.2 * median, n: 5 }

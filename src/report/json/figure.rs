@@ -1,9 +1,8 @@
 //! One number of a report, with all that is needed to compare it.
 
+use crate::metrics::Both;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use crate::metrics::Both;
 
 /// A number that judges the optics: what a user would measure, what is exactly so, and how it is defined.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -1,15 +1,14 @@
 //! From results of `metrics` to the figures of a report: the one place that says which definition belongs to which key.
 
-use glam::DVec3;
-
-use super::figure::{Definition, Frame, Normaliser, Unit};
-use super::{Centre, Designed, Figure, Fitted, Stereo};
+use super::document::{Centre, Designed, Fitted, Stereo};
+use super::figure::{Definition, Figure, Frame, Normaliser, Unit};
 use crate::metrics::epipolar::Summary;
+use crate::metrics::ray_bundle::{CommonPoint, Misses, PlaneDeviation};
 use crate::metrics::reprojection::Parameter;
 use crate::metrics::stereo::{DepthLaw, Disparity};
 use crate::metrics::straightness::RowsAndColumns;
-use crate::metrics::virtual_camera::{CommonPoint, Misses, PlaneDeviation};
 use crate::metrics::{Both, Deviation};
+use glam::DVec3;
 
 /// Nearest and farthest depth of what was looked at, in mm; `None` where it is unknown (a photograph).
 pub type Depths = Option<[f64; 2]>;
@@ -43,7 +42,7 @@ pub fn stereo(
 
 /// Against the designed virtual camera on its virtual image plane, by rays beyond the glass: Table 1 of the design
 /// paper. Measured rays come from corners at several depths
-/// ([`rays_from_depths`](crate::metrics::virtual_camera::rays_from_depths)).
+/// ([`rays_from_depths`](crate::metrics::ray_bundle::rays_from_depths)).
 pub fn designed_by_rays(found: &Both<PlaneDeviation>) -> Designed {
     designed(Frame::VirtualImagePlane, None, &found.then(|d| Ok(d.mm)), &found.then(|d| Ok(d.px)))
 }

@@ -1,8 +1,8 @@
 use super::*;
-use crate::metrics::Both;
-use crate::metrics::{Deviation, Pair, Unmeasurable, epipolar, reprojection, stereo, straightness};
+use crate::metrics::{Both, Deviation, Pair, Unmeasurable, epipolar, reprojection, stereo, straightness};
 use glam::DVec2;
 use serde_json::json;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 fn deviation(error: f64) -> Both<Deviation> {

@@ -1,0 +1,89 @@
+//! Which corner of the board is which corner of a detected lattice?
+//!
+//! A checkerboard that fills the view has no mark of its own, so a lattice found in a picture is known only up to a
+//! shift and a quarter turn. The virtual camera settles both: near the half image's centre it is right by
+//! construction, and elsewhere it need only be right to half a square. Of the instrument only the half's central ray
+//! enters.
+
+use super::half_image::Frame;
+use crate::geom::Ray;
+use crate::metrics::pinhole::Pinhole;
+use crate::num::stats::quantile;
+use crate::system::System;
+use crate::vision::{Polarity, Seen};
+use glam::{DVec2, IVec2};
+
+/// A detected corner that knows its place on the board.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// Column and row on the board.
+    pub index: [i32; 2],
+    /// Position, in px from the half's own origin.
+    pub position_px: DVec2,
+}
+
+/// Corners nearest to the centre of the half that vote for the shift.
+const VOTERS: usize = 9;
+/// Votes may lie this far from a whole shift, in squares.
+const MOST_DOUBT: f64 = 0.3;
+
+/// Gives the corners of one half their places on the board; `None` when the virtual camera cannot tell, because its
+/// predictions lie between two corners or contradict the colours of the squares.
+pub fn anchor(system: &System, frame: &Frame, camera: &Pinhole, corners: &[Seen]) -> Option<Vec<Found>> {
+    let centre = frame.own(frame.centre_px(system));
+    let mut voters: Vec<&Seen> = corners.iter().collect();
+    voters.sort_by(|a, b| {
+        a.position_px
+            .distance_squared(centre)
+            .total_cmp(&b.position_px.distance_squared(centre))
+            .then(a.index.cmp(&b.index))
+    });
+    voters.truncate(VOTERS);
+    let votes: Vec<(IVec2, DVec2)> = voters
+        .iter()
+        .filter_map(|c| Some((IVec2::from_array(c.index), board_index(system, camera, c.position_px)?)))
+        .collect();
+    let turns = [IVec2::new(1, 0), IVec2::new(0, 1), IVec2::new(-1, 0), IVec2::new(0, -1)];
+    let (turn, shift, doubt) = turns
+        .into_iter()
+        .filter_map(|turn| {
+            let offsets: Vec<DVec2> =
+                votes.iter().map(|(lattice, board)| board - turned(turn, *lattice).as_dvec2()).collect();
+            let median = |axis: usize| quantile(&offsets.iter().map(|o| o[axis]).collect::<Vec<_>>(), 0.5);
+            let shift = DVec2::new(median(0)?, median(1)?).round();
+            let doubt = offsets.iter().fold(0.0, |d: f64, o| d.max((o - shift).abs().max_element()));
+            Some((turn, shift.as_ivec2(), doubt))
+        })
+        .min_by(|a, b| a.2.total_cmp(&b.2))?;
+    let place = |c: &Seen| (turned(turn, IVec2::from_array(c.index)) + shift).to_array();
+    // A detector that does not tell the colours cannot contradict them.
+    let told = corners.iter().filter_map(|c| Some(polarity(system, place(c)) == c.polarity?));
+    let (agree, all) = told.fold((0, 0), |(agree, all), same| (agree + usize::from(same), all + 1));
+    let agreed = doubt < MOST_DOUBT && (all == 0 || 2 * agree > all);
+    agreed.then(|| corners.iter().map(|c| Found { index: place(c), position_px: c.position_px }).collect())
+}
+
+/// Which diagonal of the board's corner is bright when it is seen upright, as it is wherever columns run to the right
+/// and rows down; the top left square of the board is black.
+fn polarity(system: &System, [column, row]: [i32; 2]) -> Polarity {
+    let dark_main = (column + row).rem_euclid(2) == 0;
+    let inverted = system.board.pattern.black > system.board.pattern.white;
+    // A quarter turn of the board swaps the diagonals.
+    let x = system.board.vector(glam::DVec3::X);
+    let turned = x.y.abs() > x.x.abs();
+    if dark_main ^ inverted ^ turned { Polarity::Anti } else { Polarity::Main }
+}
+
+/// The lattice vector turned by the quarter turn that takes (1, 0) to `turn`.
+fn turned(turn: IVec2, v: IVec2) -> IVec2 {
+    IVec2::new(turn.x * v.x - turn.y * v.y, turn.y * v.x + turn.x * v.y)
+}
+
+/// The board's (column, row), not rounded, that an ideal camera sees at `image_px`.
+fn board_index(system: &System, camera: &Pinhole, image_px: DVec2) -> Option<DVec2> {
+    let world_from_camera = camera.camera_from_world.inverse();
+    let direction = world_from_camera.vector(camera.at_depth(image_px, 1.0)).normalize();
+    let ray = Ray { origin: camera.centre_mm(), direction };
+    let (board_mm, _) = system.board.meet(&ray).ok()?;
+    Some((board_mm - system.board.corner_at(0.0, 0.0)) / system.board.pattern.square_mm)
+}

@@ -1,0 +1,55 @@
+//! How much the study does.
+
+use crate::accuracy::Level;
+
+/// How much the study does.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Repetitions of each setting.
+    pub repetitions: usize,
+    /// A setting is not repeated once it has taken this long altogether, in s.
+    pub patience_s: f64,
+    /// Levels of accuracy that are timed.
+    pub levels: Vec<Level>,
+    /// Side of the grids of samples a pixel that stand for a renderer without knowledge of its scene.
+    pub supersampling: Vec<usize>,
+    /// Steps of the design's integration, in um on the sensor.
+    pub steps_um: Vec<f64>,
+    /// Degrees of the polynomials that are fitted to a design.
+    pub degrees: Vec<usize>,
+    /// Triangles of front and back together.
+    pub triangles: Vec<usize>,
+}
+
+impl Default for Settings {
+    /// The ranges of the design paper's Fig. 4(b) and beyond.
+    fn default() -> Self {
+        Self {
+            repetitions: 7,
+            patience_s: 6.0,
+            levels: Level::ALL.to_vec(),
+            supersampling: vec![1, 2, 4, 8],
+            steps_um: vec![91.0, 55.0, 22.0, 11.0, 5.5, 2.75, 1.0],
+            degrees: vec![3, 4, 5, 6, 7, 9],
+            triangles: vec![1_000, 10_000, 100_000, 1_000_000],
+        }
+    }
+}
+
+impl Settings {
+    /// A first look: the cheap end of each range. Of the reference only the picture is made that others are held against.
+    pub fn quick() -> Self {
+        Self {
+            patience_s: 0.5,
+            levels: Level::ALL.into_iter().filter(|level| *level != Level::Reference).collect(),
+            supersampling: vec![1, 2],
+            steps_um: vec![91.0, 22.0],
+            degrees: vec![3, 5],
+            triangles: vec![1_000],
+            ..Self::default()
+        }
+    }
+}
+
+/// What the study does next, and how much of it there is.
+pub type Stage<'a> = dyn FnMut(&'static str, usize) + 'a;

@@ -1,0 +1,77 @@
+//! The freeform prism of the paper: virtual camera, march, and fitted polynomials.
+
+use super::fit::{Fit, fit};
+use super::march::march;
+use super::point_grid::Cloud;
+use super::virtual_camera::{VirtualCamera, virtual_camera};
+use crate::error::Problem;
+use crate::num::ode::Integrator;
+use crate::scene::{Biprism, Body, Camera, DesignSettings, Method, PolynomialPrism};
+
+/// z of the virtual cameras in the design paper's prisms, in the prism's frame: the plane of the camera's pinhole. The
+/// paper leaves it open; this choice reproduces its Table 1.
+pub const VIRTUAL_CAMERA_Z_MM: f64 = 0.0;
+
+/// What a freeform prism is designed from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DesignInput {
+    /// The camera. Its position is not used: the pinhole is the origin of the prism's frame.
+    pub camera: Camera,
+    /// The flat prism that the design starts from.
+    pub prism: Biprism,
+    /// How it is designed.
+    pub settings: DesignSettings,
+    /// z of the virtual cameras' centres O' in the prism's frame, in mm. The paper leaves it open; 0, the plane of the
+    /// camera's pinhole, reproduces its Table 1.
+    pub virtual_camera_z_mm: f64,
+}
+
+/// A freeform prism, and how true it is to its equations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FreeformDesign {
+    /// Facet angle, central ray and virtual camera of the right half.
+    pub camera: VirtualCamera,
+    /// The surface that faces the camera, x > 0.
+    pub front: Fit,
+    /// The surface that faces the scene, x > 0.
+    pub back: Fit,
+    /// Largest less smallest optical path over the cloud, in mm: the error of the integration.
+    pub optical_path_spread_mm: f64,
+    /// The points that the surfaces go through: 16 bytes each, so that a caller of many designs may want to drop them.
+    pub cloud: Cloud,
+}
+
+impl FreeformDesign {
+    /// The prism of the fitted surfaces, in the glass and at the place of `body`.
+    pub fn prism(&self, body: Body) -> PolynomialPrism {
+        PolynomialPrism { body, front: self.front.patch.clone(), back: self.back.patch.clone() }
+    }
+}
+
+/// The freeform prism of the design paper: marched from the central ray of the half image and fitted by polynomials.
+///
+/// # Errors
+/// A [`Problem`] when the input is outside the domain of one of the steps: see [`virtual_camera()`], [`march()`] and
+/// [`fit()`].
+pub fn freeform(input: &DesignInput) -> Result<FreeformDesign, Problem> {
+    let integrator = match input.settings.method {
+        Method::Euler => Integrator::Euler,
+        Method::Midpoint => Integrator::Midpoint,
+        Method::Rk4 => Integrator::Rk4,
+    };
+    freeform_by(input, integrator)
+}
+
+/// [`freeform`] with an integrator of choice in the place of `settings.method`: to study what each costs and buys.
+///
+/// # Errors
+/// As [`freeform`].
+pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<FreeformDesign, Problem> {
+    let camera = virtual_camera(&input.camera, &input.prism, input.virtual_camera_z_mm)?;
+    let cloud = march(&input.camera, &camera, &input.settings, integrator)?;
+    let [shortest, longest] = cloud.optical_path_range_mm();
+    let degree = input.settings.degree;
+    let front = fit(&cloud.front_mm(), degree, Some(camera.front_mm.truncate()))?;
+    let back = fit(&cloud.back_mm(), degree, Some(camera.back_mm.truncate()))?;
+    Ok(FreeformDesign { camera, front, back, optical_path_spread_mm: longest - shortest, cloud })
+}

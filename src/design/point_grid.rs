@@ -1,0 +1,121 @@
+//! The result of the march: points of both surfaces on a grid of pixel positions.
+
+use super::slope::optical_path_mm;
+use super::virtual_camera::VirtualCamera;
+use crate::scene::MarchOrder;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Where one ray of the design meets the two surfaces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CloudPoint {
+    /// Offset from the half image's centre, in px: +u towards +x, +v towards +y (down in the image).
+    pub u_px: f64,
+    /// See `u_px`.
+    pub v_px: f64,
+    /// P on the front surface, in mm in the prism's frame.
+    pub front_mm: DVec3,
+    /// P' on the back surface, in mm in the prism's frame.
+    pub back_mm: DVec3,
+}
+
+/// The two surfaces of the right half (x > 0) on a grid of pixel positions: the point cloud of the paper.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cloud {
+    /// The camera that the grid belongs to.
+    pub(super) camera: VirtualCamera,
+    /// Side of a pixel.
+    pub(super) pitch_mm: f64,
+    /// Which march came first.
+    pub(super) order: MarchOrder,
+    /// Columns, from the left, and rows, from the top.
+    pub(super) u_px: Vec<f64>,
+    pub(super) v_px: Vec<f64>,
+    /// [p_z, p'_z] line after line; a line runs along the second march of `order`.
+    pub(super) z_mm: Vec<[f64; 2]>,
+}
+
+impl Cloud {
+    /// Columns of the grid: an odd number, with the half image's centre in the middle.
+    pub fn columns(&self) -> usize {
+        self.u_px.len()
+    }
+
+    /// Rows of the grid, as [`Cloud::columns`].
+    pub fn rows(&self) -> usize {
+        self.v_px.len()
+    }
+
+    /// Points of the grid.
+    pub fn len(&self) -> usize {
+        self.z_mm.len()
+    }
+
+    /// Whether the grid has no point, which [`crate::design::march::march`] never returns.
+    pub fn is_empty(&self) -> bool {
+        self.z_mm.is_empty()
+    }
+
+    /// Distance between neighbours of the grid along u and v, in px.
+    pub fn spacing_px(&self) -> [f64; 2] {
+        [self.u_px[1] - self.u_px[0], self.v_px[1] - self.v_px[0]]
+    }
+
+    /// The point of a column and a row.
+    ///
+    /// # Panics
+    /// When the column or the row is outside the grid.
+    pub fn at(&self, column: usize, row: usize) -> CloudPoint {
+        assert!(column < self.columns() && row < self.rows(), "({column}, {row}) is outside the grid");
+        match self.order {
+            MarchOrder::XThenY => self.nth(column * self.rows() + row),
+            MarchOrder::YThenX => self.nth(row * self.columns() + column),
+        }
+    }
+
+    /// Every point, row after row from the top, each from the left.
+    pub fn points(&self) -> impl Iterator<Item = CloudPoint> + '_ {
+        (0..self.rows()).flat_map(move |row| (0..self.columns()).map(move |column| self.at(column, row)))
+    }
+
+    /// The points P of the front surface, in the order of the march.
+    pub fn front_mm(&self) -> Vec<DVec3> {
+        (0..self.len()).into_par_iter().map(|i| self.nth(i).front_mm).collect()
+    }
+
+    /// The points P' of the back surface, in the order of the march.
+    pub fn back_mm(&self) -> Vec<DVec3> {
+        (0..self.len()).into_par_iter().map(|i| self.nth(i).back_mm).collect()
+    }
+
+    /// Smallest and largest optical path |OP| + k |PP'| - |P'O'| over the grid, in mm. Exact slopes keep it constant, so
+    /// the difference is the error of the integration.
+    pub fn optical_path_range_mm(&self) -> [f64; 2] {
+        (0..self.len())
+            .into_par_iter()
+            .map(|i| {
+                let point = self.nth(i);
+                let path = optical_path_mm(&self.camera, point.front_mm, point.back_mm);
+                [path, path]
+            })
+            // Minimum and maximum do not depend on the order of the reduction.
+            .reduce(|| [f64::INFINITY, f64::NEG_INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])])
+    }
+
+    fn nth(&self, i: usize) -> CloudPoint {
+        let (column, row) = match self.order {
+            MarchOrder::XThenY => (i / self.rows(), i % self.rows()),
+            MarchOrder::YThenX => (i % self.columns(), i / self.columns()),
+        };
+        let (u_px, v_px) = (self.u_px[column], self.v_px[row]);
+        let (u_mm, v_mm) = (u_px * self.pitch_mm, v_px * self.pitch_mm);
+        let [front_z, back_z] = self.z_mm[i];
+        let depth = back_z - self.camera.centre_mm.z;
+        CloudPoint {
+            u_px,
+            v_px,
+            front_mm: self.camera.outer_direction(u_mm, v_mm) * front_z,
+            back_mm: self.camera.centre_mm + self.camera.virtual_direction(u_mm, v_mm) * depth,
+        }
+    }
+}

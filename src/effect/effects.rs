@@ -1,0 +1,267 @@
+//! The effects that a scene calls for, with their settings.
+
+use super::absorption::Absorption;
+use super::clipping::Clipping;
+use super::coating::Coating;
+use super::cos4::Cos4;
+use super::diffraction::{Diffraction, Kernel, blur};
+use super::dispersion::{self, Dispersion};
+use super::fresnel::Fresnel;
+use super::ghosts::Ghosts;
+use super::hook::Hook;
+use super::journey::Journey;
+use super::lamp::Lamp;
+use super::manufacture::Manufacture;
+use super::picture::Picture;
+use super::quadrature::{Points, Quadrature, turned};
+use super::roughness::Roughness;
+use super::sensor::Sensor;
+use super::telecentric::Telecentric;
+use super::thin_lens::ThinLens;
+use super::variant::Variant;
+use glam::DVec2;
+
+/// The effects that a scene calls for, with their settings; `None` is absent.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Effects {
+    /// A lens of finite aperture in focus at one distance.
+    pub thin_lens: Option<ThinLens>,
+    /// A telecentric lens in place of the pinhole.
+    pub telecentric: Option<Telecentric>,
+    /// What keeps rays from passing.
+    pub clipping: Option<Clipping>,
+    /// The prism as it was made.
+    pub manufacture: Option<Manufacture>,
+    /// Rough surfaces.
+    pub roughness: Option<Roughness>,
+    /// The natural fall of light towards the rim of the picture.
+    pub cos4: Option<Cos4>,
+    /// The board lit by a lamp.
+    pub lamp: Option<Lamp>,
+    /// What the surfaces of the glass reflect is missing behind it.
+    pub fresnel: Option<Fresnel>,
+    /// A layer on every surface of the glass; of no use without `fresnel`.
+    pub coating: Option<Coating>,
+    /// What the glass absorbs.
+    pub absorption: Option<Absorption>,
+    /// What the surfaces of the glass reflect arrives elsewhere; of no use without `fresnel`.
+    pub ghosts: Option<Ghosts>,
+    /// Light of many wavelengths.
+    pub dispersion: Option<Dispersion>,
+    /// Diffraction at the aperture.
+    pub diffraction: Option<Diffraction>,
+    /// A sensor that is not ideal.
+    pub sensor: Option<Sensor>,
+    /// How ray effects are sampled.
+    pub quadrature: Quadrature,
+    /// Effects that change less than this are left out; `None` keeps all.
+    pub auto: Option<Threshold>,
+}
+
+/// What may be left out: effects that together change neither a pixel nor an edge by more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Threshold {
+    /// Change of a pixel, of full scale 1; `None` where any will do.
+    pub grey: Option<f64>,
+    /// Move of an edge, in px; `None` where any will do.
+    pub px: Option<f64>,
+}
+
+impl Threshold {
+    /// A change as a share of what may be left out: above 1 where it may not.
+    pub fn share(&self, grey: f64, px: f64) -> f64 {
+        let of = |limit: Option<f64>, value: f64| match limit {
+            None => 0.0,
+            Some(_) if value == 0.0 => 0.0,
+            Some(limit) => value / limit,
+        };
+        of(self.grey, grey).max(of(self.px, px))
+    }
+}
+
+impl Default for Threshold {
+    /// Half a step of an 8-bit picture, and a hundredth of a pixel.
+    fn default() -> Self {
+        Self { grey: Some(0.5 / 255.0), px: Some(0.01) }
+    }
+}
+
+/// The tangent by which a slope of a surface bends a ray that comes along the axis: Snell's law.
+pub(super) fn bent_by(slope: f64, index_ratio: f64) -> f64 {
+    let tilt = libm::atan(slope);
+    libm::tan(tilt - libm::asin((libm::sin(tilt) / index_ratio).min(1.0))).abs()
+}
+
+impl Effects {
+    /// How far rays of the variants may stray, in mm, from those of the instrument itself in a prism whose surfaces reach
+    /// `reach_mm` from its axis, with a way of `way_mm` through glass of `index_ratio` to its surroundings.
+    pub fn spare_mm(&self, reach_mm: f64, way_mm: f64, index_ratio: f64) -> f64 {
+        // A glass between lens and focus meets less than the aperture.
+        let cone_mm = |lens: Telecentric| lens.focus_mm * Telecentric::tangents(DVec2::new(lens.na, 0.0)).x;
+        let pupil_mm = self.thin_lens.map_or(0.0, |lens| lens.radius_mm) + self.telecentric.map_or(0.0, cone_mm);
+        // What a slope of the back does is done behind the glass.
+        let draws = self.sets() as f64 * self.quadrature.points as f64;
+        let rough = self.roughness.map_or(0.0, |rough| rough.steepest(0, draws));
+        let stray_mm = self.manufacture.as_ref().map_or(0.0, |made| made.stray_mm(reach_mm, way_mm));
+        let waves = self.dispersion.iter().flat_map(|dispersion| &dispersion.waves);
+        // A tangent of 1 or less, times d tan(r) = -tan(r) dn / n.
+        let shift_mm = way_mm * waves.fold(0.0f64, |most, wave| most.max(wave.index_shift.abs()));
+        // The rest allows for refraction, and for rays that come aslant.
+        stray_mm + shift_mm + 1.25 * (pupil_mm + way_mm * bent_by(rough, index_ratio))
+    }
+
+    /// Whether the picture is a mean over variants of the instrument.
+    pub fn averages(&self) -> bool {
+        self.act_by(Hook::Ray) || self.dimensions() > 0
+    }
+
+    /// Dimensions of the cube that the variants are drawn from, two for a pupil of finite size and two for each rough
+    /// surface.
+    pub fn dimensions(&self) -> usize {
+        2 * (usize::from(self.has_pupil()) + self.roughness.map_or(0, |rough| rough.rough()))
+    }
+
+    /// Sets of points that the picture is the mean of, at most: one where nothing is drawn from them.
+    pub fn sets(&self) -> usize {
+        if self.dimensions() > 0 { self.quadrature.replicates } else { 1 }
+    }
+
+    /// Whether the pupil is more than a point.
+    fn has_pupil(&self) -> bool {
+        self.thin_lens.is_some_and(|lens| !lens.is_nothing()) || self.telecentric.is_some_and(|lens| lens.na > 0.0)
+    }
+
+    /// Into how many equal parts of a full turn the pupil and the slopes may be cut that are all alike.
+    fn turns(&self) -> usize {
+        match self.thin_lens.map(|lens| lens.aperture) {
+            Some(aperture) if self.has_pupil() => aperture.turns(),
+            _ => 2,
+        }
+    }
+
+    /// The variant of point k of a set, in the given one of its `turns`. Of the first pair of coordinates the points fill one
+    /// turn; slopes are distributed alike in all directions, and turn with the pupil.
+    fn at(&self, set: &Points, k: usize, turn: usize, turns: usize, plain: Variant) -> Variant {
+        let mut next = 0;
+        let mut two = || {
+            next += 2;
+            DVec2::new(set.at(k, next - 2), set.at(k, next - 1))
+        };
+        let within = DVec2::new(1.0, 1.0 / turns as f64);
+        let pupil = match (&self.thin_lens, &self.telecentric) {
+            _ if !self.has_pupil() => DVec2::ZERO,
+            (Some(lens), _) => lens.pupil_mm(two() * within),
+            (None, lens) => lens.map_or(DVec2::ZERO, |lens| lens.sines(two() * within)),
+        };
+        // The half with negative slopes along x.
+        let mut within = if self.has_pupil() { DVec2::ONE } else { DVec2::new(0.5, 1.0) };
+        let mut slopes = plain.slopes;
+        if let Some(rough) = &self.roughness {
+            for which in [0, 1].into_iter().filter(|which| rough.slope[*which] > 0.0) {
+                slopes[which] = rough.slopes(which, two() * within);
+                within = DVec2::ONE;
+            }
+        }
+        Variant { pupil: turned(pupil, turn, turns), slopes: slopes.map(|slope| turned(slope, turn, turns)), ..plain }
+    }
+
+    /// The variants of the instrument whose weighted mean is the picture, by set number `replicate` of points; one that is
+    /// the instrument itself where no ray effect acts.
+    pub fn variants(&self, replicate: usize) -> Vec<Variant> {
+        let plain = Variant { pupil: DVec2::ZERO, slopes: [DVec2::ZERO; 2], wave: None, grey: 1.0, colour: None };
+        let points = match self.dimensions() {
+            0 => vec![plain],
+            dimensions => {
+                let turns = self.turns();
+                let set = Points::new(&self.quadrature, dimensions, replicate, turns);
+                let count = set.count() * turns;
+                let of = |k: usize| self.at(&set, k / turns, k % turns, turns, plain);
+                (0..count).map(|k| Variant { grey: 1.0 / count as f64, ..of(k) }).collect()
+            }
+        };
+        match self.dispersion.as_ref().filter(|dispersion| !dispersion.is_nothing()) {
+            None => points,
+            Some(dispersion) => {
+                let of = |wave: dispersion::Wave, point: &Variant| Variant {
+                    wave: Some(wave),
+                    grey: point.grey * wave.grey(),
+                    colour: dispersion.colour.then(|| wave.weights.map(|weight| point.grey * weight)),
+                    ..*point
+                };
+                dispersion.waves.iter().flat_map(|wave| points.iter().map(|point| of(*wave, point))).collect()
+            }
+        }
+    }
+
+    /// These effects in light of one wavelength.
+    #[must_use]
+    pub fn at_wavelength(&self, wavelength_nm: f64) -> Self {
+        let coating = self.coating.map(|coating| Coating { wavelength_nm, ..coating });
+        Self { coating, ..self.clone() }
+    }
+
+    /// The share of its light that is left to a ray after its journey: the product of all transport effects.
+    pub fn gain(&self, journey: &Journey) -> f64 {
+        let mut gain = 1.0;
+        if let Some(lamp) = &self.lamp {
+            gain *= lamp.gain(journey);
+        }
+        if let Some(fresnel) = &self.fresnel {
+            gain *= fresnel.gain(journey, self.coating.as_ref());
+        }
+        if let Some(absorption) = &self.absorption {
+            gain *= absorption.gain(journey);
+        }
+        if let Some(cos4) = &self.cos4 {
+            gain *= cos4.gain(journey);
+        }
+        gain
+    }
+
+    /// Samples along each side of a pixel that a picture of the given size must have before [`Effects::develop`]; 1 is
+    /// its pixels.
+    pub fn samples(&self, size_px: [usize; 2]) -> usize {
+        self.diffracting().map_or(1, |diffraction| diffraction.samples(size_px))
+    }
+
+    /// The side of the square in the middle of a pixel over which its light is to be taken, in px. Diffraction lets light
+    /// cross its border, so that the whole pixel is asked for, and collects over the square by itself.
+    pub fn active_side(&self) -> f64 {
+        if self.diffracting().is_some() { 1.0 } else { self.collecting_side() }
+    }
+
+    /// Whether the picture is drawn at random.
+    pub fn is_random(&self) -> bool {
+        self.sensor.is_some_and(|sensor| sensor.is_random())
+    }
+
+    /// The same effects with other random numbers, by other seeds; themselves for 0.
+    #[must_use]
+    pub fn redrawn(&self, replicate: u64) -> Self {
+        let sensor = self.sensor.map(|sensor| Sensor { seed: sensor.seed.wrapping_add(replicate), ..sensor });
+        Self { sensor, ..self.clone() }
+    }
+
+    /// The picture after all film effects, in the order of the light, from one with `samples` along each side of a pixel.
+    pub fn develop(&self, light: Picture, samples: usize) -> Picture {
+        let light = match self.diffracting() {
+            Some(diffraction) => {
+                let kernel = Kernel::with_samples(diffraction.scale_px(), self.collecting_side(), samples);
+                light.each_channel(|channel| blur(channel, &kernel))
+            }
+            None => light,
+        };
+        match &self.sensor {
+            Some(sensor) => sensor.expose(&light),
+            None => light,
+        }
+    }
+
+    fn diffracting(&self) -> Option<&Diffraction> {
+        self.diffraction.as_ref().filter(|diffraction| !diffraction.is_nothing())
+    }
+
+    fn collecting_side(&self) -> f64 {
+        self.sensor.map_or(1.0, |sensor| sensor.active_side())
+    }
+}

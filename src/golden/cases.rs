@@ -1,0 +1,263 @@
+//! Every case held against its golden.
+
+use super::noise::Regions;
+use super::record::{self, Tolerance};
+use super::report::{CaseResult, Folders, GoldenOutput, GoldenReport, Mode, Outcome};
+use crate::error::Problem;
+use crate::io::atomic::write_bytes;
+use crate::io::{Notes, png};
+use crate::raster::transfer::Transfer;
+use crate::raster::{Raster, compare};
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A pixel may be this far, in linear light, from its golden: half a 16-bit level, by which the golden itself was
+/// rounded, and a hundredth for the rounding of f32. A pixel that changes by 1.02 levels (1.6e-5) always fails.
+pub const PIXEL_TOLERANCE: f64 = 0.51 / 65535.0;
+
+/// At most this many mismatches of a record are told.
+pub(super) const TOLD: usize = 10;
+
+/// The key under which a golden record keeps the noise.
+pub(super) const NOISE: &str = "noise";
+
+/// Renders every case and holds it against its golden.
+///
+/// `render` is given the path of the case; `tolerance` says for each leaf of a record, by its JSON pointer, how far it
+/// may move.
+///
+/// # Errors
+/// A folder that cannot be read or holds no case, and files that cannot be written. What is wrong with a case is in
+/// the report.
+pub fn run(
+    folders: &Folders<'_>,
+    mode: Mode,
+    tolerance: &dyn Fn(&str) -> Tolerance,
+    render: &dyn Fn(&Path) -> Result<GoldenOutput, Problem>,
+) -> Result<GoldenReport, Problem> {
+    let names = stems(folders.cases, "toml")?;
+    if names.is_empty() {
+        let place = folders.cases.display();
+        return Err(Problem::new(place, "the folder has no case (*.toml)", "add a small scene to it"));
+    }
+    let cases = names
+        .iter()
+        .map(|name| judge(folders, mode, tolerance, name, render(&file(folders.cases, name, "toml"))))
+        .collect::<Result<_, _>>()?;
+    let left_over = |ending: &'static str| {
+        let found = if folders.golden.exists() { stems(folders.golden, ending)? } else { BTreeSet::new() };
+        Ok(found.into_iter().filter(|name| !names.contains(name)).map(move |name| format!("{name}.{ending}")))
+    };
+    let orphans = left_over("json")?.chain(left_over("png")?).collect();
+    Ok(GoldenReport { cases, orphans })
+}
+
+/// Holds one case against its golden; on failure leaves the evidence or writes the golden anew.
+pub(super) fn judge(
+    folders: &Folders<'_>,
+    mode: Mode,
+    tolerance: &dyn Fn(&str) -> Tolerance,
+    name: &str,
+    rendered: Result<GoldenOutput, Problem>,
+) -> Result<CaseResult, Problem> {
+    let mut case =
+        CaseResult { name: name.to_owned(), outcome: Outcome::Failed, reasons: vec![], picture: None, record: None };
+    let actual = match rendered {
+        Ok(output) => output,
+        Err(problem) => {
+            case.reasons.push(format!("it cannot be rendered: {problem}"));
+            return Ok(case);
+        }
+    };
+    let expected_picture = compare_picture(folders, &actual, &mut case);
+    compare_record(folders, &actual, tolerance, &mut case);
+
+    if case.reasons.is_empty() {
+        case.outcome = Outcome::Passed;
+        forget(folders, name);
+    } else if mode == Mode::Update {
+        if actual.picture.data().iter().all(|light| (0.0..=1.0).contains(light)) {
+            update(folders, name, &actual)?;
+            case.outcome = Outcome::Updated;
+            forget(folders, name);
+        } else {
+            case.reasons.push("it cannot be kept as a golden: its picture leaves the range 0 to 1".to_owned());
+        }
+    } else {
+        leave_evidence(folders, &case, expected_picture.as_ref(), &actual.picture)?;
+    }
+    Ok(case)
+}
+
+/// Adds to `case` what is wrong with the picture, and returns the golden one. Of random pictures only the size is asked
+/// for; the rest is the record's.
+pub(super) fn compare_picture(
+    folders: &Folders<'_>,
+    actual: &GoldenOutput,
+    case: &mut CaseResult,
+) -> Option<Raster<f32>> {
+    let path = file(folders.golden, &case.name, "png");
+    if !path.exists() {
+        case.reasons.push(format!("it has no golden picture {}", path.display()));
+        return None;
+    }
+    let expected = match png::read(&path, None) {
+        Ok((expected, _)) => expected,
+        Err(problem) => {
+            case.reasons.push(problem.to_string());
+            return None;
+        }
+    };
+    let tolerance = if actual.noise.is_some() { f64::INFINITY } else { PIXEL_TOLERANCE };
+    match compare::compare(&expected, &actual.picture, tolerance) {
+        Ok(difference) => {
+            if let (false, Some([i, j])) = (difference.passes(), difference.worst_px) {
+                case.reasons.push(format!(
+                    "{} of {} pixels changed, most by {:.3e} of full scale at pixel ({i}, {j}); rms {:.3e}",
+                    difference.over_threshold, difference.pixels, difference.max_abs, difference.rms
+                ));
+                if let Some(r) = difference.regions.first() {
+                    let (count, [x, y], [right, below]) = (difference.regions.len(), r.first_px, r.last_px);
+                    case.reasons.push(format!(
+                        "in {count}{} regions, the largest of {} pixels from ({x}, {y}) to ({right}, {below})",
+                        if count == 10 { " or more" } else { "" },
+                        r.pixels
+                    ));
+                }
+            }
+            case.picture = Some(difference);
+        }
+        Err(problem) => case.reasons.push(problem.rule),
+    }
+    Some(expected)
+}
+
+/// Adds to `case` what is wrong with the record.
+pub(super) fn compare_record(
+    folders: &Folders<'_>,
+    output: &GoldenOutput,
+    tolerance: &dyn Fn(&str) -> Tolerance,
+    case: &mut CaseResult,
+) {
+    let path = file(folders.golden, &case.name, "json");
+    let text = match fs::read_to_string(&path) {
+        Ok(text) => text,
+        Err(error) => {
+            case.reasons.push(format!("its golden record {} cannot be read: {error}", path.display()));
+            return;
+        }
+    };
+    // Both go through the same text and parser, so that equal numbers stay equal.
+    match (serde_json::from_str::<Value>(&text), serde_json::from_str(&output.record.to_string())) {
+        (Ok(mut expected), Ok(actual)) => {
+            if let Some(actual) = &output.noise {
+                let kept = expected.as_object_mut().and_then(|o| o.shift_remove(NOISE)).unwrap_or_default();
+                compare_noise(kept, actual, case);
+            }
+            let difference = record::compare(&expected, &actual, tolerance);
+            case.reasons.extend(difference.mismatches.iter().take(TOLD).cloned());
+            if difference.mismatches.len() > TOLD {
+                case.reasons.push(format!("and {} more numbers changed", difference.mismatches.len() - TOLD));
+            }
+            if let (false, Some(shift)) = (difference.mismatches.is_empty(), &difference.largest_shift) {
+                case.reasons.push(format!("largest corner shift: {:.3e} px at {}", shift.px, shift.path));
+            }
+            case.record = Some(difference);
+        }
+        (Err(error), _) | (_, Err(error)) => {
+            case.reasons.push(format!("its golden record {} is no JSON: {error}", path.display()));
+        }
+    }
+}
+
+/// Adds to `case` what chance does not explain.
+pub(super) fn compare_noise(expected: Value, actual: &Regions, case: &mut CaseResult) {
+    let found = match serde_json::from_value::<Regions>(expected) {
+        Ok(expected) => expected.mismatches(actual),
+        Err(error) => vec![format!("its golden record has no noise to compare with: {error}")],
+    };
+    case.reasons.extend(found.iter().take(TOLD).cloned());
+    if found.len() > TOLD {
+        case.reasons.push(format!("and {} more regions changed", found.len() - TOLD));
+    }
+}
+
+/// Writes the golden of one case.
+pub(super) fn update(folders: &Folders<'_>, name: &str, actual: &GoldenOutput) -> Result<(), Problem> {
+    make(folders.golden)?;
+    let picture = file(folders.golden, name, "png");
+    png::write_grey16(&picture, &actual.picture, Transfer::Linear, &Notes::default())?;
+    let mut record = actual.record.clone();
+    if let (Some(noise), Some(record)) = (&actual.noise, record.as_object_mut()) {
+        record.insert(NOISE.to_owned(), json!(noise));
+    }
+    let text = format!("{record:#}\n");
+    write_bytes(&file(folders.golden, name, "json"), text.as_bytes())
+}
+
+/// Leaves the strip, where there are two pictures, and a short text.
+pub(super) fn leave_evidence(
+    folders: &Folders<'_>,
+    case: &CaseResult,
+    expected: Option<&Raster<f32>>,
+    actual: &Raster<f32>,
+) -> Result<(), Problem> {
+    make(folders.failures)?;
+    let mut text = format!("{}\n", case.name);
+    for reason in &case.reasons {
+        text.push_str(&format!("    {reason}\n"));
+    }
+    if let Some(expected) = expected {
+        let strip = compare::strip(expected, actual);
+        let notes = json!({"panels": "expected | difference | actual", "gain": strip.gain}).to_string();
+        let path = file(folders.failures, &case.name, STRIP);
+        png::write_rgb(&path, &strip.figure, &Notes { json: &notes, pitch_mm: None })?;
+        text.push_str(&format!(
+            "{}: expected | difference x {:.4e} | actual; red is brighter, blue is darker\n",
+            path.display(),
+            strip.gain
+        ));
+    }
+    text.push_str("When the change is meant: UPDATE_GOLDEN=1, then look at the new golden.\n");
+    write_bytes(&file(folders.failures, &case.name, TEXT), text.as_bytes())
+}
+
+pub(super) const STRIP: &str = "strip.png";
+pub(super) const TEXT: &str = "diff.txt";
+
+/// Takes the evidence of an earlier failure away. That it may not be there is no failure.
+pub(super) fn forget(folders: &Folders<'_>, name: &str) {
+    for ending in [STRIP, TEXT] {
+        let _ = fs::remove_file(file(folders.failures, name, ending));
+    }
+}
+
+pub(super) fn file(folder: &Path, name: &str, ending: &str) -> PathBuf {
+    folder.join(format!("{name}.{ending}"))
+}
+
+pub(super) fn make(folder: &Path) -> Result<(), Problem> {
+    fs::create_dir_all(folder).map_err(|error| {
+        let rule = format!("the folder cannot be made: {error}");
+        Problem::new(folder.display(), rule, "name a folder that you may write to")
+    })
+}
+
+/// The names, without the ending, of the files in a folder that have this ending.
+pub(super) fn stems(folder: &Path, ending: &str) -> Result<BTreeSet<String>, Problem> {
+    let unreadable = |error: std::io::Error| {
+        let rule = format!("the folder cannot be read: {error}");
+        Problem::new(folder.display(), rule, "name a folder that exists")
+    };
+    let mut names = BTreeSet::new();
+    for entry in fs::read_dir(folder).map_err(unreadable)? {
+        let path = entry.map_err(unreadable)?.path();
+        let wanted = path.extension().is_some_and(|found| found == ending);
+        if let (true, Some(name)) = (wanted, path.file_stem()) {
+            names.insert(name.to_string_lossy().into_owned());
+        }
+    }
+    Ok(names)
+}

@@ -1,0 +1,20 @@
+//! Goldens: pictures and numbers that were judged right once and must not move.
+//!
+//! Each case is a scene `<case>.toml`; its golden is `<case>.png` (16-bit grey, linear) and `<case>.json` (numbers) in
+//! another folder. A case without a golden fails, and so does a golden without a case. A failing case leaves
+//! `<case>.strip.png` (expected | difference | actual) and `<case>.diff.txt` in a third folder.
+//!
+//! What is random is drawn several times with different seeds; the golden picture is then the mean, and means and
+//! variances are judged region by region ([`noise`]). Everything else must be as it was.
+
+pub mod noise;
+pub mod record;
+
+#[cfg(test)]
+mod tests;
+pub mod snapshot;
+mod report;
+mod cases;
+
+pub use cases::{PIXEL_TOLERANCE, run};
+pub use report::{CaseResult, Folders, GoldenOutput, GoldenReport, Mode, Outcome};

@@ -1,0 +1,115 @@
+//! Corners as JSON.
+
+use super::rules::{CENTRE, MOST_CORNERS, broken, too_many};
+use super::view::{Listed, Quality, View, polarity_name, polarity_of};
+use crate::error::Problem;
+use glam::{DMat2, DVec2};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    pixel_centre: String,
+    halves: Vec<Half>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Half {
+    half: String,
+    corners: Vec<Entry>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    rejected: BTreeMap<String, usize>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    blur_px: Option<[f64; 2]>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    index: [i32; 2],
+    position_px: [f64; 2],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    covariance_px2: Option<[[f64; 2]; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    contrast: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    residual: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    polarity: Option<String>,
+}
+
+pub(super) fn to_text(views: &[View]) -> String {
+    let entry = |c: &Listed| Entry {
+        index: c.index,
+        position_px: c.position_px.to_array(),
+        covariance_px2: c.quality.map(|q| q.covariance_px2.to_cols_array_2d()),
+        contrast: c.quality.map(|q| q.contrast),
+        residual: c.quality.map(|q| q.residual),
+        polarity: c.quality.map(|q| polarity_name(q.polarity).to_owned()),
+    };
+    let half = |v: &View| Half {
+        half: v.name.clone(),
+        corners: v.corners.iter().map(entry).collect(),
+        rejected: v.rejected.iter().cloned().collect(),
+        blur_px: v.blur_px,
+    };
+    let file = File { pixel_centre: CENTRE.to_owned(), halves: views.iter().map(half).collect() };
+    let text = serde_json::to_string_pretty(&file).expect("names and numbers can be written as JSON");
+    text + "\n"
+}
+
+pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
+    let file: File = serde_json::from_str(text).map_err(|error| {
+        let line = text.split_inclusive('\n').take(error.line().saturating_sub(1)).map(str::len).sum::<usize>();
+        // The byte that serde_json names may lie inside a letter.
+        let boundary = |from: usize| (from..=text.len()).find(|&i| text.is_char_boundary(i)).unwrap_or(text.len());
+        let at = boundary(line + error.column().saturating_sub(1));
+        let end = boundary(at + 1);
+        Problem::new(
+            format!("{place}:{}", error.line()),
+            format!("this is not the JSON of a corner file: {error}"),
+            "compare the file with one that `biprism corners --json` writes",
+        )
+        .at(text, at..end)
+    })?;
+    if file.pixel_centre != CENTRE {
+        return Err(Problem::new(
+            place,
+            format!("`pixel_centre` is {:?}, and must be {CENTRE:?}", file.pixel_centre),
+            "convert the positions to that convention, and say so",
+        ));
+    }
+    if file.halves.iter().map(|h| h.corners.len()).sum::<usize>() > MOST_CORNERS {
+        return Err(too_many(place));
+    }
+    file.halves
+        .into_iter()
+        .map(|half| {
+            let name = half.half;
+            let corners = half.corners.into_iter().map(|e| listed(e, &name, place)).collect::<Result<_, _>>()?;
+            Ok(View { name, corners, rejected: half.rejected.into_iter().collect(), blur_px: half.blur_px })
+        })
+        .collect()
+}
+
+fn listed(entry: Entry, view: &str, place: &str) -> Result<Listed, Problem> {
+    let [i, j] = entry.index;
+    let at = format!("corner ({i}, {j}) of the view {view:?}");
+    let quality = match (entry.covariance_px2, entry.contrast, entry.residual, entry.polarity) {
+        (Some(covariance), Some(contrast), Some(residual), Some(polarity)) => {
+            let polarity = polarity_of(&polarity).ok_or_else(|| {
+                broken(place, format!("{at} has the polarity {polarity:?}, and must have main or anti"))
+            })?;
+            let covariance_px2 = DMat2::from_cols_array_2d(&covariance);
+            Some(Quality { covariance_px2, contrast, residual, polarity })
+        }
+        (None, None, None, None) => None,
+        _ => {
+            let rule = "and must have all of covariance_px2, contrast, residual and polarity, or none";
+            return Err(broken(place, format!("{at} has some, {rule}")));
+        }
+    };
+    Ok(Listed { index: entry.index, position_px: DVec2::from_array(entry.position_px), quality })
+}

@@ -1,0 +1,237 @@
+//! Corners as the YAML of OpenCV's `FileStorage`: for each view the matrices `<view>_corners` (two doubles a row, as
+//! `calibrateCamera` takes them), `<view>_index`, and `<view>_quality` (variance of x, covariance, variance of y in px^2,
+//! contrast, residual, polarity: 1 main, 0 anti).
+//!
+//! Read back: what is written here, and what OpenCV writes of the same matrices (numbers like `1.`, data over several
+//! lines, single or double precision).
+
+use super::pixel_centre::{PixelCentre, move_centre};
+use super::rules::{MOST_CORNERS, OPENCV_CENTRE, broken, same_count, too_many};
+use super::view::{Listed, Quality, View};
+use crate::error::Problem;
+use crate::vision::Polarity;
+use glam::{DMat2, DVec2};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+const FIRST_LINE: &str = "%YAML:1.0";
+const CENTRE_KEY: &str = "pixel_centre";
+/// How many corners all views have together; another program may leave it out.
+const COUNT_KEY: &str = "corners";
+/// Values of a row of `<view>_quality`.
+const QUALITY: usize = 6;
+
+pub(super) fn to_text(views: &[View]) -> String {
+    let count: usize = views.iter().map(|v| v.corners.len()).sum();
+    // For every view or for none: a reader could not tell one that was lost from one that was not known.
+    let full = views.iter().flat_map(|v| &v.corners).all(|c| c.quality.is_some());
+    let mut text = format!("{FIRST_LINE}\n---\n{CENTRE_KEY}: \"{OPENCV_CENTRE}\"\n{COUNT_KEY}: {count}\n");
+    for view in views {
+        let name = &view.name;
+        let positions = view.corners.iter().map(|c| {
+            let p = move_centre(c.position_px, PixelCentre::Half, PixelCentre::Whole);
+            format!("{}, {}", number(p.x), number(p.y))
+        });
+        matrix(&mut text, &format!("{name}_corners"), "2d", view.corners.len(), positions);
+        let indices = view.corners.iter().map(|c| format!("{}, {}", c.index[0], c.index[1]));
+        matrix(&mut text, &format!("{name}_index"), "2i", view.corners.len(), indices);
+        if full {
+            let quality: Vec<Quality> = view.corners.iter().filter_map(|c| c.quality).collect();
+            let rows = quality.iter().map(|q| {
+                let v = q.covariance_px2;
+                let main = f64::from(u8::from(q.polarity == Polarity::Main));
+                let values: [f64; QUALITY] = [v.x_axis.x, v.x_axis.y, v.y_axis.y, q.contrast, q.residual, main];
+                values.map(number).join(", ")
+            });
+            matrix(&mut text, &format!("{name}_quality"), "6d", quality.len(), rows);
+        }
+    }
+    text
+}
+
+/// A number as OpenCV reads it back: `{:?}` has a point or an exponent, and the fewest digits that round-trip.
+fn number(v: f64) -> String {
+    format!("{v:?}")
+}
+
+fn matrix(text: &mut String, key: &str, kind: &str, rows: usize, data: impl Iterator<Item = String>) {
+    // Writing to a String cannot fail.
+    let _ = write!(text, "{key}: !!opencv-matrix\n   rows: {rows}\n   cols: 1\n   dt: \"{kind}\"\n   data: [ ");
+    for (k, row) in data.enumerate() {
+        let _ = write!(text, "{}{row}", if k == 0 { "" } else { ",\n       " });
+    }
+    text.push_str(" ]\n");
+}
+
+/// A matrix of a file: values a row, and all values.
+struct Matrix {
+    channels: usize,
+    values: Vec<f64>,
+}
+
+pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
+    if !text.starts_with(FIRST_LINE) {
+        let first = text.lines().next().unwrap_or("");
+        return Err(broken(
+            place,
+            format!("the first line is {first:?}, and must be {FIRST_LINE:?} as OpenCV writes it"),
+        ));
+    }
+    let (scalars, mut matrices) = entries(text, place)?;
+    match scalars.get(CENTRE_KEY).map(|v| v.trim_matches('"')) {
+        Some(OPENCV_CENTRE) => {}
+        other => {
+            let found = other.map_or("missing".to_owned(), |v| format!("{v:?}"));
+            return Err(Problem::new(
+                place,
+                format!("`{CENTRE_KEY}` is {found}, and must be {OPENCV_CENTRE:?}, OpenCV's own"),
+                format!("add the line `{CENTRE_KEY}: \"{OPENCV_CENTRE}\"` if the positions come from OpenCV"),
+            ));
+        }
+    }
+    let names: Vec<String> =
+        matrices.iter().filter_map(|(key, _)| Some(key.strip_suffix("_corners")?.to_owned())).collect();
+    let views: Vec<View> =
+        names.into_iter().map(|name| view(name, &mut matrices, place)).collect::<Result<_, Problem>>()?;
+    // A file of our own that was cut at the end of a line may lack only the quality of its last view.
+    let with_quality = |v: &&View| v.corners.iter().any(|c| c.quality.is_some());
+    let without = views.iter().find(|v| !v.corners.is_empty() && !with_quality(v));
+    if let Some(view) = without.filter(|_| views.iter().any(|v| with_quality(&v))) {
+        let rule = format!("`{}_quality` is missing, and must be there for each view or for none", view.name);
+        return Err(broken(place, rule));
+    }
+    let count = match scalars.get(COUNT_KEY) {
+        None => None,
+        Some(digits) => Some(digits.parse().map_err(|_| {
+            broken(place, format!("`{COUNT_KEY}` is {digits:?}, and must be a whole number from 0 on"))
+        })?),
+    };
+    if views.is_empty() && count != Some(0) {
+        return Err(broken(place, "no matrix is named `<view>_corners`, as in left_corners".to_owned()));
+    }
+    same_count(count, &views, place)?;
+    Ok(views)
+}
+
+type Matrices = Vec<(String, Matrix)>;
+
+fn view(name: String, matrices: &mut Matrices, place: &str) -> Result<View, Problem> {
+    let mut take = |suffix: &str, channels: usize| -> Result<Option<Vec<f64>>, Problem> {
+        let key = format!("{name}_{suffix}");
+        let Some(at) = matrices.iter().position(|(k, _)| *k == key) else { return Ok(None) };
+        let (_, matrix) = matrices.remove(at);
+        if matrix.channels != channels {
+            let rule = format!("`{key}` has {} values a row, and must have {channels}", matrix.channels);
+            return Err(broken(place, rule));
+        }
+        Ok(Some(matrix.values))
+    };
+    let missing =
+        |suffix: &str| broken(place, format!("`{name}_{suffix}` is missing, and must be there for each view"));
+    let corners = take("corners", 2)?.ok_or_else(|| missing("corners"))?;
+    let index = take("index", 2)?.ok_or_else(|| missing("index"))?;
+    let quality = take("quality", QUALITY)?;
+    let count = corners.len() / 2;
+    if index.len() / 2 != count || quality.as_ref().is_some_and(|q| q.len() / QUALITY != count) {
+        let rule = format!("the matrices of the view {name:?} differ in rows, and must have one row a corner each");
+        return Err(broken(place, rule));
+    }
+    let whole = |v: f64| {
+        let i = v as i32;
+        if f64::from(i) == v {
+            Ok(i)
+        } else {
+            Err(broken(place, format!("an index is {v}, and must be a whole number")))
+        }
+    };
+    let listed = (0..count).map(|k| {
+        let quality = quality.as_ref().map(|q| {
+            let q = &q[k * QUALITY..][..QUALITY];
+            Quality {
+                covariance_px2: DMat2::from_cols_array(&[q[0], q[1], q[1], q[2]]),
+                contrast: q[3],
+                residual: q[4],
+                polarity: if q[5] == 0.0 { Polarity::Anti } else { Polarity::Main },
+            }
+        });
+        let position = DVec2::new(corners[2 * k], corners[2 * k + 1]);
+        Ok(Listed {
+            index: [whole(index[2 * k])?, whole(index[2 * k + 1])?],
+            position_px: move_centre(position, PixelCentre::Whole, PixelCentre::Half),
+            quality,
+        })
+    });
+    Ok(View { corners: listed.collect::<Result<_, _>>()?, rejected: Vec::new(), blur_px: None, name: name.clone() })
+}
+
+/// The top-level entries: plain values by key, and matrices in the order of the file.
+fn entries<'a>(text: &'a str, place: &str) -> Result<(BTreeMap<&'a str, &'a str>, Matrices), Problem> {
+    let (mut scalars, mut matrices) = (BTreeMap::new(), Vec::new());
+    let mut lines = text.lines().enumerate().skip(1).peekable();
+    while let Some((number, line)) = lines.next() {
+        let at = |rule: String| Problem { place: format!("{place}:{}", number + 1), ..broken(place, rule) };
+        if line == "---" || line == "..." || line.trim().is_empty() {
+            continue;
+        }
+        let Some((key, value)) = line.split_once(':').filter(|_| !line.starts_with([' ', '-'])) else {
+            return Err(at(format!("the line is {line:?}, and must begin an entry, as `key: value`")));
+        };
+        if value.trim() != "!!opencv-matrix" {
+            scalars.insert(key, value.trim());
+            continue;
+        }
+        if matrices.iter().any(|(k, _)| k == key) {
+            return Err(at(format!("`{key}` is there twice, and must be there once")));
+        }
+        // The indented lines that follow are the matrix.
+        let mut body = String::new();
+        while let Some((_, next)) = lines.next_if(|(_, next)| next.starts_with(' ')) {
+            body.push_str(next);
+            body.push('\n');
+        }
+        matrices.push((
+            key.to_owned(),
+            matrix_of(&body, key, place).map_err(|p| Problem { place: format!("{place}:{}", number + 1), ..p })?,
+        ));
+    }
+    Ok((scalars, matrices))
+}
+
+fn matrix_of(body: &str, key: &str, place: &str) -> Result<Matrix, Problem> {
+    let field = |name: &str| {
+        let value = body.lines().find_map(|line| line.trim_start().strip_prefix(name)?.strip_prefix(':'));
+        value
+            .map(|v| v.trim().trim_matches('"'))
+            .ok_or_else(|| broken(place, format!("`{key}` has no `{name}`, and must have rows, cols, dt and data")))
+    };
+    let size = |name: &str| -> Result<usize, Problem> {
+        let value = field(name)?;
+        let rule = || broken(place, format!("`{name}` of `{key}` is {value:?}, and must be a whole number from 0 on"));
+        value.parse().map_err(|_| rule())
+    };
+    let (rows, columns) = (size("rows")?, size("cols")?);
+    let kind = field("dt")?;
+    let (count, letter) = kind.split_at(kind.char_indices().next_back().map_or(0, |(at, _)| at));
+    let depth: Option<usize> = if count.is_empty() { Some(1) } else { count.parse().ok() };
+    let Some(depth) = depth.filter(|d| (1..=64).contains(d) && ["d", "f", "i"].contains(&letter)) else {
+        return Err(broken(place, format!("`dt` of `{key}` is {kind:?}, and must be like \"2d\", \"2f\" or \"2i\"")));
+    };
+    // An N x 1 matrix of pairs and an N x 2 one of singles hold the same.
+    let channels = depth * columns.min(64);
+    if rows > MOST_CORNERS || columns > 64 {
+        return Err(too_many(place));
+    }
+    let data = body.split_once("data:").and_then(|(_, d)| d.trim().strip_prefix('[')?.strip_suffix(']'));
+    let data = data.ok_or_else(|| broken(place, format!("`data` of `{key}` must be a list in brackets")))?;
+    let parse = |v: &str| {
+        // OpenCV writes 1. for 1.
+        let v = v.trim();
+        v.parse::<f64>().map_err(|_| broken(place, format!("`data` of `{key}` holds {v:?}, and must hold numbers")))
+    };
+    let values = data.split(',').filter(|v| !v.trim().is_empty()).map(parse).collect::<Result<Vec<f64>, _>>()?;
+    if values.len() != rows * channels {
+        let rule = format!("`{key}` holds {} numbers, and must hold {rows} rows of {channels}", values.len());
+        return Err(broken(place, rule));
+    }
+    Ok(Matrix { channels, values })
+}

@@ -1,0 +1,74 @@
+//! The corners of one view of the board, as a file holds them.
+
+use crate::vision::{Corner, Detection, Polarity};
+use glam::{DMat2, DVec2};
+
+/// How well a corner was measured; a file of another program may not say.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// Covariance of the position, in px^2.
+    pub covariance_px2: DMat2,
+    /// Bright minus dark, in the unit of the picture.
+    pub contrast: f64,
+    /// Root mean square difference between picture and model, in the unit of the picture.
+    pub residual: f64,
+    /// Which diagonal is bright.
+    pub polarity: Polarity,
+}
+
+/// A corner in a file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Listed {
+    /// Column and row.
+    pub index: [i32; 2],
+    /// Position in the whole picture, in px, in our own convention ([`PixelCentre::Half`]).
+    pub position_px: DVec2,
+    /// How well it was measured, where that is known.
+    pub quality: Option<Quality>,
+}
+
+/// One view of the board: a half of the picture, or the whole of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// `left`, `right` or `whole`: lower-case letters.
+    pub name: String,
+    /// Its corners.
+    pub corners: Vec<Listed>,
+    /// How many candidates were turned down for each reason; kept in JSON only.
+    pub rejected: Vec<(String, usize)>,
+    /// The blur across both families of lines, in px; kept in JSON only.
+    pub blur_px: Option<[f64; 2]>,
+}
+
+impl View {
+    /// What was detected in the columns of a picture from `first_column` on.
+    pub fn new(name: &str, first_column: usize, detection: &Detection) -> Self {
+        let listed = |c: &Corner| Listed {
+            index: c.index,
+            position_px: c.position_px + DVec2::new(first_column as f64, 0.0),
+            quality: Some(Quality {
+                covariance_px2: c.covariance_px2,
+                contrast: c.contrast,
+                residual: c.residual,
+                polarity: c.polarity,
+            }),
+        };
+        Self {
+            name: name.to_owned(),
+            corners: detection.corners.iter().map(listed).collect(),
+            rejected: detection.counts().into_iter().map(|(reason, n)| (reason.name().to_owned(), n)).collect(),
+            blur_px: detection.sigma_px,
+        }
+    }
+}
+
+pub(super) fn polarity_name(polarity: Polarity) -> &'static str {
+    match polarity {
+        Polarity::Main => "main",
+        Polarity::Anti => "anti",
+    }
+}
+
+pub(super) fn polarity_of(name: &str) -> Option<Polarity> {
+    [Polarity::Main, Polarity::Anti].into_iter().find(|&p| polarity_name(p) == name)
+}

@@ -1,0 +1,178 @@
+//! A surface of triangles from a file: PLY or OBJ.
+
+use super::lines::Lines;
+use super::ply::{Ply, Row};
+use super::point_cloud::finite_point;
+use crate::error::Problem;
+use crate::surface::mesh::{Triangles, corner_normals};
+use glam::DVec3;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+/// Most corners, and most triangles, of a file: about 600 MB in memory, with what orders them for rays.
+pub const MAX_TRIANGLES: u64 = 4_000_000;
+
+/// Largest magnitude of a vertex' coordinate: a kilometre, far above any prism and far below what an f32 can hold.
+pub const MAX_COORDINATE_MM: f64 = 1e6;
+
+/// How the triangles are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// PLY 1.0, ascii or binary: the element `vertex` with x, y, z and, where they are known, the normal nx, ny, nz; then
+    /// the element `face` with the list `vertex_indices`, of three or four corners each.
+    Ply,
+    /// Wavefront OBJ: `v` and `f` lines. Its normals, textures, groups and materials are left aside.
+    Obj,
+}
+
+/// The triangles of the file at `path`, in mm; the format follows from the extension (.ply, .obj). Faces of four corners
+/// are cut in two. Normals that the file does not give follow from the triangles ([`corner_normals`]).
+///
+/// # Errors
+/// A [`Problem`] with file, line, value and rule when the file cannot be read, breaks its format, holds a number that is
+/// not finite, names a corner that it has not, has no triangle or more than [`MAX_TRIANGLES`], goes beyond [`MAX_COORDINATE_MM`], or is
+/// no graph over (x, y).
+pub fn read_triangles(path: &Path) -> Result<Triangles, Problem> {
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let format = match extension.as_str() {
+        "ply" => Format::Ply,
+        "obj" => Format::Obj,
+        _ => {
+            let rule = format!("the extension is {extension:?}, and must be ply or obj");
+            return Err(Problem::new(path.display(), rule, "rename the file after its format, or convert it"));
+        }
+    };
+    let unreadable =
+        |e| Problem::new(path.display(), format!("cannot be read: {e}"), "check the path and its permissions");
+    let file = File::open(path).map_err(unreadable)?;
+    let bytes = file.metadata().map_err(unreadable)?.len();
+    parse_triangles(&path.display().to_string(), format, BufReader::new(file), bytes)
+}
+
+/// [`read_triangles`] from any `input` of `bytes` bytes, called `name` in messages.
+///
+/// # Errors
+/// As [`read_triangles`].
+pub fn parse_triangles(name: &str, format: Format, input: impl BufRead, bytes: u64) -> Result<Triangles, Problem> {
+    let mut lines = Lines { name, input, line: 0, taken: 0, limit: MAX_TRIANGLES };
+    let (points_mm, normals, triangles) = match format {
+        Format::Ply => ply(&mut lines, bytes)?,
+        Format::Obj => obj(&mut lines)?,
+    };
+    if let Some(k) = points_mm.iter().position(|p| !p.abs().cmple(DVec3::splat(MAX_COORDINATE_MM)).all()) {
+        let rule =
+            format!("vertex {} is {:?}, and must be within {MAX_COORDINATE_MM:e} mm", k + 1, points_mm[k].to_array());
+        return Err(Problem::new(name, rule, "give the surface in mm, near the camera's axis"));
+    }
+    if triangles.is_empty() {
+        let help = "write the surface with its faces; points alone are a scene's `kind = \"point_cloud\"`";
+        return Err(Problem::new(name, "the file has no triangles", help));
+    }
+    let point_normals = match normals {
+        Some(normals) => normals,
+        None => corner_normals(&points_mm, &triangles).map_err(|k| {
+            let rule = format!(
+                "corner {} at {} has no normal: no triangle has it, or those that have it stand upright or fold back",
+                k + 1,
+                points_mm[k]
+            );
+            Problem::new(name, rule, "remove loose corners; a surface of a prism is a graph z(x, y)")
+        })?,
+    };
+    Ok(Triangles { points_mm, point_normals, triangles })
+}
+
+type Parts = (Vec<DVec3>, Option<Vec<DVec3>>, Vec<[u32; 3]>);
+
+fn ply<R: BufRead>(lines: &mut Lines<R>, bytes: u64) -> Result<Parts, Problem> {
+    let mut ply = Ply::open(lines, bytes)?;
+    let [x, y, z] = ply.columns(["x", "y", "z"]).unwrap_or_default();
+    let normal_columns = ply.columns(["nx", "ny", "nz"]);
+    let (mut points, mut normals, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
+    ply.rows(|ply, i, row| {
+        let at = |columns: [usize; 3]| columns.map(|k| row.values[k]);
+        points.push(finite_point(ply, i, at([x, y, z]))?);
+        if let Some(columns) = normal_columns {
+            let normal = DVec3::from_array(at(columns)).try_normalize().filter(|n| n.z != 0.0).ok_or_else(|| {
+                let rule = format!("the normal of vertex {i} is {:?}, and must lean towards +z or -z", at(columns));
+                ply.problem(rule, "correct the normal, or leave all normals out")
+            })?;
+            normals.push(normal * normal.z.signum());
+        }
+        Ok(())
+    })?;
+    let list = ply.columns(["vertex_indices"]).or(ply.columns(["vertex_index"]));
+    match (ply.next_element(), list) {
+        (Some(("face", _)), Some([column])) if ply.is_its_list(column) => {}
+        _ => {
+            let rule = "the element behind `vertex` must be `face`, with the one list `vertex_indices`";
+            return Err(ply.problem(rule, "write the file again as a mesh of triangles"));
+        }
+    }
+    ply.rows(|ply, i, Row { list, .. }| {
+        push(&mut triangles, list, points.len()).map_err(|rule| ply.problem(format!("face {i} {rule}"), FACE_HELP))
+    })?;
+    Ok((points, normal_columns.is_some().then_some(normals), triangles))
+}
+
+fn obj<R: BufRead>(lines: &mut Lines<R>) -> Result<Parts, Problem> {
+    let (mut points, mut triangles, mut buffer) = (Vec::new(), Vec::new(), Vec::new());
+    while let Some(line) = lines.next(&mut buffer)? {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let mut axis = |name: &str| {
+                    let word = words.next().ok_or_else(|| {
+                        lines.problem(format!("the vertex has no {name}"), "write `v x y z` in every line of a vertex")
+                    })?;
+                    lines.number(name, word)
+                };
+                let point = DVec3::new(axis("x")?, axis("y")?, axis("z")?);
+                lines.push(&mut points, point)?;
+            }
+            Some("f") => {
+                // Corners count from 1, or backwards from the last vertex so far; texture and normal follow a slash.
+                let corner = |word: &str| match word.split('/').next().and_then(|v| v.parse::<i64>().ok()) {
+                    Some(k) if k > 0 => Ok((k - 1) as f64),
+                    Some(k) if k < 0 => Ok(points.len() as f64 + k as f64),
+                    _ => Err(lines.problem(format!("the corner {word:?} is no number of a vertex"), FACE_HELP)),
+                };
+                let corners = words.map(corner).collect::<Result<Vec<f64>, Problem>>()?;
+                push(&mut triangles, &corners, points.len())
+                    .map_err(|rule| lines.problem(format!("the face {rule}"), FACE_HELP))?;
+                if triangles.len() as u64 > lines.limit {
+                    let rule = format!("the file has more than {} triangles, which is the limit", lines.limit);
+                    return Err(lines.problem(rule, "thin the mesh out: a smooth surface needs far fewer"));
+                }
+            }
+            Some("vn" | "vt" | "vp" | "o" | "g" | "s" | "l" | "p" | "usemtl" | "mtllib") | None => {}
+            Some(word) if word.starts_with('#') => {}
+            Some(word) => {
+                let rule = format!("the line begins with {word:?}, which a mesh of triangles does not have");
+                return Err(lines.problem(rule, "export the surface as triangles, with `v` and `f` lines"));
+            }
+        }
+    }
+    Ok((points, None, triangles))
+}
+
+const FACE_HELP: &str = "a face names three or four different vertices of the file: export the surface as triangles";
+
+/// Appends a face of three or four corners; what is wrong with it, otherwise.
+fn push(triangles: &mut Vec<[u32; 3]>, corners: &[f64], points: usize) -> Result<(), String> {
+    let known = |k: &f64| *k >= 0.0 && *k < points as f64 && *k == k.trunc();
+    if let Some(unknown) = corners.iter().find(|k| !known(k)) {
+        return Err(format!("has the corner {unknown}, counted from 0, and the file has {points} vertices"));
+    }
+    let named: Vec<u32> = corners.iter().map(|k| *k as u32).collect();
+    if (1..named.len()).any(|k| named[..k].contains(&named[k])) {
+        return Err("names a vertex twice".to_owned());
+    }
+    match named[..] {
+        [a, b, c] => triangles.push([a, b, c]),
+        [a, b, c, d] => triangles.extend([[a, b, c], [a, c, d]]),
+        _ => return Err(format!("has {} corners", named.len())),
+    }
+    Ok(())
+}

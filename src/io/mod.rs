@@ -1,0 +1,18 @@
+//! Bytes of files, in and out, and nothing of what a scene means. Every size that a file states has a limit, checked before
+//! memory is taken.
+
+pub mod atomic;
+pub(crate) mod metadata;
+pub(crate) mod picture_file;
+mod photo;
+pub mod exr;
+pub mod png;
+mod ply;
+pub mod mesh;
+pub mod point_cloud;
+pub mod point_grid;
+pub mod corners;
+mod lines;
+
+pub use metadata::{Metadata, Notes};
+pub use picture_file::read;

@@ -1,0 +1,53 @@
+//! A picture from a file of any format that is known by its first bytes.
+
+use super::metadata::Metadata;
+use super::{exr, photo, png};
+use crate::error::Problem;
+use crate::raster::Raster;
+use crate::raster::transfer::Transfer;
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek};
+use std::path::Path;
+
+/// Reads a PNG, an EXR or a photograph (JPEG, BMP, PNM), known by its first bytes and not by its name, as linear light.
+///
+/// `stated` says which curve a PNG has. It is needed where the file does not say, and beats the file where both speak;
+/// [`Metadata::transfer_source`] keeps which was used. An EXR is linear by definition.
+///
+/// # Errors
+/// A file that is missing, of another format, damaged, outside the limits of [`MAX_SIDE_PX`] and [`MAX_PIXELS`], not
+/// opaque, not finite, or that leaves the transfer curve to be guessed.
+pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Problem> {
+    let mut file = open(path)?;
+    let mut start = Vec::new();
+    (&mut file)
+        .take(8)
+        .read_to_end(&mut start)
+        .and_then(|_| file.rewind())
+        .map_err(|error| unreadable(path, &error))?;
+    if start == png::SIGNATURE {
+        png::read_from(path, file, stated)
+    } else if start.starts_with(&exr::SIGNATURE) {
+        exr::read_from(path, file, stated)
+    } else if let Some(format) = photo::format(&start) {
+        photo::read_from(path, file, format, stated)
+    } else {
+        let found =
+            if start.is_empty() { "is empty".to_owned() } else { format!("begins with the bytes {start:02x?}") };
+        let rule = format!("the file {found}, and must be a PNG, OpenEXR, JPEG, BMP or PNM picture");
+        Err(Problem::new(path.display(), rule, "convert it to PNG (16 bit, grey) or to OpenEXR"))
+    }
+}
+
+/// Opens a regular file for reading.
+pub(super) fn open(path: &Path) -> Result<BufReader<File>, Problem> {
+    let file = File::open(path).map_err(|error| unreadable(path, &error))?;
+    if file.metadata().is_ok_and(|found| found.is_dir()) {
+        return Err(Problem::new(path.display(), "this is a directory", "name a PNG or EXR file"));
+    }
+    Ok(BufReader::new(file))
+}
+
+pub(super) fn unreadable(path: &Path, error: &io::Error) -> Problem {
+    Problem::new(path.display(), format!("the file cannot be read: {error}"), "check the name and the right to read it")
+}

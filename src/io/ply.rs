@@ -1,0 +1,343 @@
+//! The vertices and faces of a PLY file: ascii, or binary of either byte order.
+
+use super::lines::Lines;
+use crate::error::Problem;
+use std::io::BufRead;
+
+/// Most lines of a header.
+const MAX_HEADER_LINES: usize = 1000;
+/// What to do about a file that ends too early.
+const CUT_SHORT: &str = "the file is cut short, or its header is wrong: write it again";
+
+/// How the body of a PLY file is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Encoding {
+    Ascii,
+    LittleEndian,
+    BigEndian,
+}
+
+/// A scalar type of PLY.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    fn bytes(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    /// The number that begins `bytes`, which are little-endian.
+    fn value(self, bytes: [u8; 8]) -> f64 {
+        let [a, b, c, d, ..] = bytes;
+        match self {
+            Self::I8 => f64::from(i8::from_le_bytes([a])),
+            Self::U8 => f64::from(a),
+            Self::I16 => f64::from(i16::from_le_bytes([a, b])),
+            Self::U16 => f64::from(u16::from_le_bytes([a, b])),
+            Self::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
+            Self::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
+            Self::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
+            Self::F64 => f64::from_le_bytes(bytes),
+        }
+    }
+
+    fn read(self, input: &mut impl BufRead, encoding: Encoding) -> std::io::Result<f64> {
+        let mut bytes = [0; 8];
+        let own = &mut bytes[..self.bytes()];
+        input.read_exact(own)?;
+        if encoding == Encoding::BigEndian {
+            own.reverse();
+        }
+        Ok(self.value(bytes))
+    }
+}
+
+/// What a property holds: one number, or a count and as many numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Scalar(Scalar),
+    List { count: Scalar, item: Scalar },
+}
+
+/// An element of the header.
+#[derive(Debug)]
+struct Element {
+    name: String,
+    count: u64,
+    properties: Vec<(String, Kind)>,
+}
+
+impl Element {
+    fn position(&self, name: &str) -> Option<usize> {
+        self.properties.iter().position(|(own, _)| own == name)
+    }
+
+    /// Bytes that all rows need at the least. In ascii every value has a digit and a blank or an end of line, but for
+    /// the last.
+    fn least_bytes(&self, encoding: Encoding) -> u64 {
+        let row = self.properties.iter().map(|(_, kind)| match (encoding, kind) {
+            (Encoding::Ascii, _) => 2,
+            (_, Kind::Scalar(s) | Kind::List { count: s, .. }) => s.bytes() as u64,
+        });
+        let all = self.count.saturating_mul(row.sum());
+        if encoding == Encoding::Ascii { all.saturating_sub(1) } else { all }
+    }
+}
+
+/// A PLY file whose header has been read.
+pub(super) struct Ply<'a, 'b, R> {
+    lines: &'a mut Lines<'b, R>,
+    encoding: Encoding,
+    elements: Vec<Element>,
+    /// Bytes of the file.
+    bytes: u64,
+    /// Elements whose rows have been read.
+    done: usize,
+}
+
+/// One row of an element: its numbers in the header's order (a list gives its length), and the items of its list.
+#[derive(Debug, Default)]
+pub(super) struct Row {
+    pub(super) values: Vec<f64>,
+    pub(super) list: Vec<f64>,
+}
+
+impl<'a, 'b, R: BufRead> Ply<'a, 'b, R> {
+    /// Reads the header of a file of `bytes` bytes.
+    ///
+    /// # Errors
+    /// A [`Problem`] with the line.
+    pub(super) fn open(lines: &'a mut Lines<'b, R>, bytes: u64) -> Result<Self, Problem> {
+        let (encoding, elements) = read_header(lines)?;
+        Ok(Self { lines, encoding, elements, bytes, done: 0 })
+    }
+
+    /// The element whose rows come next: its name and count.
+    pub(super) fn next_element(&self) -> Option<(&str, u64)> {
+        self.elements.get(self.done).map(|e| (e.name.as_str(), e.count))
+    }
+
+    /// Where the next element has these properties; all or none.
+    pub(super) fn columns<const N: usize>(&self, names: [&str; N]) -> Option<[usize; N]> {
+        let element = self.elements.get(self.done)?;
+        let found = names.map(|name| element.position(name));
+        found.iter().all(Option::is_some).then(|| found.map(Option::unwrap_or_default))
+    }
+
+    /// Whether property `column` of the next element is its only list.
+    pub(super) fn is_its_list(&self, column: usize) -> bool {
+        let is_list = |kind: &Kind| matches!(kind, Kind::List { .. });
+        let properties = self.elements.get(self.done).map_or(&[][..], |e| &e.properties);
+        properties.iter().enumerate().all(|(k, (_, kind))| is_list(kind) == (k == column))
+    }
+
+    /// A problem with what was read last.
+    pub(super) fn problem(&self, rule: impl Into<String>, help: impl Into<String>) -> Problem {
+        if self.encoding == Encoding::Ascii {
+            return self.lines.problem(rule, help);
+        }
+        Problem::new(self.lines.name, rule, help)
+    }
+
+    /// Gives the next element's rows to `each`, with their numbers from 1. The header's count is checked against the
+    /// file's size before the first, so `each` may take memory for all.
+    ///
+    /// # Errors
+    /// A [`Problem`] with the line, or the number of the row in a binary body; and those of `each`.
+    pub(super) fn rows(
+        &mut self,
+        mut each: impl FnMut(&Self, u64, &Row) -> Result<(), Problem>,
+    ) -> Result<(), Problem> {
+        let (count, needed, name, kinds) = {
+            let element = &self.elements[self.done];
+            let kinds: Vec<Kind> = element.properties.iter().map(|p| p.1).collect();
+            (element.count, element.least_bytes(self.encoding), element.name.clone(), kinds)
+        };
+        let left = self.bytes.saturating_sub(self.lines.taken);
+        if needed > left {
+            let plural = if name == "vertex" { "vertices" } else { "rows of an element" };
+            let rule =
+                format!("{count} {plural} need {needed} bytes or more after the header, and the file has {left}");
+            return Err(self.lines.problem(rule, CUT_SHORT));
+        }
+        let (mut row, mut buffer) = (Row::default(), Vec::new());
+        for i in 1..=count {
+            row.values.clear();
+            row.list.clear();
+            match self.encoding {
+                Encoding::Ascii => self.text_row(&kinds, &name, [i, count], &mut buffer, &mut row)?,
+                _ => self.binary_row(&kinds, &mut row).map_err(|e| {
+                    let rule = format!("{name} {i} of {count} cannot be read: {e}");
+                    Problem::new(self.lines.name, rule, CUT_SHORT)
+                })?,
+            }
+            each(self, i, &row)?;
+        }
+        self.done += 1;
+        Ok(())
+    }
+
+    fn text_row(
+        &mut self,
+        kinds: &[Kind],
+        name: &str,
+        [i, count]: [u64; 2],
+        buffer: &mut Vec<u8>,
+        row: &mut Row,
+    ) -> Result<(), Problem> {
+        let Some(line) = self.lines.next(buffer)? else {
+            let rule = format!("the file ends after {} of {count} rows of {name:?}", i - 1);
+            return Err(self.lines.problem(rule, CUT_SHORT));
+        };
+        let given = line.split_whitespace().count();
+        let mut words = line.split_whitespace();
+        let lines = &self.lines;
+        let mut wanted = kinds.len();
+        let mut number = |wanted: usize| {
+            let word = words.next().ok_or_else(|| {
+                let rule = format!("the {name} has {given} values, and must have {wanted}");
+                lines.problem(rule, "correct the line, or the properties in the header")
+            })?;
+            lines.number("a value", word)
+        };
+        for kind in kinds {
+            let value = number(wanted)?;
+            row.values.push(value);
+            if let Kind::List { .. } = kind {
+                // No more items than the line has words.
+                wanted += if value > 0.0 { (value as usize).min(given + 1) } else { 0 };
+                while (row.list.len() as f64) < value {
+                    row.list.push(number(wanted)?);
+                }
+            }
+        }
+        if words.next().is_some() {
+            let rule = format!("the {name} has {given} values, and must have {wanted}");
+            return Err(lines.problem(rule, "correct the line, or the properties in the header"));
+        }
+        Ok(())
+    }
+
+    fn binary_row(&mut self, kinds: &[Kind], row: &mut Row) -> std::io::Result<()> {
+        for kind in kinds {
+            match *kind {
+                Kind::Scalar(scalar) => row.values.push(scalar.read(&mut self.lines.input, self.encoding)?),
+                Kind::List { count, item } => {
+                    let length = count.read(&mut self.lines.input, self.encoding)?;
+                    row.values.push(length);
+                    // Read one by one: a length that is not there ends the file, and takes no memory.
+                    while (row.list.len() as f64) < length {
+                        row.list.push(item.read(&mut self.lines.input, self.encoding)?);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<(Encoding, Vec<Element>), Problem> {
+    let mut buffer = Vec::new();
+    if lines.next(&mut buffer)? != Some("ply") {
+        return Err(lines.problem("the first line is not `ply`", "check the file's format and extension"));
+    }
+    let mut encoding = None;
+    let mut elements: Vec<Element> = Vec::new();
+    while lines.line < MAX_HEADER_LINES {
+        let Some(line) = lines.next(&mut buffer)? else { break };
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let unknown_type = |kind: &str, name: &str| {
+            lines.problem(format!("the type of {name:?} is {kind:?}, which PLY does not have"), "use float or double")
+        };
+        match words[..] {
+            ["format", name, "1.0"] => {
+                encoding = match name {
+                    "ascii" => Some(Encoding::Ascii),
+                    "binary_little_endian" => Some(Encoding::LittleEndian),
+                    "binary_big_endian" => Some(Encoding::BigEndian),
+                    _ => None,
+                };
+            }
+            ["comment" | "obj_info", ..] => {}
+            ["element", name, value] => {
+                if elements.is_empty() && name != "vertex" {
+                    return Err(lines.problem(
+                        format!("the first element is {name:?}, and must be \"vertex\""),
+                        "write the vertices before all else, as most programs do",
+                    ));
+                }
+                let within = |n: &u64| *n <= lines.limit;
+                let count = value.parse().ok().filter(within).ok_or_else(|| {
+                    let plural = if name == "vertex" { "vertices" } else { name };
+                    lines.problem(
+                        format!("the count of {plural} is {value:?}, and must be within 0 .. {}", lines.limit),
+                        "thin it out: a smooth surface needs far fewer",
+                    )
+                })?;
+                elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+            }
+            ["property", "list", count, item, name] if elements.len() > 1 => {
+                let count = Scalar::named(count).ok_or_else(|| unknown_type(count, name))?;
+                let item = Scalar::named(item).ok_or_else(|| unknown_type(item, name))?;
+                if let Some(element) = elements.last_mut() {
+                    element.properties.push((name.to_owned(), Kind::List { count, item }));
+                }
+            }
+            ["property", kind, name] if !elements.is_empty() => {
+                let scalar = Scalar::named(kind).ok_or_else(|| unknown_type(kind, name))?;
+                if let Some(element) = elements.last_mut() {
+                    element.properties.push((name.to_owned(), Kind::Scalar(scalar)));
+                }
+            }
+            ["end_header"] => {
+                let vertices = elements.first();
+                let has = |axis: &str| vertices.is_some_and(|v| v.position(axis).is_some());
+                return match encoding {
+                    Some(encoding) if ["x", "y", "z"].into_iter().all(has) => Ok((encoding, elements)),
+                    _ => Err(lines.problem(
+                        "the header must give a format (ascii or binary), `element vertex` and its properties x, y and z",
+                        "write the file again as a point cloud or a mesh of x, y, z",
+                    )),
+                };
+            }
+            _ => {
+                return Err(lines.problem(
+                    format!("the header line {:?} is not understood", words.join(" ")),
+                    "write the vertices with scalar properties only, in PLY 1.0",
+                ));
+            }
+        }
+    }
+    Err(lines.problem(
+        format!("the header does not end within {MAX_HEADER_LINES} lines"),
+        "check the file's format and extension",
+    ))
+}

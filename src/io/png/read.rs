@@ -1,0 +1,229 @@
+//! PNG files of any depth and colour type to linear light.
+
+use crate::error::Problem;
+use crate::io::metadata::{Metadata, checked_size};
+use crate::io::picture_file::open;
+use crate::raster::Raster;
+use crate::raster::transfer::{Transfer, luminance};
+use ::png::{BitDepth, ColorType, Decoder, DecodingError, Info, Transformations, Unit};
+use std::collections::BTreeMap;
+use std::io::{BufRead, Seek};
+use std::path::Path;
+
+/// The exponent of a gAMA curve must lie between this and its inverse; real ones are near 2.2.
+const MAX_EXPONENT: f64 = 10.0;
+
+/// Reads a PNG as linear light; see [`crate::io::picture_file::read`].
+///
+/// # Errors
+/// Those of [`crate::io::picture_file::read`].
+pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Problem> {
+    read_from(path, open(path)?, stated)
+}
+
+/// The same from an open file; `path` only names it.
+pub(in crate::io) fn read_from(
+    path: &Path,
+    source: impl BufRead + Seek,
+    stated: Option<Transfer>,
+) -> Result<(Raster<f32>, Metadata), Problem> {
+    let damaged = |error: DecodingError| damaged(path, &error);
+    let mut decoder = Decoder::new(source);
+    // Palettes to colours, 1, 2 and 4 bits to 8, a transparent colour to opacity.
+    decoder.set_transformations(Transformations::EXPAND);
+    let header = decoder.read_header_info().map_err(damaged)?;
+    let (width, height) = checked_size(path, header.width as usize, header.height as usize)?;
+    let samples = describe(header);
+
+    let mut reader = decoder.read_info().map_err(damaged)?;
+    if reader.info().animation_control.is_some() {
+        let rule = "the file is an animation, and must hold one picture";
+        return Err(Problem::new(path.display(), rule, "export the picture that is meant"));
+    }
+    // The decoder would take colours that are not there.
+    if let Some(palette) = &reader.info().palette
+        && (!palette.len().is_multiple_of(3) || palette.len() > 768)
+    {
+        let rule = format!("the PNG's palette has {} bytes, and a colour has 3, of at most 256 colours", palette.len());
+        return Err(Problem::new(path.display(), rule, "export the picture anew"));
+    }
+    let curve = Curve::choose(path, reader.info(), stated)?;
+    let bytes = reader.output_buffer_size().ok_or_else(|| damaged(DecodingError::LimitsExceeded))?;
+    let mut values = vec![0; bytes];
+    let frame = reader.next_frame(&mut values).map_err(damaged)?;
+    // Reads on to the end, so that a file that breaks off is noticed.
+    reader.finish().map_err(damaged)?;
+
+    let light = curve.table(frame.bit_depth);
+    let data = to_light(path, &values, frame.color_type, frame.bit_depth, &light, width)?;
+    let metadata = Metadata {
+        format: "PNG",
+        samples,
+        transfer: curve.name,
+        transfer_source: curve.source,
+        from_colour: matches!(frame.color_type, ColorType::Rgb | ColorType::Rgba),
+        pitch_mm: pitch_mm(reader.info()),
+        texts: texts(reader.info()),
+    };
+    Ok((Raster::from_data(width, height, data), metadata))
+}
+
+fn damaged(path: &Path, error: &DecodingError) -> Problem {
+    match error {
+        DecodingError::LimitsExceeded => Problem::new(
+            path.display(),
+            "the file's texts and profiles take more than 64 MiB",
+            "export the picture without them",
+        ),
+        _ => Problem::new(
+            path.display(),
+            format!("the PNG is damaged: {error}"),
+            "copy the file again, or export it anew",
+        ),
+    }
+}
+
+fn describe(header: &Info<'_>) -> String {
+    let colour = match header.color_type {
+        ColorType::Grayscale => "grey",
+        ColorType::Rgb => "RGB",
+        ColorType::Indexed => "palette",
+        ColorType::GrayscaleAlpha => "grey with opacity",
+        ColorType::Rgba => "RGB with opacity",
+    };
+    format!("{}-bit {colour}", header.bit_depth as u8)
+}
+
+/// Decoded samples to light, by the table of the curve. A pixel that is not opaque has no light of its own: what lies
+/// behind it is unknown.
+fn to_light(
+    path: &Path,
+    samples: &[u8],
+    color: ColorType,
+    depth: BitDepth,
+    light: &[f64],
+    width: usize,
+) -> Result<Vec<f32>, Problem> {
+    let wide = depth == BitDepth::Sixteen;
+    let step = if wide { 2 } else { 1 };
+    let sample = |pixel: &[u8], k: usize| {
+        if wide { usize::from(u16::from_be_bytes([pixel[2 * k], pixel[2 * k + 1]])) } else { usize::from(pixel[k]) }
+    };
+    let (colours, opacity) = match color {
+        ColorType::Grayscale => (1, None),
+        ColorType::GrayscaleAlpha => (1, Some(1)),
+        ColorType::Rgb => (3, None),
+        ColorType::Rgba => (3, Some(3)),
+        ColorType::Indexed => unreachable!("palettes are expanded to colours"),
+    };
+    let pixel_bytes = step * (colours + usize::from(opacity.is_some()));
+    let opaque = light.len() - 1;
+    let mut data = Vec::with_capacity(samples.len() / pixel_bytes);
+    for (index, pixel) in samples.chunks_exact(pixel_bytes).enumerate() {
+        if opacity.is_some_and(|k| sample(pixel, k) != opaque) {
+            let (i, j) = (index % width, index / width);
+            let rule = format!("pixel ({i}, {j}) is transparent, so its light is not known");
+            return Err(Problem::new(path.display(), rule, "flatten the picture onto its background first"));
+        }
+        let value = |k| light[sample(pixel, k)];
+        data.push(if colours == 1 { value(0) } else { luminance(value(0), value(1), value(2)) } as f32);
+    }
+    Ok(data)
+}
+
+/// The curve of a file: its exponent or piecewise form, its name, and who says so.
+struct Curve {
+    form: Form,
+    name: String,
+    source: String,
+}
+
+#[derive(Clone, Copy)]
+enum Form {
+    Known(Transfer),
+    /// Light = value^exponent.
+    Power(f64),
+}
+
+impl Curve {
+    /// The curve that the caller states, or else the one that the file states, in the order of precedence of the PNG
+    /// specification (third edition, 4.3): cICP, iCCP, sRGB, gAMA.
+    fn choose(path: &Path, info: &Info<'_>, stated: Option<Transfer>) -> Result<Self, Problem> {
+        let from_file = Self::of_file(info);
+        if let Some(transfer) = stated {
+            let source = match &from_file {
+                Ok(Some(file)) if file.name != transfer.name() => {
+                    format!("stated by the caller, against the {}: {}", file.source, file.name)
+                }
+                _ => "stated by the caller".to_owned(),
+            };
+            return Ok(Self { form: Form::Known(transfer), name: transfer.name().to_owned(), source });
+        }
+        let rule = match from_file {
+            Ok(Some(curve)) => return Ok(curve),
+            Ok(None) => "the file does not say how its values stand for light (no sRGB, gAMA or cICP chunk)".to_owned(),
+            Err(rule) => rule,
+        };
+        Err(Problem::new(path.display(), rule, "state it with --transfer linear or --transfer srgb"))
+    }
+
+    /// What the file says; nothing, or the rule that keeps it from being understood.
+    fn of_file(info: &Info<'_>) -> Result<Option<Self>, String> {
+        let known = |transfer: Transfer, source: &str| {
+            let name = transfer.name().to_owned();
+            Ok(Some(Self { form: Form::Known(transfer), name, source: source.to_owned() }))
+        };
+        if let Some(cicp) = info.coding_independent_code_points {
+            // Rec. ITU-T H.273, table 3.
+            return match (cicp.transfer_function, cicp.is_video_full_range_image) {
+                (8, true) => known(Transfer::Linear, "cICP chunk"),
+                (13, true) => known(Transfer::Srgb, "cICP chunk"),
+                (code, true) => Err(format!("its cICP chunk asks for transfer curve {code}, which is not known here")),
+                (_, false) => Err("its cICP chunk says that values are of narrow range".to_owned()),
+            };
+        }
+        if info.icc_profile.is_some() {
+            return Err("its curve is in an ICC profile, which is not interpreted here".to_owned());
+        }
+        if info.srgb.is_some() {
+            return known(Transfer::Srgb, "sRGB chunk");
+        }
+        let Some(gamma) = info.gama_chunk else { return Ok(None) };
+        if gamma.into_scaled() == 100_000 {
+            return known(Transfer::Linear, "gAMA chunk");
+        }
+        let exponent = 100_000.0 / f64::from(gamma.into_scaled());
+        if !(1.0 / MAX_EXPONENT..=MAX_EXPONENT).contains(&exponent) {
+            return Err(format!("its gAMA chunk is {}, and must be 0.1 to 10", f64::from(gamma.into_scaled()) / 1e5));
+        }
+        let name = format!("power {exponent:.4}");
+        Ok(Some(Self { form: Form::Power(exponent), name, source: "gAMA chunk".to_owned() }))
+    }
+
+    /// The light of every value of `depth`.
+    fn table(&self, depth: BitDepth) -> Vec<f64> {
+        let top = if depth == BitDepth::Sixteen { 65535 } else { 255 };
+        let light = |k| {
+            let value = f64::from(k) / f64::from(top);
+            match self.form {
+                Form::Known(transfer) => transfer.decode(value),
+                Form::Power(exponent) => libm::pow(value, exponent),
+            }
+        };
+        (0..=top).map(light).collect()
+    }
+}
+
+fn pitch_mm(info: &Info<'_>) -> Option<f64> {
+    let density = info.pixel_dims?;
+    let square = density.unit == Unit::Meter && density.xppu == density.yppu && density.xppu > 0;
+    square.then(|| 1000.0 / f64::from(density.xppu))
+}
+
+/// The texts that are not compressed, and the compressed ones that can be read.
+fn texts(info: &Info<'_>) -> BTreeMap<String, String> {
+    let plain = info.uncompressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), Some(chunk.text.clone())));
+    let packed = info.compressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), chunk.get_text().ok()));
+    let utf8 = info.utf8_text.iter().map(|chunk| (chunk.keyword.clone(), chunk.get_text().ok()));
+    plain.chain(packed).chain(utf8).filter_map(|(keyword, text)| Some((keyword, text?))).collect()
+}

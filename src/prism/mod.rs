@@ -1,0 +1,14 @@
+//! A ray's trip through interfaces.
+
+#[cfg(test)]
+mod nonsequential_tests;
+pub mod packet;
+pub mod reflections;
+pub mod payload;
+pub mod surface_modifier;
+pub mod refract_at;
+pub mod biprism;
+mod as_built;
+mod follow;
+mod finish;
+mod first_face;

@@ -1,0 +1,147 @@
+//! What a ray carries besides its geometry; `()` carries nothing and costs nothing.
+
+use super::surface_modifier::Relief;
+use crate::geom::{Pose, Ray};
+use crate::optics::refraction::Crossing;
+use crate::optics::snell::Refracted;
+use crate::surface::hit::Meeting;
+use crate::surface::shape::Surface;
+use glam::DVec3;
+
+/// Something that follows a ray from surface to surface.
+pub trait Carry {
+    /// The ray, as it came in, met `surface` under `relief` and was refracted with `eta` = n_in / n_out.
+    fn refracted(
+        &mut self,
+        ray: &Ray,
+        surface: &Surface,
+        relief: &impl Relief,
+        meeting: &Meeting,
+        eta: f64,
+        out: &Refracted,
+    );
+    /// The frame changes.
+    fn moved(&mut self, a_from_b: &Pose);
+}
+
+impl Carry for () {
+    #[inline(always)]
+    fn refracted(&mut self, _: &Ray, _: &Surface, _: &impl Relief, _: &Meeting, _: f64, _: &Refracted) {}
+    #[inline(always)]
+    fn moved(&mut self, _: &Pose) {}
+}
+
+/// The derivatives of a ray's origin and direction by the two image coordinates, in mm/px and 1/px.
+///
+/// Ray differentials (Igehy, "Tracing Ray Differentials", 1999), here with the exact turn of the normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Differentials {
+    /// d origin / d(u, v)
+    pub origin: [DVec3; 2],
+    /// d direction / d(u, v)
+    pub direction: [DVec3; 2],
+}
+
+impl Differentials {
+    /// Moves the origin along the ray to where it meets a plane of normal `normal` at distance `t_mm`: the differential
+    /// of the meeting point itself.
+    #[inline(always)]
+    pub fn transferred(&self, ray: &Ray, t_mm: f64, normal: DVec3) -> [DVec3; 2] {
+        let approach = normal.dot(ray.direction);
+        [0, 1].map(|k| {
+            let step = self.origin[k] + self.direction[k] * t_mm;
+            step - ray.direction * (normal.dot(step) / approach)
+        })
+    }
+}
+
+impl Carry for Differentials {
+    #[inline(always)]
+    fn refracted(
+        &mut self,
+        ray: &Ray,
+        surface: &Surface,
+        relief: &impl Relief,
+        meeting: &Meeting,
+        eta: f64,
+        out: &Refracted,
+    ) {
+        let point = ray.at(meeting.t_mm);
+        self.origin = self.transferred(ray, meeting.t_mm, surface.tangent(meeting));
+        for k in 0..2 {
+            let turn = relief.normal_change(surface, meeting, point, out.normal, self.origin[k]);
+            let cos_in = -(turn.dot(ray.direction) + out.normal.dot(self.direction[k]));
+            // From cos_out^2 = eta^2 cos_in^2 + 1 - eta^2.
+            let cos_out = if eta == 1.0 { cos_in } else { eta * eta * out.cos_in * cos_in / out.cos_out };
+            let gamma = eta * cos_in - cos_out;
+            self.direction[k] = self.direction[k] * eta + out.normal * gamma + turn * out.gamma;
+        }
+    }
+
+    #[inline(always)]
+    fn moved(&mut self, a_from_b: &Pose) {
+        self.origin = self.origin.map(|v| a_from_b.vector(v));
+        self.direction = self.direction.map(|v| a_from_b.vector(v));
+    }
+}
+
+/// Every point at which the ray was refracted and the direction in which it went on; in the prism's frame on the way,
+/// in the world once the ray has left or ended.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Path {
+    /// Meeting points, in mm, from the camera on.
+    pub points: Vec<DVec3>,
+    /// Unit directions behind each.
+    pub directions: Vec<DVec3>,
+}
+
+impl Carry for Path {
+    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Meeting, _: f64, out: &Refracted) {
+        self.points.push(ray.at(meeting.t_mm));
+        self.directions.push(out.direction);
+    }
+
+    fn moved(&mut self, a_from_b: &Pose) {
+        self.points.iter_mut().for_each(|p| *p = a_from_b.point(*p));
+        self.directions.iter_mut().for_each(|d| *d = a_from_b.vector(*d));
+    }
+}
+
+/// The two refractions of a way through a prism; in the prism's frame on the way, in the world once the ray has left or
+/// ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Trip {
+    crossings: [Option<Crossing>; 2],
+}
+
+impl Trip {
+    /// The crossings, from the camera on; none where the ray met no glass or ended in it.
+    pub fn crossings(&self) -> Option<[Crossing; 2]> {
+        let [first, second] = self.crossings;
+        first.zip(second).map(|(a, b)| [a, b])
+    }
+}
+
+impl Carry for Trip {
+    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Meeting, eta: f64, out: &Refracted) {
+        let crossing = Crossing {
+            incoming: ray.direction,
+            outgoing: out.direction,
+            normal: out.normal,
+            cos_in: out.cos_in,
+            cos_out: out.cos_out,
+            eta,
+            way_mm: meeting.t_mm,
+        };
+        let free = usize::from(self.crossings[0].is_some());
+        self.crossings[free] = Some(crossing);
+    }
+
+    fn moved(&mut self, a_from_b: &Pose) {
+        for crossing in self.crossings.iter_mut().flatten() {
+            for v in [&mut crossing.incoming, &mut crossing.outgoing, &mut crossing.normal] {
+                *v = a_from_b.vector(*v);
+            }
+        }
+    }
+}

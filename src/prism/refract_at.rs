@@ -1,0 +1,24 @@
+//! A ray through a known sequence of surfaces.
+
+use super::payload::Carry;
+use super::surface_modifier::Relief;
+use crate::geom::Ray;
+use crate::optics::fate::Fate;
+use crate::optics::snell::refract;
+use crate::surface::hit::Meeting;
+use crate::surface::shape::Surface;
+
+/// The ray behind `surface`, met at `meeting` and refracted by the normal of `relief`, with `eta` = n_in / n_out.
+#[inline(always)]
+pub fn pass<C: Carry>(
+    ray: &Ray,
+    surface: &Surface,
+    relief: &impl Relief,
+    meeting: &Meeting,
+    eta: f64,
+    carry: &mut C,
+) -> Result<Ray, Fate> {
+    let out = refract(ray.direction, relief.normal(meeting), eta).ok_or(Fate::TotalReflection)?;
+    carry.refracted(ray, surface, relief, meeting, eta, &out);
+    Ok(Ray { origin: ray.at(meeting.t_mm), direction: out.direction })
+}

@@ -1,0 +1,76 @@
+//! The picture of one pass, made band by band by any number of threads.
+
+use super::band::{Band, Truth};
+use super::film::{Class, Film, Strip, Wanted};
+use super::plan::{BAND_ROWS, Plan};
+use super::region::Region;
+use super::work::Work;
+use super::{mapped, reference, tile};
+use crate::accuracy::Sampling;
+use crate::raster::Raster;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// The picture of a plan, one pass without film effects, with what is wanted of it; `progress` as in [`render`].
+pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
+    let [_, height] = plan.system.camera.size_px();
+    let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, progress);
+    let mut work = plan.work();
+    work += done;
+    Film { radiance, colour, noise, class, board_mm, counts: work.counts, account: plan.account(work.bend_px) }
+}
+
+/// The `rows` of the picture of a plan, the first of which is a multiple of [`BAND_ROWS`], and the work they were; `wanted`
+/// and `progress` as in [`picture`].
+pub(super) fn rows(
+    plan: &Plan,
+    rows: Range<usize>,
+    wanted: Wanted,
+    progress: &(dyn Fn(usize) + Sync),
+) -> (Strip, Work) {
+    let [width, _] = plan.system.camera.size_px();
+    let truth_size = if wanted.truth { [width, rows.len()] } else { [0, 0] };
+    let mut radiance = Raster::filled(width, rows.len(), 0.0);
+    let mut class = Raster::filled(truth_size[0], truth_size[1], Class::Left);
+    let mut board_mm = Raster::filled(truth_size[0], truth_size[1], [0.0; 2]);
+    let size = width * BAND_ROWS;
+    let mut truths = class.data_mut().chunks_mut(size).zip(board_mm.data_mut().chunks_mut(size));
+    let bands: Vec<Band> = (radiance.data_mut().chunks_mut(size).enumerate())
+        .map(|(k, radiance)| {
+            let truth = truths.next().map(|(class, board_mm)| Truth { class, board_mm });
+            Band { width, first_row: rows.start + k * BAND_ROWS, radiance, truth }
+        })
+        .collect();
+    let done: Vec<Work> = bands
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|mut band| {
+            let work = render_band(plan, &mut band);
+            progress(band.radiance.len());
+            work
+        })
+        .collect();
+    let mut work = Work::default();
+    done.into_iter().for_each(|w| work += w);
+    (Strip { radiance, colour: None, noise: None, class, board_mm }, work)
+}
+
+// Apart, so that its instructions can be counted by its name.
+#[inline(never)]
+pub(super) fn render_band(plan: &Plan, band: &mut Band) -> Work {
+    if plan.system.accuracy.sampling == Sampling::SingleRays {
+        return reference::render(plan, band);
+    }
+    let mut work = Work::default();
+    for patch in &plan.patches {
+        work += mapped::render(plan, patch, band);
+    }
+    for region in &plan.traced {
+        let rows = region.rows.start.max(band.first_row)..region.rows.end.min(band.first_row + band.rows());
+        work += tile::render(plan, &Region { columns: region.columns.clone(), rows }, band);
+    }
+    if plan.mirrored {
+        band.mirror();
+    }
+    work
+}

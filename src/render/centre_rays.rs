@@ -1,0 +1,156 @@
+//! What the centres of a run of pixels see, by packets where the glass allows.
+
+use super::film::Class;
+use crate::num::poly2::Poly2;
+use crate::num::simd::{Kernel, LANES, Lanes, widest};
+use crate::prism::packet::{Biprism, Glass, Plane, Polynomial, Sheet, Table};
+use crate::surface::shape::{Freeform, Surface};
+use crate::system::{Prism, Side, Sight, System};
+use glam::DVec2;
+
+/// What a run of positions sees: board positions in mm, and classes; (0, 0) where the class is no side.
+#[derive(Debug)]
+pub(super) struct Run<'a> {
+    pub(super) x_mm: &'a mut [f64],
+    pub(super) y_mm: &'a mut [f64],
+    pub(super) class: &'a mut [Class],
+}
+
+/// The glass of a system, laid out for the loops.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "there is one for a whole picture, and a box would cost the loops a jump")]
+enum Layout {
+    /// Each ray by itself.
+    Alone,
+    Nothing,
+    Planes(Biprism<Plane>),
+    Even5(Biprism<Sheet<Table<6, true>>>),
+    Even8(Biprism<Sheet<Table<9, true>>>),
+    Full5(Biprism<Sheet<Table<6, false>>>),
+    AnyDegree(Biprism<Sheet<Poly2>>),
+}
+
+/// Looks along rows of an instrument's picture.
+#[derive(Debug)]
+pub(super) struct Looker<'a> {
+    system: &'a System,
+    layout: Layout,
+}
+
+impl<'a> Looker<'a> {
+    /// By packets of rays where `packets`, else ray by ray: the bits are the same.
+    pub(super) fn new(system: &'a System, packets: bool) -> Self {
+        let layout = match &system.prism {
+            // Packets know neither stops nor the halves of a camera whose rays are parallel.
+            _ if !packets || system.stop.is_some() => Layout::Alone,
+            None if system.camera.tangent_per_px().is_none() => Layout::Alone,
+            None => Layout::Nothing,
+            Some(prism) => layout(prism),
+        };
+        Self { system, layout }
+    }
+
+    /// What `start` and the positions to its right see, one px apart, for as many as `out` holds.
+    pub(super) fn look(&self, start: DVec2, out: Run<'_>) {
+        let system = self.system;
+        match &self.layout {
+            Layout::Alone => {
+                for i in 0..out.class.len() {
+                    let (board_mm, class) = alone(system, start + DVec2::new(i as f64, 0.0));
+                    (out.x_mm[i], out.y_mm[i], out.class[i]) = (board_mm.x, board_mm.y, class);
+                }
+            }
+            Layout::Nothing => widest(Row { system, glass: &(), start, out }),
+            Layout::Planes(glass) => widest(Row { system, glass, start, out }),
+            Layout::Even5(glass) => widest(Row { system, glass, start, out }),
+            Layout::Even8(glass) => widest(Row { system, glass, start, out }),
+            Layout::Full5(glass) => widest(Row { system, glass, start, out }),
+            Layout::AnyDegree(glass) => widest(Row { system, glass, start, out }),
+        }
+    }
+}
+
+/// The tightest layout that holds the prism.
+fn layout(prism: &Prism) -> Layout {
+    fn plane(surface: &Surface) -> Option<Plane> {
+        match *surface {
+            Surface::Plane { point, normal } => Some(Plane { point, normal }),
+            _ => None,
+        }
+    }
+    fn sheets<P: Polynomial>(prism: &Prism, table: fn(&Poly2) -> Option<P>) -> Option<Biprism<Sheet<P>>> {
+        let sheet = |f: &Freeform| Some(Sheet::new(f, table(f.sag())?));
+        prism.for_packets(|surface| match surface {
+            Surface::Freeform(f) => sheet(f),
+            _ => None,
+        })
+    }
+    (prism.for_packets(plane).map(Layout::Planes))
+        .or_else(|| sheets(prism, Table::new).map(Layout::Even5))
+        .or_else(|| sheets(prism, Table::new).map(Layout::Full5))
+        .or_else(|| sheets(prism, Table::new).map(Layout::Even8))
+        .or_else(|| sheets(prism, |p| Some(p.clone())).map(Layout::AnyDegree))
+        .unwrap_or(Layout::Alone)
+}
+
+/// One position by the scalar trace.
+pub(super) fn alone(system: &System, px: DVec2) -> (DVec2, Class) {
+    match system.look(px) {
+        Ok(Sight { board_mm, side }) => (board_mm, side.into()),
+        Err(fate) => (DVec2::ZERO, fate.into()),
+    }
+}
+
+struct Row<'a, 'b, G> {
+    system: &'a System,
+    glass: &'a G,
+    start: DVec2,
+    out: Run<'b>,
+}
+
+impl<G: Glass> Kernel for Row<'_, '_, G> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { system, glass, start, out } = self;
+        // A copy, of which the compiler knows that no row written here changes its kind.
+        let camera = system.camera;
+        let residual_mm = system.accuracy.surface_residual_mm;
+        let y = Lanes::splat(start.y);
+        let count = out.class.len();
+        for first in (0..count).step_by(LANES) {
+            let x = Lanes::of(|k| start.x + (first + k) as f64);
+            let passed = glass.pass(&camera.rays([x, y]), residual_mm);
+            let (seen, met) = system.board.meet_all(&passed.rays);
+            let sure = passed.sure & met;
+            let n = LANES.min(count - first);
+            let side = passed.right.0.map(|right| if right != 0 { Class::Right } else { Class::Left });
+            if n == LANES {
+                out.x_mm[first..first + LANES].copy_from_slice(&seen[0].0);
+                out.y_mm[first..first + LANES].copy_from_slice(&seen[1].0);
+                out.class[first..first + LANES].copy_from_slice(&side);
+            } else {
+                out.x_mm[first..].copy_from_slice(&seen[0].0[..n]);
+                out.y_mm[first..].copy_from_slice(&seen[1].0[..n]);
+                out.class[first..].copy_from_slice(&side[..n]);
+            }
+            if !sure.all() {
+                for k in (0..n).filter(|&k| sure.0[k] == 0) {
+                    let (board_mm, class) = alone(system, DVec2::new(x.0[k], start.y));
+                    let i = first + k;
+                    (out.x_mm[i], out.y_mm[i], out.class[i]) = (board_mm.x, board_mm.y, class);
+                }
+            }
+        }
+    }
+}
+
+impl From<Side> for Class {
+    fn from(side: Side) -> Self {
+        match side {
+            Side::Left => Self::Left,
+            Side::Right => Self::Right,
+        }
+    }
+}

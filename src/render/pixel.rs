@@ -1,0 +1,118 @@
+//! The mean radiance of one pixel from the map about its centre, or from traced parts of it.
+
+use super::film::Class;
+use super::pixel_mean::{Cover, Jet, Jets, cover, mean_of_points};
+use super::plan::Plan;
+use super::work::Work;
+use crate::accuracy::Accuracy;
+use glam::DVec2;
+
+/// A pixel that sees the board through one side all over.
+pub(super) fn whole_pixel(plan: &Plan, px: DVec2, jet: &Jet, work: &mut Work) -> f64 {
+    settle(plan, px, cover(&plan.pattern, &Jets::splat(jet), &plan.less(plan.third_px))[0], work)
+}
+
+/// The radiance of the pixel at `px` that was covered so; traced in parts where its jet does not tell it.
+#[inline(always)]
+pub(super) fn settle(plan: &Plan, px: DVec2, covered: Cover, work: &mut Work) -> f64 {
+    match covered {
+        Cover::Plain(value) => value,
+        Cover::Edge { value, parts, off_px } => {
+            work.counts.edge_pixels += 1;
+            work.counts.divided_pixels += u64::from(parts > 1);
+            work.counts.capped_pixels += u64::from(off_px > plan.system.accuracy.bend_px);
+            work.bend_px = work.bend_px.max(off_px);
+            value
+        }
+        Cover::TooBent => {
+            work.counts.edge_pixels += 1;
+            divided(plan, px, work)
+        }
+    }
+}
+
+/// The mean over n x n parts of the active square of the pixel at `px`, each traced, and multiplied by `gain` of its
+/// place. Mirror images are summed in pairs.
+pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, gain: impl Fn(DVec2) -> f64, work: &mut Work) -> f64 {
+    let share = 1.0 / f64::from(n);
+    let side = plan.active * share;
+    let outline = square(0.5 * side);
+    let place = |k: u32| (f64::from(2 * k + 1) - f64::from(n)) * (0.5 * side);
+    let mut sum = 0.0;
+    for j in 0..n {
+        let mut part = |i: u32| {
+            let at = px + DVec2::new(place(i), place(j));
+            part(plan, at, &outline, work) * gain(at)
+        };
+        for i in 0..n / 2 {
+            sum += part(i) + part(n - 1 - i);
+        }
+        if n % 2 == 1 {
+            sum += part(n / 2);
+        }
+    }
+    sum * (share * share)
+}
+
+/// A square about the origin, of side 2 `half`.
+pub(super) fn square(half: f64) -> [DVec2; 4] {
+    [DVec2::new(-half, -half), DVec2::new(half, -half), DVec2::new(half, half), DVec2::new(-half, half)]
+}
+
+/// The mean radiance over `outline` (about `px`, in px), by the tangent of the map at `px`.
+pub(super) fn part(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
+    work.counts.rays += 1;
+    let footprint = match plan.system.footprint(px) {
+        Ok(footprint) => footprint,
+        Err(fate) => return dark(plan, fate.into()),
+    };
+    let scale = plan.pattern.squares_per_mm();
+    // At the critical angle itself the map has no derivative.
+    if !footprint.jacobian.is_finite() {
+        return plan.pattern.at(footprint.sight.board_mm);
+    }
+    let mut polygon = [DVec2::ZERO; MAX_VERTICES];
+    for (corner, p) in polygon.iter_mut().zip(outline) {
+        *corner = (footprint.sight.board_mm + footprint.jacobian * *p) * scale;
+    }
+    let polygon = &polygon[..outline.len()];
+    plan.pattern.mean_over(polygon).unwrap_or_else(|| mean_of_points(&plan.pattern, polygon, outline))
+}
+
+/// What a ray brings that never reaches the board: nothing from within the glass, the surroundings from past the board.
+pub(super) fn dark(plan: &Plan, class: Class) -> f64 {
+    if class == Class::PastBoard { plan.pattern.background() } else { 0.0 }
+}
+
+/// Corners of a pixel, and at most two cuts.
+pub(super) const MAX_VERTICES: usize = 8;
+
+/// The mean radiance of the pixel at `px` from traced parts, each by the tangent of the map: 4, 16, 64 ... of them until
+/// it has settled.
+pub(super) fn divided(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
+    work.counts.divided_pixels += 1;
+    let mut by_parts = |depth: u32, work: &mut Work| mean_of_parts(plan, px, 2 << depth, |_| 1.0, work);
+    settled(&plan.system.accuracy, &mut by_parts, work)
+}
+
+/// The last of the values at depth 0, 1, 2 ..., each of parts of half the side: until two in a row differ from those before
+/// by less than the bend allowed, in px, would make. Two, for a line may by chance be as far from its place among small
+/// parts as among large ones. The error of a part falls as the square of its side, so a third of the last difference is
+/// what the last value is wrong by.
+pub(super) fn settled(accuracy: &Accuracy, value_at: &mut dyn FnMut(u32, &mut Work) -> f64, work: &mut Work) -> f64 {
+    let deepest = accuracy.max_division.max(8).ilog2() - 1;
+    let (mut value, mut close_before) = (value_at(0, work), false);
+    for depth in 1..=deepest {
+        let finer = value_at(depth, work);
+        let difference = (finer - value).abs();
+        value = finer;
+        let close = difference <= accuracy.bend_px;
+        if (close && close_before) || depth == deepest {
+            work.bend_px = work.bend_px.max(difference / 3.0);
+            work.counts.capped_pixels += u64::from(!close);
+            break;
+        }
+        close_before = close;
+    }
+    value
+}

@@ -1,0 +1,14 @@
+//! A corner of a picture with its error.
+
+use glam::DVec2;
+
+/// A detected corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CornerMark {
+    /// Column and row on the board, counted alike in both halves and in both panels.
+    pub index: [i32; 2],
+    /// Where it was detected, in px of the picture.
+    pub position_px: DVec2,
+    /// Detected position minus the position through the ideal pinhole, in px.
+    pub error_px: DVec2,
+}

@@ -1,0 +1,220 @@
+//! The types of `report.json`.
+
+use super::budget::ErrorBudget;
+use super::figure::Figure;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A whole report.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Report {
+    /// Name and version of this format.
+    pub schema: SchemaName,
+    /// Name of the scene, or of the picture that was measured.
+    pub scene: String,
+    /// One entry for each prism judged.
+    pub designs: Vec<Design>,
+}
+
+/// Name and version of the format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum SchemaName {
+    /// The only one so far.
+    #[serde(rename = "biprism-report/1")]
+    V1,
+}
+
+/// One prism, judged.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Design {
+    /// `flat`, `freeform`, or the scene's own name for it.
+    pub name: String,
+    /// Each half by itself.
+    pub halves: Halves,
+    /// Left against right.
+    pub stereo: Stereo,
+    /// Both halves, pooled, against their pinholes.
+    pub pinhole: Pinhole,
+    /// Corners of both halves together.
+    pub corners: Corners,
+    /// How the rays ended, by name of the fate.
+    pub fates: BTreeMap<String, u64>,
+    /// Seconds of wall-clock time, by step.
+    pub timing_s: BTreeMap<String, f64>,
+    /// How accurately the picture was made; absent where it was not made here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accuracy: Option<Accuracy>,
+    /// Where the error of a corner comes from, when it was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub error_budget: Option<ErrorBudget>,
+}
+
+/// How accurately a picture was made: shifts of its lines and corners, in px.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Accuracy {
+    /// `draft`, `standard`, `exact` or `reference`.
+    pub level: String,
+    /// What was asked for, where the level was chosen by that: the cheapest that promises it.
+    pub target_px: Option<f64>,
+    /// What the level promises against the reference.
+    pub promise_px: f64,
+    /// What it kept to, as far as the picture itself can tell: error of the map, and bend left inside pixels.
+    pub achieved_px: f64,
+    /// Pixels that were divided as often as allowed and not as often as it takes.
+    pub capped_pixels: u64,
+}
+
+/// The two halves of the image.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Halves {
+    /// Columns `0..width / 2`.
+    pub left: Half,
+    /// Columns from `width / 2` rounded up to `width`; the middle column of an odd width is in neither half.
+    pub right: Half,
+}
+
+/// One half of the image.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Half {
+    /// Its corners.
+    pub corners: Corners,
+    /// It against its pinhole.
+    pub pinhole: Pinhole,
+}
+
+/// Left against right, on the raw halves.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stereo {
+    /// Of y_L - y_R: ROS's epipolar error, but without rectification.
+    pub vertical_disparity_rms_px: Figure,
+    /// Of y_L - y_R.
+    pub vertical_disparity_max_px: Figure,
+    /// Mean of y_L - y_R, signed.
+    pub vertical_disparity_mean_px: Figure,
+    /// OpenCV's "average epipolar err" for horizontal epipolar lines: 2 mean |y_L - y_R|.
+    pub opencv_average_epipolar_px: Figure,
+    /// Largest |slope| of an epipolar curve's best line.
+    pub epipolar_slope_max_rad: Figure,
+    /// Mean |slope|.
+    pub epipolar_slope_mean_rad: Figure,
+    /// Rise of the steepest line over the width of a half image.
+    pub epipolar_rise_max_px: Figure,
+    /// Perpendicular distances of the curves' samples from their best lines.
+    pub epipolar_departure_rms_px: Figure,
+    /// The largest of these.
+    pub epipolar_departure_max_px: Figure,
+    /// Disparities x_L - x_R about the law offset + gain / depth of an ideal pair.
+    pub depth_law_rms_px: Figure,
+}
+
+/// An image against a pinhole.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pinhole {
+    /// Against the designed virtual camera, nothing fitted: rays on its virtual image plane.
+    pub designed: Designed,
+    /// Against the pinhole that fits best.
+    pub fitted: Fitted,
+    /// Against the best pinhole with two focal lengths, where one was fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub anamorphic: Option<Fitted>,
+    /// Inner corners of rows and columns from the chord of the end corners (ROS linearity, which takes rows only).
+    pub straightness_rms_px: Figure,
+    /// The largest of these.
+    pub straightness_max_px: Figure,
+    /// The rays against one centre, where rays were traced or corners seen at several depths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub centre: Option<Centre>,
+    /// The same at each board depth, nearest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub depths: Vec<Depth>,
+}
+
+/// Against the designed virtual camera.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Designed {
+    /// Horizontal: Table 1 of the design paper.
+    pub mean_abs_h_mm: Figure,
+    /// Vertical.
+    pub mean_abs_v_mm: Figure,
+    /// Horizontal, in px.
+    pub mean_abs_h_px: Figure,
+    /// Vertical, in px.
+    pub mean_abs_v_px: Figure,
+    /// Length of the error vectors.
+    pub rms_px: Figure,
+    /// The longest.
+    pub max_px: Figure,
+}
+
+/// Against a fitted pinhole.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fitted {
+    /// What was free in the fit; everything else as designed.
+    pub free: Vec<String>,
+    /// Length of the residual vectors; ROS's reprojection error is this over sqrt(2).
+    pub rms_px: Figure,
+    /// The longest.
+    pub max_px: Figure,
+}
+
+/// The object-side rays against one centre of projection.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Centre {
+    /// From the designed centre to the point nearest to all rays.
+    pub drift_mm: Figure,
+    /// Distances of the rays from the point nearest to all: 0 for a central camera.
+    pub miss_rms_mm: Figure,
+    /// Distances of the rays from the designed centre.
+    pub designed_miss_rms_mm: Figure,
+}
+
+/// A half (or both) at one depth of the board.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Depth {
+    /// Distance of the board's centre from the camera along z, in mm.
+    pub depth_mm: f64,
+    /// Against the designed virtual camera, nothing fitted: corners against projected corners.
+    pub designed: Designed,
+    /// Against a pinhole fitted at this depth alone.
+    pub fitted: Fitted,
+    /// From the designed centre to that of the pinhole fitted at this depth.
+    pub centre_drift_mm: Figure,
+    /// As for the whole.
+    pub straightness_rms_px: Figure,
+}
+
+/// What the detector did, judged by the exact positions where they are known.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Corners {
+    /// Corners whose four squares lie wholly in their half; `null` where the truth is unknown.
+    pub visible: Option<u64>,
+    /// How many of these were found; all that were found, where the truth is unknown.
+    pub found: u64,
+    /// Corners found of which a square is cut by the border of the half.
+    #[serde(default)]
+    pub partial: u64,
+    /// Found where there is none, or with a wrong index; `null` where the truth is unknown.
+    #[serde(rename = "false")]
+    pub spurious: Option<u64>,
+    /// sqrt(sum |e|^2 / N) over the N = found + partial corners, of detected minus exact position, in px (pixel-edge
+    /// convention).
+    pub rms_error_px: Option<f64>,
+    /// Largest |e|, in px.
+    pub max_error_px: Option<f64>,
+    /// Candidates given up, by reason.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub rejected: BTreeMap<String, u64>,
+}

@@ -1,0 +1,189 @@
+//! Lenses other than the pinhole, and what stands in their light, as a scene file writes them.
+
+use crate::scene::Patch;
+use crate::effect::clipping::{Clipping, Outline, Stop};
+use crate::effect::quadrature::LEAST_REPLICATES;
+use crate::effect::{Quadrature, Telecentric};
+use crate::error::Problem;
+use crate::scene::document::Document;
+use crate::scene::limits::*;
+use crate::scene::model::{Board, Body, Camera, PolynomialPrism, Prism};
+use glam::{DVec2, DVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TelecentricFile {
+    /// Size of an image over that of its object.
+    #[schemars(range(min = 1.0 / MAGNIFICATION, max = MAGNIFICATION))]
+    pub(super) magnification: f64,
+    /// Numerical aperture on the side of the objects: sine of half the angle of the cones that it collects.
+    #[serde(default)]
+    #[schemars(range(min = 0, max = NA))]
+    pub(super) na: f64,
+    /// Distance from the camera's position to the plane that it would show sharp without a prism, in mm.
+    #[schemars(range(min = SHORTEST_MM, max = LONGEST_MM))]
+    pub(super) focus_mm: f64,
+}
+
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct ClippingFile {
+    /// The rim of the prism, about the z axis of its frame, the same on front and back.
+    pub(super) rim: Option<RimFile>,
+    /// Width of the ground or bevelled strip in place of the ridge, across it, in mm.
+    #[schemars(range(min = 0, max = LONGEST_MM))]
+    pub(super) chamfer_mm: f64,
+    /// A round stop before the camera, about its axis.
+    pub(super) stop: Option<StopFile>,
+}
+
+/// A rim: a rectangle or a circle.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(super) struct RimFile {
+    /// Width and height of a rectangular rim, in mm.
+    #[schemars(inner(range(min = SHORTEST_MM, max = LONGEST_MM)))]
+    pub(super) sides_mm: Option<[f64; 2]>,
+    /// Diameter of a round rim, in mm.
+    #[schemars(range(min = SHORTEST_MM, max = LONGEST_MM))]
+    pub(super) diameter_mm: Option<f64>,
+}
+
+/// A round stop.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StopFile {
+    /// Distance from the camera along z, in mm.
+    #[schemars(range(min = SHORTEST_MM, max = LONGEST_MM))]
+    pub(super) at_mm: f64,
+    /// Its diameter, in mm.
+    #[schemars(range(min = SHORTEST_MM, max = LONGEST_MM))]
+    pub(super) diameter_mm: f64,
+}
+
+/// Two lenses cannot stand in one place.
+pub(super) fn two_lenses(document: &Document) -> Problem {
+    let rule = "`effect.thin_lens` and `effect.telecentric` are both there, and the camera has one lens";
+    document.problem(document.span("effect.telecentric"), rule.to_owned(), "take one of the two tables out")
+}
+
+/// The cone behind the lens must be less than a half-space as well.
+pub(super) fn telecentric(document: &Document, file: &TelecentricFile) -> Result<Telecentric, Problem> {
+    let &TelecentricFile { magnification, na, focus_mm } = file;
+    if na >= magnification {
+        let rule = format!(
+            "`effect.telecentric.na` is {na} and `magnification` is {magnification}: behind the lens the aperture would be \
+             {}, and must be below 1",
+            na / magnification
+        );
+        let help = "give a smaller `na`: behind a lens it is that before it over the magnification";
+        return Err(document.problem(document.span("effect.telecentric.na"), rule, help));
+    }
+    Ok(Telecentric { magnification, na, focus_mm })
+}
+
+/// What a stop must stand before, and how far along z that is from the camera, in mm: the ridge or the lowest place of the
+/// front of the prism, or the middle of the board where there is none.
+fn beyond_stop(camera: &Camera, prism: &Prism, board: &Board) -> (&'static str, f64) {
+    let depth = |body: &Body, point: DVec3| body.world_from_prism.point(point).z - camera.position_mm.z;
+    let mirrored = |point: DVec3| [point, DVec3::new(-point.x, point.y, point.z)];
+    let lowest = |body: &Body, points: &mut dyn Iterator<Item = DVec3>| {
+        let depths = points.flat_map(mirrored).map(|point| depth(body, point));
+        ("front of the prism", depths.fold(f64::INFINITY, f64::min))
+    };
+    match prism {
+        Prism::None => ("board", board.world_from_board.translation_mm.z - camera.position_mm.z),
+        Prism::Flat(biprism) | Prism::Freeform(biprism, _) => {
+            ("ridge of the prism", depth(&biprism.body, DVec3::Z * biprism.ridge_distance_mm))
+        }
+        Prism::Polynomial(PolynomialPrism { body, front: Patch { sag, domain }, .. }) => {
+            // The right half from the ridge on, at the corners and the middles between them.
+            let from = DVec2::new(domain.min.x.max(0.0), domain.min.y);
+            let place = |k: usize| from + (domain.max - from) * DVec2::new((k % 3) as f64, (k / 3) as f64) / 2.0;
+            lowest(body, &mut (0..9).map(place).map(|at| at.extend(sag.value(at.x, at.y))))
+        }
+        Prism::PointCloud(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
+        Prism::Mesh(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
+    }
+}
+
+/// A rim has one shape, and a stop stands before the prism, or before the board where there is none.
+pub(super) fn clipping(
+    document: &Document,
+    file: &ClippingFile,
+    camera: &Camera,
+    prism: &Prism,
+    board: &Board,
+) -> Result<Clipping, Problem> {
+    let refused = |key: &str, rule: String, help: &str| {
+        Err(document.problem(document.span(&format!("effect.clipping.{key}")), rule, help))
+    };
+    let outline = match &file.rim {
+        None => None,
+        Some(RimFile { sides_mm: Some([width, height]), diameter_mm: None }) => {
+            Some(Outline::Rectangle { half_mm: 0.5 * DVec2::new(*width, *height) })
+        }
+        Some(RimFile { sides_mm: None, diameter_mm: Some(diameter) }) => {
+            Some(Outline::Circle { radius_mm: 0.5 * diameter })
+        }
+        Some(RimFile { sides_mm, .. }) => {
+            let said = if sides_mm.is_some() { "both `sides_mm` and `diameter_mm`" } else { "no size" };
+            let rule = format!("`effect.clipping.rim` has {said}, and a rim is a rectangle or a circle");
+            return refused("rim", rule, "give `sides_mm = [width, height]` or `diameter_mm`");
+        }
+    };
+    let stop = file.stop.as_ref().map(|stop| Stop { distance_mm: stop.at_mm, radius_mm: 0.5 * stop.diameter_mm });
+    let (what, distance_mm) = beyond_stop(camera, prism, board);
+    if let Some(stop) = stop.as_ref().filter(|stop| stop.distance_mm >= distance_mm) {
+        let rule = format!(
+            "`effect.clipping.stop.at_mm` is {}, and the {what} is {distance_mm} mm before the camera: the stop stands \
+             between the two",
+            stop.distance_mm
+        );
+        return refused("stop.at_mm", rule, "give the stop a smaller distance");
+    }
+    Ok(Clipping { outline, chamfer_mm: file.chamfer_mm, stop })
+}
+
+/// A target of noise needs sets enough to know the noise.
+pub(super) fn quadrature(document: &Document, file: &QuadratureFile) -> Result<Quadrature, Problem> {
+    let &QuadratureFile { points, replicates, noise, seed } = file;
+    if noise.is_some() && replicates < LEAST_REPLICATES {
+        let rule = format!(
+            "`quadrature.noise` asks for an error, and `replicates` allows {replicates} of the {LEAST_REPLICATES} sets or more \
+             whose spread would tell it"
+        );
+        let help = "give the largest count of sets that you would wait for as `replicates`, such as 64";
+        return Err(document.problem(document.span("quadrature.noise"), rule, help));
+    }
+    Ok(Quadrature { points, replicates, noise, seed: u64::from(seed) })
+}
+
+/// How effects that are averages are sampled.
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct QuadratureFile {
+    /// Points of one set, a picture each: of the pupil, and of the slopes of rough surfaces. A set is whole pairs of opposite
+    /// points, or whole rings where the count of blades is odd, so that it may be a few more.
+    #[schemars(range(min = 1, max = POINTS))]
+    pub(super) points: usize,
+    /// Sets at most, each shifted at random, whose spread tells the error of their mean. A single set is not shifted.
+    #[schemars(range(min = 1, max = REPLICATES))]
+    pub(super) replicates: usize,
+    /// No further set is taken once the standard error of a pixel is below this, of full scale 1, in the worst block of 16
+    /// x 16 pixels.
+    #[schemars(range(min = 0, max = 1))]
+    pub(super) noise: Option<f64>,
+    /// Of the random shifts.
+    #[schemars(range(max = SEED))]
+    pub(super) seed: u32,
+}
+
+impl Default for QuadratureFile {
+    fn default() -> Self {
+        let Quadrature { points, replicates, noise, seed } = Quadrature::default();
+        Self { points, replicates, noise, seed: seed as u32 }
+    }
+}

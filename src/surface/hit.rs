@@ -1,0 +1,14 @@
+//! Where a ray meets a surface.
+
+use glam::DVec3;
+
+/// Where a ray meets a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Meeting {
+    /// Distance along the ray, in mm.
+    pub t_mm: f64,
+    /// Unit normal, of either orientation.
+    pub normal: DVec3,
+    /// The number of the triangle in a mesh; 0 of other surfaces.
+    pub part: u32,
+}

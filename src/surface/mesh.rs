@@ -1,0 +1,381 @@
+//! A surface as triangles, as renderers and modellers have it.
+//!
+//! The boxes of an f32 hierarchy only propose triangles; each is met in f64 by a watertight test (Woop, Benthin & Wald,
+//! "Watertight Ray/Triangle Intersection", 2013), so that no ray slips between two triangles that share an edge.
+
+use super::hit::Meeting;
+use crate::geom::{Ray, Rect};
+use crate::optics::fate::Fate;
+use glam::{DVec2, DVec3};
+use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::ploc::PlocBuilder;
+use obvhs::ray::RayHit;
+
+/// Which normal refracts a ray that meets a triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Normals {
+    /// The triangle's own.
+    Flat,
+    /// The normals of its corners, weighed by their nearness and brought to unit length.
+    Smooth,
+}
+
+/// A surface of triangles as data: what a file of a mesh holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Triangles {
+    /// Corners, in mm.
+    pub points_mm: Vec<DVec3>,
+    /// A unit normal at every corner, all towards the same side of the surface.
+    pub point_normals: Vec<DVec3>,
+    /// The corners of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Triangles {
+    /// Tessellates z(x, y) over `domain` by `cells` x `cells` squares of two triangles each; `surface` gives z in mm and
+    /// the unit normal.
+    pub fn over(domain: Rect, cells: usize, surface: impl Fn(f64, f64) -> (f64, DVec3)) -> Self {
+        let cells = cells.max(1);
+        let place = |i: usize, j: usize| domain.min + domain.size() * DVec2::new(i as f64, j as f64) / cells as f64;
+        let grid = (0..=cells).flat_map(|j| (0..=cells).map(move |i| (i, j)));
+        let (points_mm, point_normals): (Vec<DVec3>, Vec<DVec3>) = grid
+            .map(|(i, j)| {
+                let p = place(i, j);
+                let (z, normal) = surface(p.x, p.y);
+                (p.extend(z), normal)
+            })
+            .unzip();
+        let at = |i: usize, j: usize| (j * (cells + 1) + i) as u32;
+        let triangles: Vec<[u32; 3]> = (0..cells)
+            .flat_map(|j| (0..cells).map(move |i| (i, j)))
+            .flat_map(|(i, j)| {
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                [[a, b, c], [a, c, d]]
+            })
+            .collect();
+        Self { points_mm, point_normals, triangles }
+    }
+}
+
+/// Unit normals at the corners of a surface that is a graph over (x, y), towards +z: those of the triangles around, weighed
+/// by their angles there (Thürmer & Wüthrich, "Computing Vertex Normals from Polygonal Facets", 1998). The number of a
+/// corner without one (no triangle has it, or the triangles stand upright) is the error.
+pub fn corner_normals(points_mm: &[DVec3], triangles: &[[u32; 3]]) -> Result<Vec<DVec3>, usize> {
+    let mut sums = vec![DVec3::ZERO; points_mm.len()];
+    for triangle in triangles {
+        let at = triangle.map(|k| k as usize);
+        for k in 0..3 {
+            let [here, next, last] = [at[k], at[(k + 1) % 3], at[(k + 2) % 3]];
+            let (a, b) = (points_mm[next] - points_mm[here], points_mm[last] - points_mm[here]);
+            let cross = a.cross(b);
+            let Some(normal) = cross.try_normalize() else { continue };
+            let angle = libm::atan2(cross.length(), a.dot(b));
+            sums[here] += normal * (if normal.z < 0.0 { -angle } else { angle });
+        }
+    }
+    let unit = |(k, sum): (usize, &DVec3)| sum.try_normalize().filter(|n| n.z > 0.0).ok_or(k);
+    sums.iter().enumerate().map(unit).collect()
+}
+
+/// Triangles that rays can meet.
+pub struct Mesh {
+    own: Triangles,
+    normals: Normals,
+    hierarchy: Bvh2,
+    /// Smallest z less some slack: rays are followed from there on.
+    first_z: f64,
+}
+
+impl std::fmt::Debug for Mesh {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Mesh of {} triangles with {:?} normals", self.triangles(), self.normals)
+    }
+}
+
+impl PartialEq for Mesh {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.own, self.normals) == (&other.own, other.normals)
+    }
+}
+
+/// Boxes grow by this many roundings of f32 of their largest coordinate, so that rounding never hides a triangle.
+const BOX_ROUNDINGS: f64 = 8.0;
+
+/// Triangles of a leaf of the hierarchy, at most.
+const TRIANGLES_PER_LEAF: u32 = 2;
+
+/// The boxes in order for rays. The crate's own `build_bvh2` moves nodes about afterwards, which can make the tree deeper than
+/// the depth it notes for the stacks of rays.
+fn hierarchy(boxes: &[Aabb]) -> Bvh2 {
+    let parameters = BvhBuildParams::medium_build();
+    let mut hierarchy = PlocBuilder::with_capacity(boxes.len()).build(
+        parameters.ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        parameters.sort_precision,
+        parameters.search_depth_threshold,
+    );
+    collapse(&mut hierarchy, TRIANGLES_PER_LEAF, parameters.collapse_traversal_cost);
+    hierarchy
+}
+
+impl Mesh {
+    /// Orders `triangles` for rays; `normals` says which refract.
+    pub fn new(own: Triangles, normals: Normals) -> Self {
+        let points = &own.points_mm;
+        let largest = points.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
+        let pad = DVec3::splat(BOX_ROUNDINGS * largest * f64::from(f32::EPSILON));
+        let boxes: Vec<Aabb> = own
+            .triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|k| points[k as usize]);
+                Aabb::new((a.min(b).min(c) - pad).as_vec3a(), (a.max(b).max(c) + pad).as_vec3a())
+            })
+            .collect();
+        let hierarchy = hierarchy(&boxes);
+        let first_z = points.iter().fold(f64::INFINITY, |z, p| z.min(p.z)) - 1.0;
+        Self { own, normals, hierarchy, first_z }
+    }
+
+    /// Count of triangles.
+    pub fn triangles(&self) -> usize {
+        self.own.triangles.len()
+    }
+
+    /// Where the ray first meets the mesh at a positive distance; of two triangles at one distance, the first.
+    ///
+    /// # Errors
+    /// [`Fate::Missed`].
+    pub fn meet(&self, ray: &Ray) -> Result<Meeting, Fate> {
+        // The f32 of the hierarchy is finest near its own origin. A ray that runs back towards -z starts where it is.
+        let ahead = ((self.first_z - ray.origin.z) / ray.direction.z).max(0.0);
+        let ahead = if ahead.is_finite() && ray.direction.z > 0.0 { ahead } else { 0.0 };
+        let near = Ray { origin: ray.at(ahead), direction: ray.direction };
+        let axes = Axes::new(near.direction);
+        let mut best: Option<(f64, usize, [f64; 3])> = None;
+        let proposal = obvhs::ray::Ray::new_inf(near.origin.as_vec3a(), near.direction.as_vec3a());
+        self.hierarchy.ray_traverse(proposal, &mut RayHit::none(), |_, i| {
+            let id = self.hierarchy.primitive_indices[i] as usize;
+            let corners = self.corners(id);
+            match axes.meet(near.origin, corners) {
+                Some((t, weights)) if t + ahead > 0.0 => {
+                    if best.is_none_or(|b| (t, id) < (b.0, b.1)) {
+                        best = Some((t, id, weights));
+                    }
+                    // Never less than the true distance, so that no nearer triangle is passed over.
+                    (t as f32).next_up().next_up()
+                }
+                _ => f32::INFINITY,
+            }
+        });
+        let (t, id, weights) = best.ok_or(Fate::Missed)?;
+        let normal = match self.normals {
+            Normals::Flat => self.plane(id),
+            Normals::Smooth => self.blend(id, weights),
+        };
+        Ok(Meeting { t_mm: t + ahead, normal: normal.normalize(), part: id as u32 })
+    }
+
+    fn corners(&self, id: usize) -> [DVec3; 3] {
+        self.own.triangles[id].map(|k| self.own.points_mm[k as usize])
+    }
+
+    /// A normal of the triangle itself, of no certain length.
+    fn plane(&self, id: usize) -> DVec3 {
+        let [a, b, c] = self.corners(id);
+        (b - a).cross(c - a)
+    }
+
+    fn blend(&self, id: usize, weights: [f64; 3]) -> DVec3 {
+        let [a, b, c] = self.own.triangles[id].map(|k| self.own.point_normals[k as usize]);
+        a * weights[0] + b * weights[1] + c * weights[2]
+    }
+
+    /// The unit normal of the plane in which a meeting moves when its ray does.
+    pub fn tangent(&self, meeting: &Meeting) -> DVec3 {
+        self.plane(meeting.part as usize).normalize()
+    }
+
+    /// How the unit normal of a meeting at `point` turns when the point moves by `step` within its triangle.
+    pub fn normal_change(&self, meeting: &Meeting, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
+        if self.normals == Normals::Flat {
+            return DVec3::ZERO;
+        }
+        let id = meeting.part as usize;
+        let [a, b, c] = self.corners(id);
+        let plane = self.plane(id);
+        // Weights are areas opposite the corners over the whole, linear in the point.
+        let share = |from: DVec3, to: DVec3, v: DVec3| (to - from).cross(v).dot(plane) / plane.length_squared();
+        let weights = [share(b, c, point - b), share(c, a, point - c), share(a, b, point - a)];
+        let change = [share(b, c, step), share(c, a, step), share(a, b, step)];
+        let blend = self.blend(id, weights);
+        let turn = (self.blend(id, change) - normal * normal.dot(self.blend(id, change))) / blend.length();
+        if normal.dot(blend) < 0.0 { -turn } else { turn }
+    }
+}
+
+/// The axes of the watertight test: the one along which the ray runs most comes last.
+struct Axes {
+    order: [usize; 3],
+    /// Shears that bring the ray onto its last axis.
+    shear: DVec3,
+}
+
+impl Axes {
+    fn new(direction: DVec3) -> Self {
+        let d = direction.to_array();
+        let last = (0..3).max_by(|&i, &k| d[i].abs().total_cmp(&d[k].abs())).unwrap_or(2);
+        let order = [(last + 1) % 3, (last + 2) % 3, last];
+        let shear = DVec3::new(d[order[0]] / d[last], d[order[1]] / d[last], 1.0 / d[last]);
+        Self { order, shear }
+    }
+
+    /// Distance, and the weights of the corners, where the ray from `origin` meets the triangle, on its border included.
+    #[inline]
+    fn meet(&self, origin: DVec3, corners: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
+        let [i, j, k] = self.order;
+        let q = corners.map(|p| {
+            let v = (p - origin).to_array();
+            [v[i] - self.shear.x * v[k], v[j] - self.shear.y * v[k], self.shear.z * v[k]]
+        });
+        let u = q[2][0] * q[1][1] - q[2][1] * q[1][0];
+        let v = q[0][0] * q[2][1] - q[0][1] * q[2][0];
+        let w = q[1][0] * q[0][1] - q[1][1] * q[0][0];
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+        let sum = u + v + w;
+        if sum == 0.0 {
+            return None;
+        }
+        Some(((u * q[0][2] + v * q[1][2] + w * q[2][2]) / sum, [u / sum, v / sum, w / sum]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A dome over a square of 20 mm, 80 mm away.
+    fn dome(x: f64, y: f64) -> (f64, DVec3) {
+        (80.0 + 0.01 * (x * x + 0.5 * y * y), DVec3::new(-0.02 * x, -0.01 * y, 1.0).normalize())
+    }
+
+    fn mesh(cells: usize, normals: Normals) -> Mesh {
+        let square = Rect { min: DVec2::splat(-10.0), max: DVec2::splat(10.0) };
+        Mesh::new(Triangles::over(square, cells, dome), normals)
+    }
+
+    /// The stacks of rays hold as many nodes as the tree is deep.
+    #[test]
+    fn the_depth_of_the_hierarchy_is_known() {
+        let mut own = Triangles { points_mm: Vec::new(), point_normals: Vec::new(), triangles: Vec::new() };
+        for line in include_str!("../../tests/fixtures/meshes/over_one_another.obj").lines() {
+            let numbers: Vec<f64> = line.split(' ').skip(1).flat_map(str::parse).collect();
+            match (line.as_bytes()[0], &numbers[..]) {
+                (b'v', &[x, y, z]) => own.points_mm.push(DVec3::new(x, y, z)),
+                (b'f', &[a, b, c, ref more @ ..]) => {
+                    let (mut last, all) = (b, std::iter::once(&c).chain(more));
+                    for next in all {
+                        own.triangles.push([a, last, *next].map(|k| k as u32 - 1));
+                        last = *next;
+                    }
+                }
+                _ => assert_eq!(line.as_bytes()[0], b'#'),
+            }
+        }
+        assert!(own.triangles.len() > 150);
+        own.point_normals = vec![DVec3::Z; own.points_mm.len()];
+        let hierarchy = Mesh::new(own, Normals::Flat).hierarchy;
+        assert!(hierarchy.depth(0) < hierarchy.max_depth, "{} {}", hierarchy.depth(0), hierarchy.max_depth);
+    }
+
+    fn towards(target: DVec3) -> Ray {
+        let origin = DVec3::new(0.7, -0.3, 0.0);
+        Ray { origin, direction: (target - origin).normalize() }
+    }
+
+    /// Rays at corners and at the middles of edges, where a test that is not watertight loses one in six.
+    #[test]
+    fn no_ray_slips_between_triangles() {
+        let mesh = mesh(60, Normals::Flat);
+        let mut aimed = 0;
+        for id in 0..mesh.triangles() {
+            let [a, b, c] = mesh.corners(id);
+            for target in [a, b, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (a + c), (a + b + c) / 3.0] {
+                // The rim has triangles on one side only.
+                if target.x.abs().max(target.y.abs()) < 9.99 {
+                    aimed += 1;
+                    let met = mesh.meet(&towards(target)).expect("the mesh is closed");
+                    // Edges of 1/3 mm on a dome of curvature 0.02/mm lie within 3e-4 mm of it.
+                    assert!((met.t_mm - (target - towards(target).origin).length()).abs() < 1e-3);
+                }
+            }
+        }
+        assert!(aimed > 40_000);
+        assert_eq!(mesh.meet(&towards(DVec3::new(10.5, 0.0, 81.0))), Err(Fate::Missed));
+    }
+
+    #[test]
+    fn finer_meshes_tend_to_the_surface() {
+        let error = |cells: usize, normals: Normals| {
+            let mesh = mesh(cells, normals);
+            (0..500).fold((0.0f64, 0.0f64), |(position, slope), k| {
+                let (x, y) = (9.0 * libm::sin(1.3 * k as f64), 9.0 * libm::cos(0.7 * k as f64));
+                let (z, normal) = dome(x, y);
+                let ray = towards(DVec3::new(x, y, z));
+                let met = mesh.meet(&ray).expect("aimed inside");
+                let off = (met.t_mm - (DVec3::new(x, y, z) - ray.origin).length()).abs();
+                (position.max(off), slope.max((met.normal * met.normal.z.signum() - normal).length()))
+            })
+        };
+        // Cells of h = 20/cells mm: z is off by at most curvature h^2/8 a direction, a facet's slope by curvature h/2 or so,
+        // an interpolated slope by its third derivatives only, which a dome hardly has.
+        for cells in [20, 40, 80] {
+            let h = 20.0 / cells as f64;
+            let (position, flat) = error(cells, Normals::Flat);
+            let (_, smooth) = error(cells, Normals::Smooth);
+            assert!(position < 1.1 * (0.02 + 0.01) * h * h / 8.0 && position > 0.1 * 0.02 * h * h / 8.0, "{position}");
+            assert!(flat < 0.02 * h && flat > 0.002 * h && smooth < 0.02 * 0.02 * h, "{flat} {smooth}");
+        }
+    }
+
+    #[test]
+    fn the_turn_of_the_normal_is_its_derivative() {
+        let mesh = mesh(7, Normals::Smooth);
+        let target = DVec3::new(3.1, -2.2, dome(3.1, -2.2).0);
+        let ray = towards(target);
+        let met = mesh.meet(&ray).expect("aimed inside");
+        let (point, plane) = (ray.at(met.t_mm), mesh.tangent(&met));
+        let step = plane.cross(DVec3::X).normalize() * 1e-5;
+        let beside = Ray { origin: ray.origin, direction: (point + step - ray.origin).normalize() };
+        let there = mesh.meet(&beside).expect("it is near");
+        assert_eq!(there.part, met.part);
+        let turn = mesh.normal_change(&met, point, met.normal, step);
+        // The second order of a turn of 2e-7 is below 1e-13.
+        assert!((there.normal - met.normal - turn).length() < 1e-12 && turn.length() > 1e-8, "{turn}");
+        let flipped = mesh.normal_change(&met, point, -met.normal, step);
+        assert_eq!(flipped, -turn);
+    }
+
+    #[test]
+    fn corner_normals_tend_to_those_of_the_surface() {
+        let square = Rect { min: DVec2::splat(-10.0), max: DVec2::splat(10.0) };
+        let worst = |cells: usize| {
+            let t = Triangles::over(square, cells, dome);
+            let own = corner_normals(&t.points_mm, &t.triangles).expect("it is a graph");
+            let inside = |p: &DVec3| p.x.abs().max(p.y.abs()) < 9.0;
+            let pairs = own.iter().zip(&t.point_normals).zip(&t.points_mm).filter(|(_, p)| inside(p));
+            pairs.fold(0.0f64, |worst, ((a, b), _)| worst.max((*a - *b).length()))
+        };
+        // Second order: half the cells, a quarter of the error.
+        let (coarse, fine) = (worst(20), worst(40));
+        assert!(fine < 0.3 * coarse && coarse < 0.02, "{coarse} {fine}");
+        assert_eq!(corner_normals(&[DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z], &[[0, 1, 2]]), Err(3));
+        assert_eq!(corner_normals(&[DVec3::ZERO, DVec3::X, DVec3::Z], &[[0, 1, 2]]), Err(0));
+    }
+}

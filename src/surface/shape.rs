@@ -1,0 +1,134 @@
+//! Shapes that a ray can meet, in the frame of the prism.
+
+use super::figure_error::Flaw;
+use super::hit::Meeting;
+use super::mesh::Mesh;
+use super::polynomial::{turn, turned};
+use crate::geom::{Pose, Ray};
+use crate::optics::fate::Fate;
+use glam::DVec3;
+use std::sync::Arc;
+
+pub use super::polynomial::{FULL_WAYS_PER_MM, Freeform, Patch};
+
+/// A refracting shape without its media.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Surface {
+    /// A whole plane.
+    Plane {
+        /// A point of it, in mm.
+        point: DVec3,
+        /// Its unit normal.
+        normal: DVec3,
+    },
+    /// The graph of a polynomial z(x, y) over a rectangle.
+    Freeform(Freeform),
+    /// Triangles, or their mirror image in x = 0.
+    Mesh {
+        /// The triangles.
+        mesh: Arc<Mesh>,
+        /// Whether the surface is the mirror image.
+        mirrored: bool,
+    },
+    /// A plane or a sheet out of figure.
+    Flawed {
+        /// The surface as it should be.
+        base: Box<Surface>,
+        /// What is added to its height.
+        flaw: Arc<Flaw>,
+    },
+    /// Any surface somewhere else.
+    Moved {
+        /// The surface in its own frame.
+        base: Box<Surface>,
+        /// From its own frame to this one, and back.
+        poses: Box<[Pose; 2]>,
+    },
+}
+
+// Planes and sheets are met in the ray's own loop; what else a surface can be stays out of their way.
+impl Surface {
+    /// Where `ray` first meets the surface at a positive distance.
+    #[inline]
+    pub fn meet(&self, ray: &Ray, residual_mm: f64) -> Result<Meeting, Fate> {
+        match self {
+            Self::Plane { point, normal } => {
+                let t_mm = (*point - ray.origin).dot(*normal) / ray.direction.dot(*normal);
+                if t_mm > 0.0 && t_mm.is_finite() {
+                    Ok(Meeting { t_mm, normal: *normal, part: 0 })
+                } else {
+                    Err(Fate::Missed)
+                }
+            }
+            Self::Freeform(sheet) => sheet.meet(ray, residual_mm),
+            _ => self.meet_other(ray, residual_mm),
+        }
+    }
+
+    #[inline(never)]
+    fn meet_other(&self, ray: &Ray, residual_mm: f64) -> Result<Meeting, Fate> {
+        match self {
+            Self::Plane { .. } | Self::Freeform(_) => self.meet(ray, residual_mm),
+            Self::Mesh { mesh, mirrored } => {
+                let own = |v| turned(v, *mirrored);
+                let met = mesh.meet(&Ray { origin: own(ray.origin), direction: own(ray.direction) })?;
+                Ok(Meeting { normal: own(met.normal), ..met })
+            }
+            Self::Flawed { base, .. } => self.meet_by_height(base, ray, residual_mm),
+            Self::Moved { base, poses } => {
+                let met = base.meet(&ray.moved(&poses[1]), residual_mm)?;
+                Ok(Meeting { normal: poses[0].vector(met.normal), ..met })
+            }
+        }
+    }
+
+    /// The unit normal of the plane in which `meeting` moves when its ray does. Of a mesh that is the triangle's own,
+    /// whichever normal refracts.
+    #[inline(always)]
+    pub fn tangent(&self, meeting: &Meeting) -> DVec3 {
+        match self {
+            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => meeting.normal,
+            _ => self.tangent_other(meeting),
+        }
+    }
+
+    #[inline(never)]
+    fn tangent_other(&self, meeting: &Meeting) -> DVec3 {
+        match self {
+            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => meeting.normal,
+            Self::Mesh { mesh, mirrored } => turned(mesh.tangent(meeting), *mirrored),
+            Self::Moved { base, poses } => {
+                let own = Meeting { normal: poses[1].vector(meeting.normal), ..*meeting };
+                poses[0].vector(base.tangent(&own))
+            }
+        }
+    }
+
+    /// How the unit normal of `meeting`, taken as `normal` or its opposite, turns when its point moves by `step` along the
+    /// surface.
+    #[inline(always)]
+    pub fn normal_change(&self, meeting: &Meeting, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
+        match self {
+            Self::Plane { .. } => DVec3::ZERO,
+            _ => self.normal_change_other(meeting, point, normal, step),
+        }
+    }
+
+    #[inline(never)]
+    fn normal_change_other(&self, meeting: &Meeting, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
+        match self {
+            Self::Plane { .. } => DVec3::ZERO,
+            Self::Freeform(sheet) => sheet.normal_change(point, normal, step),
+            Self::Mesh { mesh, mirrored } => {
+                let own = |v| turned(v, *mirrored);
+                own(mesh.normal_change(meeting, own(point), own(normal), own(step)))
+            }
+            Self::Flawed { .. } => self.jet(point.x, point.y).map_or(DVec3::ZERO, |jet| turn(&jet, normal, step)),
+            Self::Moved { base, poses } => {
+                let [_, own] = **poses;
+                let met = Meeting { normal: own.vector(meeting.normal), ..*meeting };
+                poses[0].vector(base.normal_change(&met, own.point(point), own.vector(normal), own.vector(step)))
+            }
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! From a scene to its instrument.
+
+use super::auto;
+use super::board::Board;
+use super::camera::Camera;
+use super::instrument::System;
+use crate::effect::Effects;
+use crate::error::Problem;
+use crate::prism::biprism::Prism;
+use crate::scene::Scene;
+use std::sync::Arc;
+
+/// Builds the instrument, designing the prism first where the scene asks for that, without the effects that the scene says
+/// may be left out.
+///
+/// # Errors
+/// When the prism cannot be designed from the scene's values.
+pub fn build(scene: &Scene) -> Result<System, Problem> {
+    let ideal = ideal(scene)?;
+    // To bound what every effect changes takes as long as a small picture.
+    let verdicts = if scene.effects.auto.is_some() { auto::verdicts(&ideal, scene) } else { Vec::new() };
+    Ok(ideal.with_effects(&auto::settled(&verdicts, scene), &scene.camera))
+}
+
+/// The instrument of a scene without its effects, large enough for all of them.
+///
+/// # Errors
+/// As [`build`].
+pub fn ideal(scene: &Scene) -> Result<System, Problem> {
+    let prism = Prism::build(&scene.prism, &scene.camera, &scene.effects)?;
+    Ok(System {
+        camera: Camera::new(&scene.camera, None),
+        designed: prism.clone().map(Arc::new),
+        prism,
+        board: Board::new(&scene.board),
+        stop: None,
+        accuracy: scene.accuracy,
+        effects: Effects::default(),
+    })
+}

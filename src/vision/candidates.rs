@@ -1,0 +1,142 @@
+//! The first third of the way: from a picture to the places where two edges cross.
+
+use super::candidate::Candidate;
+use super::detection::{Reason, Rejected};
+use super::response::{Peak, peaks};
+use super::ring_test::{RADIUS_PX, Ring, RingTest};
+use crate::raster::Raster;
+use glam::DVec2;
+use rayon::prelude::*;
+
+/// Peaks weaker than this share of the median of the strongest 20 crossings are not looked at.
+const LEAST_STRENGTH: f32 = 0.06;
+/// How many of the strongest crossings set that scale.
+const STRONGEST: usize = 20;
+/// Peaks that are looked at, at most: a picture of noise has one in every 50 px.
+const MOST_PEAKS: usize = 50_000;
+
+/// A picture and the crossings seen in it.
+#[derive(Debug)]
+pub struct Sight<'a> {
+    /// The picture itself, in its own unit.
+    pub(super) image: &'a Raster<f32>,
+    /// Which pixels count, or `None` where all do.
+    pub(super) valid: Option<Raster<bool>>,
+    /// The picture scaled to 0..1 and without holes; `None` for a picture of one value.
+    pub(super) prepared: Option<Raster<f32>>,
+    /// Crossings of two edges, strongest first.
+    pub(super) candidates: Vec<Candidate>,
+    /// What looked like one and is none.
+    pub(super) rejected: Vec<Rejected>,
+}
+
+impl Sight<'_> {
+    /// How many crossings were seen.
+    pub fn crossings(&self) -> usize {
+        self.candidates.len()
+    }
+}
+
+/// Looks for crossings of two edges. Pixels where `mask` is false or whose value is not finite do not count.
+///
+/// # Panics
+/// When the mask has another size than the picture.
+pub fn look<'a>(image: &'a Raster<f32>, mask: Option<&Raster<bool>>) -> Sight<'a> {
+    if let Some(mask) = mask {
+        assert_eq!((mask.width(), mask.height()), (image.width(), image.height()), "mask and picture differ in size");
+    }
+    let valid = valid(image, mask);
+    let prepared = prepare(image, valid.as_ref());
+    let mut rejected = Vec::new();
+    let candidates = prepared.as_ref().map_or_else(Vec::new, |p| candidates(p, valid.as_ref(), &mut rejected));
+    Sight { image, valid, prepared, candidates, rejected }
+}
+
+/// Which pixels count, or `None` where all do.
+fn valid(image: &Raster<f32>, mask: Option<&Raster<bool>>) -> Option<Raster<bool>> {
+    // Sums, not `all`: they use the processor's lanes.
+    let holes = image.data().iter().map(|v| u32::from(!v.is_finite())).fold(0u32, |sum, v| sum | v);
+    let masked = mask.is_some_and(|m| m.data().iter().any(|&v| !v));
+    if holes == 0 && !masked {
+        return None;
+    }
+    let counts = (0..image.data().len()).map(|k| image.data()[k].is_finite() && mask.is_none_or(|m| m.data()[k]));
+    Some(Raster::from_data(image.width(), image.height(), counts.collect()))
+}
+
+/// The picture scaled to 0..1, each pixel that does not count replaced by the nearest one of its row that does.
+fn prepare(image: &Raster<f32>, valid: Option<&Raster<bool>>) -> Option<Raster<f32>> {
+    // Lanes of extremes; a pixel that does not count enters as nothing.
+    let mut lanes = [(f32::INFINITY, f32::NEG_INFINITY); 16];
+    let mut enter = |values: &[f32]| {
+        for (lane, &v) in lanes.iter_mut().zip(values) {
+            *lane = (if v < lane.0 { v } else { lane.0 }, if v > lane.1 { v } else { lane.1 });
+        }
+    };
+    match valid {
+        None => image.data().chunks(16).for_each(enter),
+        Some(valid) => {
+            let counted = image.data().iter().zip(valid.data()).filter(|(_, counts)| **counts);
+            counted.for_each(|(&v, _)| enter(&[v]));
+        }
+    }
+    let (low, high) = lanes.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v.0), h.max(v.1)));
+    let scale = 1.0 / (high - low);
+    if !(scale.is_normal() && scale > 0.0) {
+        return None;
+    }
+    let mut prepared = image.map(|v| (v - low) * scale);
+    if let Some(valid) = valid {
+        let width = image.width();
+        for (row, counts) in prepared.data_mut().chunks_exact_mut(width).zip(valid.data().chunks_exact(width)) {
+            fill(row, counts);
+        }
+    }
+    Some(prepared)
+}
+
+/// Replaces each value of a row that does not count by the nearest that does; a row of none becomes 0.
+fn fill(row: &mut [f32], counts: &[bool]) {
+    let known: Vec<usize> = (0..row.len()).filter(|&i| counts[i]).collect();
+    for i in (0..row.len()).filter(|&i| !counts[i]) {
+        let after = known.partition_point(|&k| k < i);
+        let nearest = [after.checked_sub(1).map(|k| known[k]), known.get(after).copied()]
+            .into_iter()
+            .flatten()
+            .min_by_key(|&k| k.abs_diff(i));
+        row[i] = nearest.map_or(0.0, |k| row[k]);
+    }
+}
+
+/// The crossings of two edges: peaks of the saddle response that pass the ring test.
+fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, rejected: &mut Vec<Rejected>) -> Vec<Candidate> {
+    let mut peaks = peaks(prepared);
+    peaks.truncate(MOST_PEAKS);
+    let test = RingTest::new();
+    let look = |peak: &Peak| (*peak, test.look(prepared, peak.position));
+    // The strongest crossings, not the strongest peaks, set the scale: a hot pixel is a strong peak.
+    let strongest: Vec<f32> = peaks
+        .iter()
+        .map(look)
+        .filter(|(_, ring)| ring.is_some())
+        .map(|(peak, _)| peak.strength)
+        .take(STRONGEST)
+        .collect();
+    let Some(&middle) = strongest.get(strongest.len() / 2) else { return Vec::new() };
+    let count = peaks.partition_point(|p| p.strength >= LEAST_STRENGTH * middle);
+    let looked: Vec<(Peak, Option<Ring>)> = peaks[..count].par_iter().map(look).collect();
+    let size = DVec2::new(prepared.width() as f64, prepared.height() as f64);
+    let mut candidates = Vec::new();
+    for (peak, ring) in looked {
+        let position = peak.position;
+        let inside = (position - RADIUS_PX).min_element() >= 0.0
+            && (size - position - RADIUS_PX).min_element() >= 0.0
+            && valid.is_none_or(|v| v.get(position.x as usize, position.y as usize));
+        match ring {
+            None => rejected.push(Rejected { position_px: position, reason: Reason::Ring }),
+            Some(_) if !inside => rejected.push(Rejected { position_px: position, reason: Reason::Cut }),
+            Some(ring) => candidates.push(Candidate { position, ring }),
+        }
+    }
+    candidates
+}

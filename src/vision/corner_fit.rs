@@ -1,0 +1,93 @@
+//! The fit of one corner: two curved, blurred edges seen by square pixels under light that varies linearly.
+//!
+//! With r the pixel's centre from the corner, and for each edge k its normal n, tangent t and curvature kappa,
+//!
+//! ```text
+//! d_k = n.r + kappa/2 ((t.r)^2 + s_k^2 + 1/12) + g_k    signed distance, with what blur and pixel do to a bent edge
+//!                                                     and in light that varies (`equations`)
+//! p   = mean of sign(d_0) sign(d_1)                   E0 E1 and a correction where both edges are near (`crossing`)
+//! I   = (m0 + mx x + my y) + (A0 + Ax x + Ay y) p
+//! ```
+//!
+//! solved by Gauss-Newton over the corner, the two directions, the six numbers of the light and, where it is asked
+//! for, the two blurs. The curvatures come from the grid: left free they would cost half as much error again.
+
+use super::corner_model::{Effort, LIGHT, Model, PARAMETERS, Right};
+use super::edge_spread::Profile;
+use super::equations::{Equations, equations};
+use super::window::Window;
+use glam::{DMat2, DVec2};
+/// How many of them are solved for when the blurs are held.
+const WITHOUT_BLUR: usize = 10;
+
+/// A fitted corner.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fit {
+    /// The best model.
+    pub(super) model: Model,
+    /// Covariance of the corner, in px^2.
+    pub(super) covariance_px2: DMat2,
+    /// Root of the weighted mean square difference between picture and model, in the unit of the picture.
+    pub(super) residual: f64,
+    /// The last step, in px.
+    pub(super) last_step_px: f64,
+}
+
+/// The profiles of both edges.
+fn profiles(model: &Model) -> [Profile; 2] {
+    [0, 1].map(|k| {
+        let (sin, cos) = libm::sincos(model.normal_rad[k]);
+        Profile::new(DVec2::new(cos, sin), model.sigma_px[k])
+    })
+}
+
+/// Fits a corner, or `None` where the pixels do not determine one.
+pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Fit> {
+    let mut model = *start;
+    let active = if effort.free_blur { PARAMETERS } else { WITHOUT_BLUR };
+    let mut ready = profiles(&model);
+    if model.light[3] == 0.0 {
+        model.light = first_light(window, &model, &ready)?;
+    }
+    let left = window.weight - active as f64;
+    if left <= 0.0 {
+        return None;
+    }
+    for number in 1..=effort.steps {
+        let Equations { normal, right, squares } = equations(window, &model, &ready, active);
+        let factor = normal.cholesky()?;
+        let step = factor.solve(&right);
+        if step.iter().any(|v| !v.is_finite()) {
+            return None;
+        }
+        let last_step_px = model.advance(&step, effort);
+        if last_step_px < effort.tolerance_px || number == effort.steps {
+            // The sum of squares after the step, as the linear model foretells it.
+            let variance = ((squares - step.dot(&right)) / left).max(0.0);
+            let column = |i: usize| factor.solve(&Right::from_fn(|k, _| f64::from(u8::from(k == i))));
+            let (x, y) = (column(6), column(7));
+            let covariance_px2 = DMat2::from_cols_array(&[x[6], x[7], x[7], y[7]]) * variance;
+            return Some(Fit { model, covariance_px2, residual: variance.sqrt(), last_step_px });
+        }
+        // A sharp profile costs nothing and depends strongly on the direction of an edge along the pixels.
+        if effort.free_blur || matches!(ready, [Profile::Sharp(_), Profile::Sharp(_)]) {
+            ready = profiles(&model);
+        }
+    }
+    None
+}
+
+/// The light to start from: the levels of the flat parts, or where there is hardly a flat part the best for the edges.
+fn first_light(window: &Window, model: &Model, profiles: &[Profile; 2]) -> Option<[f64; LIGHT]> {
+    let [bright, dark] = [0, 1].map(|k| (window.flat[k].light[0], window.flat[k].moments[0]));
+    if bright.1.min(dark.1) > 0.1 * window.weight {
+        let (bright, dark) = (bright.0 / bright.1, dark.0 / dark.1);
+        if bright != dark {
+            return Some([0.5 * (bright + dark), 0.0, 0.0, 0.5 * (bright - dark), 0.0, 0.0]);
+        }
+    }
+    let dark_model = Model { light: [0.0; LIGHT], ..*model };
+    let Equations { normal, right, .. } = equations(window, &dark_model, profiles, LIGHT);
+    let solved = normal.cholesky()?.solve(&right);
+    Some(std::array::from_fn(|i| solved[i]))
+}

@@ -1,0 +1,115 @@
+//! What the detector found: corners, and candidates that it turned down with the reason.
+
+use glam::{DMat2, DVec2};
+
+/// Which diagonal of a corner is bright.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Polarity {
+    /// The square between +column and +row is bright, and the one opposite.
+    Main,
+    /// The other two squares are bright.
+    Anti,
+}
+
+/// A measured corner.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Corner {
+    /// Position, in px: pixel (i, j) covers `[i, i+1) x [j, j+1)`.
+    pub position_px: DVec2,
+    /// Column and row in one consistent lattice: +column runs along +x and +row along +y as nearly as possible (the
+    /// lattice is turned, never mirrored), and the smallest of each is 0.
+    pub index: [i32; 2],
+    /// Covariance of the position, in px^2, from the fit's residual.
+    pub covariance_px2: DMat2,
+    /// Bright minus dark, in the unit of the picture.
+    pub contrast: f64,
+    /// Root mean square difference between picture and model over the window, in the unit of the picture.
+    pub residual: f64,
+    /// Which diagonal is bright.
+    pub polarity: Polarity,
+}
+
+/// Why a candidate is not a corner of the answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Reason {
+    /// The picture around it does not alternate bright, dark, bright, dark.
+    Ring,
+    /// It has no place in a grid of sufficient size.
+    NoGrid,
+    /// It belongs to a smaller grid than the one that is answered.
+    OtherGrid,
+    /// Less than its ring or half its window lies in the picture and outside the mask.
+    Cut,
+    /// The next lines are nearer than six blurs, and blur into its window.
+    Blurred,
+    /// Its contrast is far below that of the grid.
+    LowContrast,
+    /// The fit ended at another place.
+    Moved,
+    /// It makes a kink in its grid lines.
+    OffLattice,
+    /// The picture there is unlike two crossing edges: hidden in part, or a seam runs through it.
+    Residual,
+    /// The fit came to no end.
+    NotConverged,
+}
+
+impl Reason {
+    /// Every reason.
+    pub const ALL: [Self; 10] = [
+        Self::Ring,
+        Self::NoGrid,
+        Self::OtherGrid,
+        Self::Cut,
+        Self::Blurred,
+        Self::LowContrast,
+        Self::Moved,
+        Self::OffLattice,
+        Self::Residual,
+        Self::NotConverged,
+    ];
+
+    /// The name in files and reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Ring => "ring",
+            Self::NoGrid => "no-grid",
+            Self::OtherGrid => "other-grid",
+            Self::Cut => "cut",
+            Self::Blurred => "blurred",
+            Self::LowContrast => "low-contrast",
+            Self::Moved => "moved",
+            Self::OffLattice => "off-lattice",
+            Self::Residual => "residual",
+            Self::NotConverged => "not-converged",
+        }
+    }
+}
+
+/// A candidate that is not in the answer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rejected {
+    /// Where it was last seen, in px.
+    pub position_px: DVec2,
+    /// Why.
+    pub reason: Reason,
+}
+
+/// What was found in a picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Detection {
+    /// The corners of the largest grid, by column, then by row. Empty where there is no grid.
+    pub corners: Vec<Corner>,
+    /// Every other candidate, with its reason.
+    pub rejected: Vec<Rejected>,
+    /// The standard deviation of the blur across the column lines' and the row lines' edges, in px; 0 is sharp. `None`
+    /// where there is no grid.
+    pub sigma_px: Option<[f64; 2]>,
+}
+
+impl Detection {
+    /// How many candidates were rejected for each reason, in the order of [`Reason::ALL`].
+    pub fn counts(&self) -> [(Reason, usize); 10] {
+        Reason::ALL.map(|reason| (reason, self.rejected.iter().filter(|r| r.reason == reason).count()))
+    }
+}

@@ -1,0 +1,261 @@
+//! From a lattice of rough crossings to measured corners: the blur, a first fit, pruning, and the last fit.
+
+use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, MAYBE_SHARP_PX};
+use super::candidates::Sight;
+use super::corner_fit::{Fit, fit};
+use super::corner_model::{Effort, Model};
+use super::detection::{Corner, Detection, Polarity, Reason, Rejected};
+use super::lattice_growth::{Lattice, Lattices, NEIGHBOURS, from_zero, is_broad, normalise};
+use super::lattice_lines::{Grid, Place};
+use super::pixel_sums::Frame;
+use super::settings::{Blur, Settings};
+use super::window::gather;
+use crate::num::stats::quantile;
+use glam::{DVec2, IVec2};
+use rayon::prelude::*;
+
+/// Corners that the blur is estimated from.
+const PILOTS: usize = 24;
+/// Lines nearer to each other than so many blurs blur into each other's windows.
+const LEAST_SPACING: f64 = 6.0;
+/// Half the first fit's window: at least this share of a step and this many px.
+const FIRST_HALF: (f64, f64) = (0.25, 8.0);
+const LAST_MARGIN_PX: f64 = 0.3;
+/// The first fit is done when a step is below this, in px.
+const FIRST_STEP_PX: f64 = 0.01;
+/// Rounds of first fits at most. The bend of a line follows from its fitted corners: where it turns out other than it
+/// was taken for, and this would move the corner by more than this many px and this share of its standard deviation,
+/// the corner is fitted again.
+const ROUNDS: usize = 4;
+const DUE: (f64, f64) = (2e-4, 0.2);
+/// The last fit is done when a step is below this, in px. Steps shrink with their square over some 0.3 px, so the next
+/// would be of 1e-5 px.
+const LAST_STEP_PX: f64 = 2e-3;
+/// Under a blur below this, in px, that range is as narrow as the blur, and an edge on the border of its pixels comes
+/// nearer by a share at each step only, since without blur its slope is a wider pixel's (`profile`): there the step itself
+/// must be as small.
+const NARROW_SIGMA_PX: f64 = 0.1;
+const NARROW_STEP_PX: f64 = 1e-5;
+/// Steps of the last fit at most: of a blur that is known, of a narrow one, and of a free one.
+const LAST_STEPS: [usize; 3] = [6, 16, 12];
+/// A fit that ends further than this from its candidate, in px, has found something else.
+const MOST_MOVE_PX: f64 = 3.0;
+/// The weakest contrast against the median of the lattice.
+const LEAST_CONTRAST: f64 = 0.4;
+/// A second difference along a line may differ from its neighbours' by this many px or this share of a step.
+const MOST_KINK: (f64, f64) = (0.6, 0.12);
+/// The largest residual against the median of the lattice, and against the corner's own amplitude.
+const MOST_RESIDUAL: (f64, f64) = (3.0, 0.012);
+
+/// Measures the corners of the largest lattice.
+pub fn measure(sight: &Sight<'_>, lattices: Lattices, settings: &Settings) -> Detection {
+    let mut rejected = sight.rejected.clone();
+    let mut lattices = lattices.0.into_iter();
+    let largest = lattices.next().unwrap_or_default();
+    let mut reasons = vec![Some(Reason::NoGrid); sight.candidates.len()];
+    lattices.flat_map(Lattice::into_values).for_each(|k| reasons[k] = Some(Reason::OtherGrid));
+    largest.values().for_each(|&k| reasons[k] = None);
+    let unplaced = sight.candidates.iter().zip(reasons);
+    rejected.extend(unplaced.filter_map(|(c, reason)| Some(Rejected { position_px: c.position, reason: reason? })));
+    if largest.is_empty() {
+        return Detection { corners: Vec::new(), rejected, sigma_px: None };
+    }
+    let positions: Vec<DVec2> = sight.candidates.iter().map(|c| c.position).collect();
+    let lattice = normalise(&largest, |k| positions[k]);
+    let mut grid = Grid::new(lattice, positions);
+    let mut sigma_px = match settings.blur {
+        Blur::Known(sigma_px) => Some([sigma_px.max(0.0); 2]),
+        Blur::Common | Blur::PerCorner => estimate_blur(sight, &grid, settings),
+    };
+    let mut start_sigma = sigma_px.unwrap_or([FIRST_SIGMA_PX; 2]);
+    let moved = |fit: &Fit| fit.model.corner.length() > MOST_MOVE_PX;
+
+    // First fit: a smaller window, from the crossings.
+    let effort = Effort { free_blur: false, steps: 8, tolerance_px: FIRST_STEP_PX, most_sigma_px: f64::INFINITY };
+    for _ in 0..ROUNDS {
+        let due = |[shift, sigma]: [f64; 2]| shift > DUE.0.max(DUE.1 * sigma);
+        let first = fit_all(sight, &grid, |place| {
+            let half = settings.window.min(FIRST_HALF.0.max(FIRST_HALF.1 / place.step_px()));
+            place.due_px.is_none_or(due).then(|| {
+                (place.frame(start_sigma, half, FIRST_MARGIN_PX), place.model(start_sigma, settings.light), effort)
+            })
+        });
+        if first.is_empty() {
+            break;
+        }
+        prune(&mut grid, &mut rejected, &first, |fit, typical| {
+            let contrast = fit.model.light[3].abs();
+            if moved(fit) {
+                Some(Reason::Moved)
+            } else if contrast < LEAST_CONTRAST * typical.contrast {
+                Some(Reason::LowContrast)
+            } else {
+                None
+            }
+        });
+        grid.choose_powers();
+    }
+    prune_kinks(&mut grid, &mut rejected);
+    // A blur far narrower than a pixel shows in few pixels, and what it is hangs on the bends, which are known now.
+    if !matches!(settings.blur, Blur::Known(_)) && start_sigma[0].max(start_sigma[1]) < MAYBE_SHARP_PX {
+        sigma_px = estimate_blur(sight, &grid, settings).or(sigma_px);
+        start_sigma = sigma_px.unwrap_or(start_sigma);
+    }
+
+    // Last fit: the full window, curvatures from the first fit's positions.
+    let free_blur = settings.blur == Blur::PerCorner;
+    let narrow = start_sigma[0].min(start_sigma[1]) < NARROW_SIGMA_PX;
+    let (steps, tolerance_px) = match (free_blur, narrow) {
+        (true, _) => (LAST_STEPS[2], LAST_STEP_PX),
+        (false, true) => (LAST_STEPS[1], NARROW_STEP_PX),
+        (false, false) => (LAST_STEPS[0], LAST_STEP_PX),
+    };
+    let effort = Effort { free_blur, steps, tolerance_px, ..effort };
+    let last = fit_all(sight, &grid, |place| {
+        let effort = Effort { most_sigma_px: 0.5 * place.step_px(), ..effort };
+        Some((
+            place.frame(start_sigma, settings.window, LAST_MARGIN_PX),
+            place.model(start_sigma, settings.light),
+            effort,
+        ))
+    });
+    prune(&mut grid, &mut rejected, &last, |fit, typical| {
+        let limit = (MOST_RESIDUAL.0 * typical.residual).max(MOST_RESIDUAL.1 * fit.model.light[3].abs());
+        if fit.last_step_px > 0.05 {
+            Some(Reason::NotConverged)
+        } else if moved(fit) {
+            Some(Reason::Moved)
+        } else if fit.residual > limit {
+            Some(Reason::Residual)
+        } else {
+            None
+        }
+    });
+    if grid.lattice.len() < settings.min_corners || !is_broad(&grid.lattice) {
+        rejected.extend(
+            grid.lattice.values().map(|&k| Rejected { position_px: grid.positions[k], reason: Reason::NoGrid }),
+        );
+        return Detection { corners: Vec::new(), rejected, sigma_px: None };
+    }
+    let fits: std::collections::BTreeMap<usize, Fit> =
+        last.into_iter().filter_map(|(_, k, _, fit)| Some((k, fit.ok()?))).collect();
+    let lattice = from_zero(&grid.lattice);
+    let corners =
+        lattice.iter().filter_map(|(&index, k)| Some(corner(index, grid.positions[*k], fits.get(k)?))).collect();
+    Detection { corners, rejected, sigma_px }
+}
+
+fn corner(index: [i32; 2], position_px: DVec2, fit: &Fit) -> Corner {
+    let amplitude = fit.model.light[3];
+    // In the square between +column and +row the distance to the first edge is negative, to the second positive.
+    let polarity = if amplitude < 0.0 { Polarity::Main } else { Polarity::Anti };
+    Corner {
+        position_px,
+        index,
+        covariance_px2: fit.covariance_px2,
+        contrast: 2.0 * amplitude.abs(),
+        residual: fit.residual,
+        polarity,
+    }
+}
+
+/// What became of a corner, and half its window in steps.
+type Outcome = ([i32; 2], usize, f64, Result<Fit, Reason>);
+
+/// Fits those corners of the lattice that `setup` wants, in its order whatever the number of threads.
+fn fit_all(
+    sight: &Sight<'_>,
+    grid: &Grid,
+    setup: impl Fn(&Place) -> Option<(Frame, Model, Effort)> + Sync,
+) -> Vec<Outcome> {
+    let cells: Vec<([i32; 2], usize)> = grid.lattice.iter().map(|(&cell, &k)| (cell, k)).collect();
+    let one = |&(cell, k): &([i32; 2], usize)| {
+        let Some(place) = grid.place(cell) else { return Some((cell, k, 0.0, Err(Reason::NoGrid))) };
+        let (frame, model, effort) = setup(&place)?;
+        Some((cell, k, frame.half, fit_one(sight, &place, &frame, &model, &effort)))
+    };
+    cells.par_iter().map(one).collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+fn fit_one(sight: &Sight<'_>, place: &Place, frame: &Frame, model: &Model, effort: &Effort) -> Result<Fit, Reason> {
+    if place.spacing_px() < LEAST_SPACING * model.sigma_px[0].max(model.sigma_px[1]) {
+        return Err(Reason::Blurred);
+    }
+    let window = gather(sight.image, sight.valid.as_ref(), frame);
+    if window.visible < crate::vision::settings::LEAST_VISIBLE {
+        return Err(Reason::Cut);
+    }
+    fit(&window, model, effort).ok_or(Reason::NotConverged)
+}
+
+/// Medians over a lattice.
+struct Typical {
+    contrast: f64,
+    residual: f64,
+}
+
+/// Takes the fitted positions over and drops the corners whose fit failed or breaks a rule.
+fn prune(
+    grid: &mut Grid,
+    rejected: &mut Vec<Rejected>,
+    outcomes: &[Outcome],
+    rule: impl Fn(&Fit, &Typical) -> Option<Reason>,
+) {
+    let fits = || outcomes.iter().filter_map(|(_, _, _, fit)| fit.as_ref().ok());
+    let median = |f: fn(&Fit) -> f64| quantile(&fits().map(f).collect::<Vec<_>>(), 0.5).unwrap_or(0.0);
+    let typical = Typical { contrast: median(|f| f.model.light[3].abs()), residual: median(|f| f.residual) };
+    for (cell, k, half, outcome) in outcomes {
+        match outcome.as_ref().map_err(|&reason| reason).and_then(|fit| rule(fit, &typical).map_or(Ok(fit), Err)) {
+            Ok(fit) => grid.take(*cell, *k, fit, *half),
+            Err(reason) => {
+                rejected.push(Rejected { position_px: grid.positions[*k], reason });
+                grid.lattice.remove(cell);
+            }
+        }
+    }
+}
+
+/// Drops corners that make a kink in a line: the second difference there is unlike that of the corners beside it.
+fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
+    let second = |cell: IVec2, direction: IVec2| {
+        let at = |c: IVec2| grid.lattice.get(&c.to_array()).map(|&k| grid.positions[k]);
+        Some(at(cell - direction)? + at(cell + direction)? - 2.0 * at(cell)?)
+    };
+    let kinked = |cell: IVec2| {
+        [IVec2::X, IVec2::Y].into_iter().any(|direction| {
+            let Some(own) = second(cell, direction) else { return false };
+            let beside: Vec<DVec2> = [direction.perp(), -direction.perp()]
+                .into_iter()
+                .filter_map(|aside| second(cell + aside, direction))
+                .collect();
+            if beside.is_empty() {
+                return false;
+            }
+            let expected = beside.iter().sum::<DVec2>() / beside.len() as f64;
+            let step = grid.step(cell, direction).map_or(0.0, DVec2::length);
+            // A kink of one corner by e shows as 2 e here and as e at its neighbours.
+            (own - expected).length() > 2.0 * MOST_KINK.0.max(MOST_KINK.1 * step)
+        })
+    };
+    let cells: Vec<[i32; 2]> = grid.lattice.keys().copied().filter(|&cell| kinked(IVec2::from_array(cell))).collect();
+    for cell in cells {
+        if let Some(k) = grid.lattice.remove(&cell) {
+            rejected.push(Rejected { position_px: grid.positions[k], reason: Reason::OffLattice });
+        }
+    }
+}
+
+/// The blur across the column and the row lines, in px: medians of free fits to some corners spread over the lattice.
+fn estimate_blur(sight: &Sight<'_>, grid: &Grid, settings: &Settings) -> Option<[f64; 2]> {
+    let inner: Lattice = grid
+        .lattice
+        .iter()
+        .filter(|(cell, _)| {
+            NEIGHBOURS.iter().all(|&n| grid.lattice.contains_key(&(IVec2::from_array(**cell) + n).to_array()))
+        })
+        .map(|(&cell, &k)| (cell, k))
+        .collect();
+    let stride = inner.len().div_ceil(PILOTS).max(1);
+    let pilots = inner.keys().step_by(stride);
+    blur::estimate(sight, &pilots.filter_map(|&cell| grid.place(cell)).collect::<Vec<Place>>(), settings)
+}

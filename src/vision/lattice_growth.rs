@@ -1,0 +1,342 @@
+//! From loose crossings to a lattice: growth from a seed, each new corner predicted from its neighbours alone, so that
+//! no global model of the picture is needed and bending does not matter.
+
+use super::candidate::Candidate;
+use super::candidates::Sight;
+use super::detection::{Corner, Polarity};
+use super::settings::Settings;
+use crate::raster::Raster;
+use glam::{DMat2, DVec2, IVec2};
+use std::collections::{BTreeMap, VecDeque};
+
+/// A neighbour lies within this share of a step of where it is predicted.
+const PREDICTION_TOLERANCE: f64 = 0.28;
+/// Lobe directions of neighbours differ by 90 deg: the cosine of twice the difference is below this.
+const OPPOSITE: f64 = -0.5;
+/// The weakest contrast of a corner against the neighbour it is reached from.
+const AMPLITUDE_SHARE: f64 = 0.25;
+/// A seed's neighbour lies within 32 deg of the arm it is looked for along (cosine): blur turns the arms of a slanted
+/// crossing.
+const ARM_COSINE: f64 = 0.85;
+/// Opposite neighbours of a seed differ in distance by at most this share of their mean.
+const ARM_IMBALANCE: f64 = 0.35;
+/// How far a seed looks for its neighbours, in px, one radius after another.
+const SEED_RADII_PX: [f64; 6] = [16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
+
+/// Where along the way from a corner to its neighbour the edge between them is looked at.
+const EDGE_PLACES: [f64; 5] = [0.3, 0.4, 0.5, 0.6, 0.7];
+/// How far to both sides of the edge, as a share of the step and at least in px: near enough that a way slanting over
+/// squares has both sides in one square for the most part.
+const EDGE_ASIDE: (f64, f64) = (0.1, 1.5);
+/// The least mean difference across the edge, as a share of the ring's amplitude: a true edge has 1.6 and more, a way over
+/// squares (to a corner that is not next) less than 1.
+const EDGE_SHARE: f64 = 1.0;
+
+/// The four neighbours of a cell of the lattice.
+pub(super) const NEIGHBOURS: [IVec2; 4] = [IVec2::X, IVec2::NEG_X, IVec2::Y, IVec2::NEG_Y];
+
+/// Lattice index (column, row) -> number of the candidate.
+pub(super) type Lattice = BTreeMap<[i32; 2], usize>;
+
+/// The lattices found in a picture, largest first; a crossing is in at most one.
+#[derive(Debug)]
+pub struct Lattices(pub(super) Vec<Lattice>);
+
+impl Lattices {
+    /// How many crossings each holds.
+    pub fn sizes(&self) -> Vec<usize> {
+        self.0.iter().map(Lattice::len).collect()
+    }
+}
+
+/// Grows lattices from the crossings of a picture.
+pub fn grow(sight: &Sight<'_>, settings: &Settings) -> Lattices {
+    let Some(image) = &sight.prepared else { return Lattices(Vec::new()) };
+    let candidates = &sight.candidates;
+    let field = Field { image, candidates, buckets: Buckets::new(candidates) };
+    let mut used = vec![false; candidates.len()];
+    let mut lattices: Vec<Lattice> = Vec::new();
+    for seed in seeds(candidates) {
+        if used[seed] {
+            continue;
+        }
+        let Some(cross) = cross(&field, &used, seed) else { continue };
+        let lattice = extend(&field, &mut used, cross);
+        if lattice.len() >= settings.min_corners && is_broad(&lattice) {
+            lattices.push(lattice);
+        } else {
+            // What belongs to no lattice may still belong to one that grows from another seed.
+            lattice.values().for_each(|&k| used[k] = k == seed);
+        }
+    }
+    // Stable: of equal lattices the one found first stays first.
+    lattices.sort_by_key(|l| std::cmp::Reverse(l.len()));
+    Lattices(lattices)
+}
+
+/// Whether the lattice reaches over at least three columns and three rows.
+pub(super) fn is_broad(lattice: &Lattice) -> bool {
+    (0..2).all(|axis| {
+        let span = lattice.keys().map(|k| k[axis]);
+        span.clone().max().zip(span.min()).is_some_and(|(last, first)| last - first >= 2)
+    })
+}
+
+/// Candidate numbers from the middle of the cloud outwards: a seed inside a board has neighbours on all sides.
+fn seeds(candidates: &[Candidate]) -> Vec<usize> {
+    let middle = candidates.iter().map(|c| c.position).sum::<DVec2>() / candidates.len().max(1) as f64;
+    let mut order: Vec<usize> = (0..candidates.len()).collect();
+    let distance = |k: usize| candidates[k].position.distance_squared(middle);
+    order.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)));
+    order
+}
+
+/// What a lattice grows on.
+struct Field<'a> {
+    image: &'a Raster<f32>,
+    candidates: &'a [Candidate],
+    buckets: Buckets,
+}
+
+impl Field<'_> {
+    /// Whether two corners are neighbours: bright where the other is dark, of like contrast, and with an edge between.
+    fn linked(&self, a: usize, b: usize) -> bool {
+        let (a, b) = (&self.candidates[a], &self.candidates[b]);
+        libm::cos(2.0 * (a.ring.lobe_rad - b.ring.lobe_rad)) < OPPOSITE
+            && a.ring.amplitude > AMPLITUDE_SHARE * b.ring.amplitude
+            && b.ring.amplitude > AMPLITUDE_SHARE * a.ring.amplitude
+            && self.edge_between(a, b)
+    }
+
+    /// Whether one side of the way from `a` to `b` is bright and the other dark, as the lobes of `a` foretell.
+    fn edge_between(&self, a: &Candidate, b: &Candidate) -> bool {
+        let step = b.position - a.position;
+        let aside = step.perp().normalize_or_zero() * EDGE_ASIDE.1.max(EDGE_ASIDE.0 * step.length());
+        let value = |p: DVec2| {
+            let place = |v: f64, count: usize| (v.max(0.0) as usize).min(count - 1);
+            f64::from(self.image.get(place(p.x, self.image.width()), place(p.y, self.image.height())))
+        };
+        let difference: f64 = EDGE_PLACES
+            .iter()
+            .map(|&t| a.position + step * t)
+            .map(|p| value(p + aside) - value(p - aside))
+            .sum::<f64>()
+            / EDGE_PLACES.len() as f64;
+        // The lobe is a direction without sign: the bright square is the one that the lobe leans to.
+        let (sin, cos) = libm::sincos(a.ring.lobe_rad);
+        let lobe = DVec2::new(cos, sin);
+        let expected = (lobe.dot(step) * lobe.dot(aside)).signum();
+        difference * expected > EDGE_SHARE * a.ring.amplitude.min(b.ring.amplitude)
+    }
+
+    /// Of the candidates within `radius` px of `point` that `accept` takes, the nearest.
+    fn nearest(&self, point: DVec2, radius: f64, accept: impl Fn(usize) -> bool) -> Option<usize> {
+        let distance = |k: usize| self.candidates[k].position.distance_squared(point);
+        self.buckets
+            .around(point, radius)
+            .filter(|&k| distance(k) <= radius * radius && accept(k))
+            .min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
+    }
+}
+
+/// The seed with its nearest neighbour along each of its four arms.
+fn cross(field: &Field<'_>, used: &[bool], seed: usize) -> Option<Lattice> {
+    let centre = &field.candidates[seed];
+    let step = |k: usize| field.candidates[k].position - centre.position;
+    let mut found = [0; 4];
+    for (place, &arm) in found.iter_mut().zip(&centre.ring.arms) {
+        let along = |k: usize| step(k).normalize_or_zero().dot(arm) > ARM_COSINE;
+        let accept = |k: usize| k != seed && !used[k] && along(k) && field.linked(seed, k);
+        *place = SEED_RADII_PX.iter().find_map(|&radius| field.nearest(centre.position, radius, accept))?;
+    }
+    let balanced = |i: usize| {
+        let (one, other) = (step(found[i]), step(found[i + 2]));
+        (one + other).length() < ARM_IMBALANCE * 0.5 * (one.length() + other.length())
+    };
+    (balanced(0) && balanced(1)).then(|| {
+        let cells = [[1, 0], [0, 1], [-1, 0], [0, -1]];
+        cells.into_iter().zip(found).chain([([0, 0], seed)]).collect()
+    })
+}
+
+/// Breadth first from the cross until no neighbour is found where it is predicted.
+fn extend(field: &Field<'_>, used: &mut [bool], cross: Lattice) -> Lattice {
+    let mut lattice = cross;
+    let mut queue: VecDeque<IVec2> = lattice.keys().map(|&k| IVec2::from_array(k)).collect();
+    lattice.values().for_each(|&k| used[k] = true);
+    while let Some(cell) = queue.pop_front() {
+        for direction in NEIGHBOURS {
+            let next = cell + direction;
+            if lattice.contains_key(&next.to_array()) {
+                continue;
+            }
+            let Some((from, predicted)) = predict(field.candidates, &lattice, cell, direction) else { continue };
+            let tolerance = PREDICTION_TOLERANCE * predicted.distance(field.candidates[from].position);
+            if let Some(k) = field.nearest(predicted, tolerance, |k| !used[k] && field.linked(from, k)) {
+                used[k] = true;
+                lattice.insert(next.to_array(), k);
+                queue.push_back(next);
+            }
+        }
+    }
+    lattice
+}
+
+/// Where the neighbour of `cell` in a direction should be: on along the line, with its bend where three corners show
+/// it, or as the fourth corner of a parallelogram. With it the number of the candidate at `cell`.
+fn predict(candidates: &[Candidate], lattice: &Lattice, cell: IVec2, direction: IVec2) -> Option<(usize, DVec2)> {
+    let at = |c: IVec2| lattice.get(&c.to_array()).map(|&k| candidates[k].position);
+    let from = *lattice.get(&cell.to_array())?;
+    let here = candidates[from].position;
+    let predicted = match (at(cell - direction), at(cell - direction * 2)) {
+        (Some(back), Some(further)) => 3.0 * (here - back) + further,
+        (Some(back), None) => 2.0 * here - back,
+        (None, _) => [direction.perp(), -direction.perp()]
+            .into_iter()
+            .find_map(|aside| Some(here + at(cell + aside + direction)? - at(cell + aside)?))?,
+    };
+    Some((from, predicted))
+}
+
+/// A corner that a detector, this or another, has put on a lattice.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Column and row in one consistent lattice.
+    pub index: [i32; 2],
+    /// Position, in px: pixel (i, j) covers `[i, i+1) x [j, j+1)`.
+    pub position_px: DVec2,
+    /// Which diagonal is bright, where the detector says.
+    pub polarity: Option<Polarity>,
+}
+
+impl From<&Corner> for Seen {
+    fn from(corner: &Corner) -> Self {
+        Self { index: corner.index, position_px: corner.position_px, polarity: Some(corner.polarity) }
+    }
+}
+
+/// The lattice as [`detect`](crate::vision::detect) numbers it: +column along +x and +row along +y as nearly as possible, the
+/// smallest of each 0. Other programs count rows before columns, or from another corner of the board.
+pub fn upright(seen: &[Seen]) -> Vec<Seen> {
+    let lattice: Lattice = seen.iter().enumerate().map(|(k, corner)| (corner.index, k)).collect();
+    let axes = axes(&lattice, |k| seen[k].position_px);
+    let polarity = |k: usize| match seen[k].polarity? {
+        Polarity::Main if axes.swaps_diagonals() => Some(Polarity::Anti),
+        Polarity::Anti if axes.swaps_diagonals() => Some(Polarity::Main),
+        same => Some(same),
+    };
+    let turned = from_zero(&axes.turned(&lattice));
+    turned.into_iter().map(|(index, k)| Seen { index, polarity: polarity(k), ..seen[k] }).collect()
+}
+
+/// Where the columns and rows of an upright lattice run in a lattice.
+struct Axes {
+    column: IVec2,
+    row: IVec2,
+}
+
+impl Axes {
+    fn turned(&self, lattice: &Lattice) -> Lattice {
+        let turned = |cell: IVec2| [cell.dot(self.column), cell.dot(self.row)];
+        lattice.iter().map(|(&cell, &k)| (turned(IVec2::from_array(cell)), k)).collect()
+    }
+
+    /// Whether the square between +column and +row is one that was beside it.
+    fn swaps_diagonals(&self) -> bool {
+        let between = self.column + self.row;
+        between.x != between.y
+    }
+}
+
+/// The lattice turned by a multiple of 90 deg (never mirrored) so that +column runs along +x and +row along +y as
+/// nearly as possible, from column and row 0.
+pub(super) fn normalise(lattice: &Lattice, position: impl Fn(usize) -> DVec2) -> Lattice {
+    from_zero(&axes(lattice, position).turned(lattice))
+}
+
+/// The axes that agree most with +x and +y in the picture.
+fn axes(lattice: &Lattice, position: impl Fn(usize) -> DVec2) -> Axes {
+    let mean_step = |direction: IVec2| {
+        lattice
+            .iter()
+            .filter_map(|(&cell, &k)| {
+                let next = lattice.get(&(IVec2::from_array(cell) + direction).to_array())?;
+                Some(position(*next) - position(k))
+            })
+            .sum::<DVec2>()
+    };
+    let steps = DMat2::from_cols(mean_step(IVec2::X), mean_step(IVec2::Y));
+    let handed = if steps.determinant() < 0.0 { -1 } else { 1 };
+    // The image of +column and +row under each of the four turns; the best agrees most with +x and +y.
+    let turns = [IVec2::X, IVec2::Y, IVec2::NEG_X, IVec2::NEG_Y].map(|column| {
+        let row = IVec2::new(-column.y, column.x) * handed;
+        let along = |axis: IVec2| (steps * axis.as_dvec2()).normalize_or_zero();
+        (column, row, along(column).x + along(row).y)
+    });
+    let (column, row, _) = turns.into_iter().fold(turns[0], |best, turn| if turn.2 > best.2 { turn } else { best });
+    Axes { column, row }
+}
+
+/// The lattice moved so that its smallest column and row are 0.
+pub(super) fn from_zero(lattice: &Lattice) -> Lattice {
+    let least = |axis: usize| lattice.keys().map(|cell| cell[axis]).min().unwrap_or(0);
+    let first = [least(0), least(1)];
+    lattice.iter().map(|(&[i, j], &k)| ([i - first[0], j - first[1]], k)).collect()
+}
+
+/// Candidates by place, for look-ups around a point.
+struct Buckets {
+    columns: usize,
+    rows: usize,
+    cells: Vec<Vec<usize>>,
+}
+
+/// Side of a bucket, in px.
+const BUCKET_PX: f64 = 16.0;
+
+impl Buckets {
+    fn new(candidates: &[Candidate]) -> Self {
+        let largest = candidates.iter().fold(DVec2::ZERO, |m, c| m.max(c.position));
+        let columns = (largest.x / BUCKET_PX) as usize + 1;
+        let rows = (largest.y / BUCKET_PX) as usize + 1;
+        let mut cells = vec![Vec::new(); columns * rows];
+        for (k, candidate) in candidates.iter().enumerate() {
+            let at = (candidate.position / BUCKET_PX).max(DVec2::ZERO);
+            cells[at.y as usize * columns + at.x as usize].push(k);
+        }
+        Self { columns, rows, cells }
+    }
+
+    /// The candidates in the buckets that a circle touches.
+    fn around(&self, point: DVec2, radius: f64) -> impl Iterator<Item = usize> + '_ {
+        // A float to usize cast saturates, so a circle outside the picture asks for an empty or a border range.
+        let low = (point - radius) / BUCKET_PX;
+        let high = (point + radius) / BUCKET_PX;
+        let columns = low.x as usize..(high.x + 1.0).max(0.0).min(self.columns as f64) as usize;
+        let rows = low.y as usize..(high.y + 1.0).max(0.0).min(self.rows as f64) as usize;
+        rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column))
+            .flat_map(|cell| self.cells[cell].iter().copied())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vision::ring_test::RingTest;
+
+    #[test]
+    fn a_way_over_squares_links_no_corners() {
+        let board = |k: usize| if (k % 120 / 20 + k / 120 / 20).is_multiple_of(2) { 0.9 } else { 0.1 };
+        let image = Raster::from_data(120, 120, (0..120 * 120).map(board).collect());
+        let at = |x: f64, y: f64| {
+            let position = DVec2::new(x, y);
+            Candidate { position, ring: RingTest::new().look(&image, position).unwrap() }
+        };
+        // A corner, its neighbour along the edge, one that is a knight's move away, and one across the square.
+        let candidates = [at(40.0, 40.0), at(60.0, 40.0), at(80.0, 60.0), at(60.0, 60.0)];
+        let field = Field { image: &image, candidates: &candidates, buckets: Buckets::new(&candidates) };
+        assert!(field.linked(0, 1) && field.linked(1, 0));
+        assert!(!field.linked(0, 2), "bright and dark alternate, but no edge joins them");
+        assert!(!field.linked(0, 3), "both are alike");
+    }
+}

@@ -1,0 +1,261 @@
+//! What the lattice says of one corner: where its edges run, how they bend, and how far its neighbours are.
+
+use super::corner_fit::Fit;
+use super::corner_model::Model;
+use super::curvature::{Line, Node, Tangent, bend, least_power, left_by_power, line, powers_of};
+use super::edge_spread::Shape;
+use super::lattice_growth::{Lattice, NEIGHBOURS};
+use super::pixel_sums::Frame;
+use super::settings::Light;
+use glam::{DMat2, DVec2, IVec2};
+
+/// Corners on a line from which on its own bend is believed, where it is known from positions alone.
+const LONG_LINE: usize = 6;
+/// Corners on a line from which on its own bend is believed, where its corners were fitted.
+const OWN_LINE: usize = 3;
+/// Corners along a line that are used at most: the corner and the nearest ones.
+const MOST: usize = 9;
+/// Corners whose lines choose the powers of polynomials along lines.
+const VOTERS: usize = 80;
+/// What is left of a step, in px, after it was taken: its square over this.
+const STEP_RANGE_PX: f64 = 0.3;
+
+/// A corner as it was last fitted.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Fitted {
+    /// The model, from the corner.
+    model: Model,
+    /// Covariance of the corner, in px^2, with what the last step may have left.
+    covariance_px2: DMat2,
+    /// Half the window along each line, in px.
+    half_px: [f64; 2],
+}
+
+/// A lattice with the best known position of each of its corners.
+#[derive(Debug)]
+pub(super) struct Grid {
+    pub(super) lattice: Lattice,
+    pub(super) positions: Vec<DVec2>,
+    /// The last fit of each, if any.
+    fitted: Vec<Option<Fitted>>,
+    /// The power of the polynomial along a line of so many fitted corners.
+    powers: [usize; MOST + 1],
+}
+
+/// The lattice around one corner.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    centre: DVec2,
+    steps: DMat2,
+    lines: [Line; 2],
+    /// The light as the last fit found it, or zeros.
+    light: [f64; 6],
+    /// How far the corner would move when the new bends took the place of those that it was fitted with, in px, and its
+    /// standard deviation; `None` where it was not fitted.
+    pub(super) due_px: Option<[f64; 2]>,
+}
+
+impl Grid {
+    pub(super) fn new(lattice: Lattice, positions: Vec<DVec2>) -> Self {
+        let powers = std::array::from_fn(|nodes| *powers_of(nodes).start());
+        Self { lattice, fitted: vec![None; positions.len()], positions, powers }
+    }
+
+    /// Chooses the powers of the polynomials along lines, from what the lines through some corners leave: alike for all
+    /// lines of the same count, since a single line tells little.
+    pub(super) fn choose_powers(&mut self) {
+        let mut left: [Vec<[f64; 2]>; MOST + 1] = Default::default();
+        let stride = self.lattice.len().div_ceil(VOTERS).max(1);
+        for &cell in self.lattice.keys().step_by(stride) {
+            for direction in [IVec2::X, IVec2::Y] {
+                let Some((nodes, own)) = self.nodes(IVec2::from_array(cell), direction) else { continue };
+                let Some(more) = left_by_power(&nodes, own) else { continue };
+                let sums = &mut left[nodes.len()];
+                sums.resize(more.len(), [0.0; 2]);
+                sums.iter_mut().zip(more).for_each(|(sum, more)| (0..2).for_each(|i| sum[i] += more[i]));
+            }
+        }
+        self.powers = std::array::from_fn(|nodes| powers_of(nodes).start() + least_power(&left[nodes]));
+    }
+
+    /// Takes over a fit in a window of `half` steps.
+    pub(super) fn take(&mut self, cell: [i32; 2], number: usize, fit: &Fit, half: f64) {
+        self.positions[number] += fit.model.corner;
+        let cell = IVec2::from_array(cell);
+        let half_px = [IVec2::X, IVec2::Y].map(|d| half * self.step(cell, d).map_or(0.0, DVec2::length));
+        let left = fit.last_step_px * fit.last_step_px / STEP_RANGE_PX;
+        let covariance_px2 = fit.covariance_px2 + DMat2::from_diagonal(DVec2::splat(left * left));
+        self.fitted[number] = Some(Fitted { model: fit.model.about_corner(), covariance_px2, half_px });
+    }
+
+    /// The lattice line through a cell, as positions alone show it. Where it is too short to show its bend, the parallel
+    /// lines beside it show theirs.
+    fn straight_line(&self, cell: IVec2, direction: IVec2) -> Option<Line> {
+        let own = |cell: IVec2| {
+            let (nodes, own) = self.nodes(cell, direction)?;
+            line(&nodes, own)
+        };
+        let bend = |cell: IVec2| own(cell).filter(|l| l.corners >= LONG_LINE).map(|l| l.curvature);
+        let here = own(cell);
+        if here.is_some_and(|l| l.corners >= LONG_LINE) {
+            return here;
+        }
+        let beside: Vec<f64> = [direction.perp(), -direction.perp()]
+            .into_iter()
+            .filter_map(|aside| {
+                let near = bend(cell + aside)?;
+                // Carried on from two lines where there are two.
+                Some(bend(cell + aside * 2).map_or(near, |far| 2.0 * near - far))
+            })
+            .collect();
+        let borrowed = || NEIGHBOURS.into_iter().find_map(|n| own(cell + n)).map(|l| Line { corners: 1, ..l });
+        let here = here.or_else(borrowed)?;
+        if beside.is_empty() {
+            return Some(here);
+        }
+        Some(Line { curvature: beside.iter().sum::<f64>() / beside.len() as f64, ..here })
+    }
+
+    /// The corners along a line around a cell, in order, and the place of the cell's own among them.
+    fn nodes(&self, cell: IVec2, direction: IVec2) -> Option<(Vec<Node>, usize)> {
+        let axis = usize::from(direction == IVec2::Y);
+        let node = |offset: i32| {
+            let &number = self.lattice.get(&(cell + direction * offset).to_array())?;
+            let tangent = self.fitted[number].map(|f| {
+                let (sin, cos) = libm::sincos(f.model.normal_rad[axis]);
+                let normal = DVec2::new(cos, sin);
+                let variance = normal.dot(f.covariance_px2 * normal);
+                Tangent { unit: normal.perp(), sigma_px: variance.max(0.0).sqrt(), half_px: f.half_px[axis] }
+            });
+            Some(Node { position: self.positions[number], tangent })
+        };
+        let mut nodes = std::collections::VecDeque::from([node(0)?]);
+        // Outwards on both sides in turn, each side until its first gap.
+        let mut own = 0;
+        let (mut before, mut after) = (Some(1), Some(1));
+        while (before, after) != (None, None) && nodes.len() < MOST {
+            before = before.and_then(|k| {
+                nodes.push_front(node(-k)?);
+                own += 1;
+                Some(k + 1)
+            });
+            if nodes.len() < MOST {
+                after = after.and_then(|k| {
+                    nodes.push_back(node(k)?);
+                    Some(k + 1)
+                });
+            }
+        }
+        Some((nodes.into(), own))
+    }
+
+    /// The line through a cell, from all that is known of the corners along it, or where these are too few, from the
+    /// parallel lines beside it.
+    fn line(&self, cell: IVec2, direction: IVec2) -> Option<Line> {
+        let own = self.fitted_line(cell, direction);
+        own.filter(|l| l.corners >= OWN_LINE)
+            .or_else(|| self.line_beside(cell, direction, OWN_LINE))
+            .or(own)
+            .or_else(|| self.line_beside(cell, direction, 0))
+            .or_else(|| self.straight_line(cell, direction))
+    }
+
+    /// The line through a cell whose corners along it were all fitted.
+    fn fitted_line(&self, cell: IVec2, direction: IVec2) -> Option<Line> {
+        let (nodes, own) = self.nodes(cell, direction)?;
+        let curvature = bend(&nodes, own, self.powers[nodes.len()])?;
+        Some(Line { tangent: nodes[own].tangent?.unit, curvature, corners: nodes.len() })
+    }
+
+    /// The line through a fitted cell with the bend that the lines beside it, of so many corners at least, lead to.
+    fn line_beside(&self, cell: IVec2, direction: IVec2, least: usize) -> Option<Line> {
+        let (nodes, own) = self.nodes(cell, direction)?;
+        let tangent = nodes[own].tangent?.unit;
+        let led_to = |aside: IVec2| {
+            let line = |k: i32| self.fitted_line(cell + aside * k, direction);
+            let bend = |k: i32| line(k).filter(|l| l.corners >= least).map(|l| l.curvature);
+            let (one, two, three) = (bend(1)?, bend(2), bend(3));
+            Some(match (two, three) {
+                (Some(two), Some(three)) => 3.0 * (one - two) + three,
+                (Some(two), None) => 2.0 * one - two,
+                _ => one,
+            })
+        };
+        let bends: Vec<f64> = [direction.perp(), -direction.perp()].into_iter().filter_map(led_to).collect();
+        let curvature = bends.iter().sum::<f64>() / bends.len() as f64;
+        curvature.is_finite().then_some(Line { tangent, curvature, corners: 1 })
+    }
+
+    /// Half the way from the corner before to the corner after.
+    pub(super) fn step(&self, cell: IVec2, direction: IVec2) -> Option<DVec2> {
+        let at = |c: IVec2| self.lattice.get(&c.to_array()).map(|&k| self.positions[k]);
+        let own = |cell: IVec2| {
+            let centre = at(cell)?;
+            match (at(cell - direction), at(cell + direction)) {
+                (Some(before), Some(after)) => Some(0.5 * (after - before)),
+                (Some(before), None) => Some(centre - before),
+                (None, Some(after)) => Some(after - centre),
+                (None, None) => None,
+            }
+        };
+        own(cell).or_else(|| NEIGHBOURS.into_iter().find_map(|n| own(cell + n)))
+    }
+
+    pub(super) fn place(&self, cell: [i32; 2]) -> Option<Place> {
+        let number = *self.lattice.get(&cell)?;
+        let cell = IVec2::from_array(cell);
+        let steps = DMat2::from_cols(self.step(cell, IVec2::X)?, self.step(cell, IVec2::Y)?);
+        let lines = [self.line(cell, IVec2::X)?, self.line(cell, IVec2::Y)?];
+        let due_px = self.fitted[number].map(|f| {
+            // An edge fitted with a wrong bend is off by a sixth of what the bend's error makes at the window's end.
+            let off = |k: usize| (lines[k].curvature - f.model.curvature[k]) * f.half_px[k] * f.half_px[k] / 6.0;
+            let sigma = (0.5 * (f.covariance_px2.x_axis.x + f.covariance_px2.y_axis.y)).sqrt();
+            [off(0).abs().max(off(1).abs()), sigma]
+        });
+        // Less than a square pixel of lattice, or edges that nearly coincide, hold no corner.
+        let open = lines[0].tangent.perp_dot(lines[1].tangent).abs() > 0.1;
+        (open && steps.determinant().abs() > 1.0).then_some(Place {
+            centre: self.positions[number],
+            steps,
+            lines,
+            light: self.fitted[number].map_or([0.0; 6], |f| f.model.light),
+            due_px,
+        })
+    }
+}
+
+impl Place {
+    pub(super) fn step_px(&self) -> f64 {
+        self.steps.x_axis.length().min(self.steps.y_axis.length())
+    }
+
+    /// The narrowest distance between parallel lines.
+    pub(super) fn spacing_px(&self) -> f64 {
+        self.steps.determinant().abs() / self.steps.x_axis.length().max(self.steps.y_axis.length())
+    }
+
+    pub(super) fn model(&self, sigma_px: [f64; 2], light: Light) -> Model {
+        let normal = |line: &Line| libm::atan2(-line.tangent.x, line.tangent.y);
+        Model {
+            corner: DVec2::ZERO,
+            normal_rad: [normal(&self.lines[0]), normal(&self.lines[1])],
+            curvature: self.lines.map(|l| l.curvature),
+            sigma_px,
+            light: self.light,
+            light_is_blurred: light == Light::OnBoard,
+        }
+    }
+
+    pub(super) fn frame(&self, sigma_px: [f64; 2], half: f64, margin_px: f64) -> Frame {
+        let normals = self.lines.map(|l| DVec2::new(l.tangent.y, -l.tangent.x));
+        // The farthest point of the window, for the bend of the edges in it.
+        let far = half * (self.steps.x_axis.abs() + self.steps.y_axis.abs()).length();
+        let bands_px = [0, 1].map(|k| {
+            let bend = 0.5 * self.lines[k].curvature.abs() * far * far;
+            // A line without corners on both sides may point a few degrees off.
+            let turn = if self.lines[k].corners < 3 { 0.15 * far } else { 0.0 };
+            Shape::new(normals[k], sigma_px[k]).reach() + bend + turn + margin_px
+        });
+        Frame { centre: self.centre, steps: self.steps, normals, bands_px, half }
+    }
+}

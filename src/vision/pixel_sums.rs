@@ -1,0 +1,52 @@
+//! Weighted sums over pixels of one constant pattern value.
+
+use glam::{DMat2, DVec2};
+
+/// Where a window lies and how the two edges cross in it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Frame {
+    /// The expected corner, in px.
+    pub(super) centre: DVec2,
+    /// The steps to the next corner along the column and the row direction, in px.
+    pub(super) steps: DMat2,
+    /// Unit normals of the edge along the columns' direction and of the one along the rows'.
+    pub(super) normals: [DVec2; 2],
+    /// Pixels nearer than this to an edge see it, in px.
+    pub(super) bands_px: [f64; 2],
+    /// Half the window, in steps. The weight falls from 1 to 0 over one pixel there, so that the window is a
+    /// continuous function of its centre and does not lock to pixels.
+    pub(super) half: f64,
+}
+
+/// Weighted sums over pixels of one constant pattern value (1 or -1), with x, y from the window's centre.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Sums {
+    /// Of 1, x, y, x^2, xy, y^2.
+    pub(super) moments: [f64; 6],
+    /// Of I, I x, I y.
+    pub(super) light: [f64; 3],
+    /// Of I^2.
+    pub(super) square: f64,
+}
+
+impl Sums {
+    pub(super) fn add(&mut self, x: f64, y: f64, value: f64, weight: f64) {
+        self.add_run(
+            [weight, weight * x, weight * x * x],
+            [weight * value, weight * value * x],
+            weight * value * value,
+            y,
+        );
+    }
+
+    /// Adds pixels of one row: the sums of (1, x, x^2), of (I, I x) and of I^2.
+    pub(super) fn add_run(&mut self, [n, x, xx]: [f64; 3], [i, ix]: [f64; 2], square: f64, y: f64) {
+        for (sum, term) in self.moments.iter_mut().zip([n, x, n * y, xx, x * y, n * y * y]) {
+            *sum += term;
+        }
+        for (sum, term) in self.light.iter_mut().zip([i, ix, i * y]) {
+            *sum += term;
+        }
+        self.square += square;
+    }
+}
