@@ -8,8 +8,8 @@
 use biprism::accuracy::{Accuracy, Level};
 use biprism::analysis::cost::{calibration, cpu_ms};
 use biprism::effect::Effects;
-use biprism::render::{Wanted, render_wanted};
-use biprism::scene::{self, Prism, Scene};
+use biprism::render::{Outputs, render_wanted};
+use biprism::scene::{self, PrismSpec, Scene};
 use biprism::system::{self, System};
 use glam::DVec2;
 use std::hint::black_box;
@@ -41,8 +41,8 @@ fn main() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let freeform = loaded(&root.join("scenes/paper.toml"));
     let mut flat = freeform.clone();
-    if let Prism::Freeform(biprism, _) = &freeform.prism {
-        flat.prism = Prism::Flat(*biprism);
+    if let PrismSpec::Freeform(biprism, _) = &freeform.prism {
+        flat.prism = PrismSpec::Flat(*biprism);
     }
     let kernel = || {
         black_box(calibration(black_box(CALIBRATION_RAYS)));
@@ -138,7 +138,7 @@ impl Case {
 fn frame(name: String, scene: &Scene, accuracy: Accuracy, truth: bool) -> Case {
     let system = built(scene, accuracy);
     Case::new(name, scene.camera.width_px * scene.camera.height_px, move || {
-        let film = render_wanted(&system, Wanted { truth }, &|_| ());
+        let film = render_wanted(&system, Outputs { truth }, &|_| ());
         black_box(&film.radiance);
         film.counts.rays
     })
@@ -157,7 +157,7 @@ fn single_rays(name: String, scene: &Scene) -> Case {
     let [width, height] = system.camera.size_px().map(|n| n / 4);
     Case::new(name, width * height, move || {
         let px = |k: usize| DVec2::new((4 * (k % width)) as f64 + 0.5, (4 * (k / width)) as f64 + 0.5);
-        let seen: f64 = (0..width * height).filter_map(|k| system.look(px(k)).ok()).map(|s| s.board_mm.x).sum();
+        let seen: f64 = (0..width * height).filter_map(|k| system.trace(px(k)).ok()).map(|s| s.board_mm.x).sum();
         black_box(seen);
         (width * height) as u64
     })

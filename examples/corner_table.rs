@@ -15,8 +15,8 @@ mod common;
 #[allow(dead_code, reason = "shared with tests that use more of it")]
 mod judge;
 
-use biprism::error::Problem;
-use biprism::io::corners::{Format, Listed, View, to_text};
+use biprism::error::Error;
+use biprism::io::corners::{CornerFormat, CornerView, ListedCorner, to_text};
 use biprism::io::{atomic, png};
 use biprism::raster::Raster;
 use biprism::vision::{Settings, detect};
@@ -92,7 +92,7 @@ fn eight_bit(image: &Raster<f32>) -> [Raster<f32>; 2] {
     [stored, decoded]
 }
 
-fn run(folder: Option<&Path>) -> Result<(), Problem> {
+fn run(folder: Option<&Path>) -> Result<(), Error> {
     println!("| scene | shows | true | found | false | float RMS | float max | 8 bit RMS | bound |");
     println!("|---|---|---|---|---|---|---|---|---|");
     for (name, shows, scene, noise) in scenes() {
@@ -121,16 +121,16 @@ fn run(folder: Option<&Path>) -> Result<(), Problem> {
         if let Some(folder) = folder {
             let grey = stored.map(|v| [v as u8; 3]);
             png::write_rgb(&folder.join(format!("{name}.png")), &grey, &biprism::io::Notes::default())?;
-            let listed = |&(index, position_px): &([i32; 2], DVec2)| Listed { index, position_px, quality: None };
-            let truth = View {
+            let listed = |&(index, position_px): &([i32; 2], DVec2)| ListedCorner { index, position_px, quality: None };
+            let truth = CornerView {
                 name: "whole".to_owned(),
                 corners: corners.iter().map(listed).collect(),
                 rejected: Vec::new(),
                 blur_px: None,
             };
-            let own = View::new("whole", 0, &detect(&decoded, None, &Settings::default()));
+            let own = CornerView::new("whole", 0, &detect(&decoded, None, &Settings::default()));
             for (ending, view) in [("true", truth), ("own", own)] {
-                for (format, kind) in [(Format::Csv, "csv"), (Format::OpenCv, "yml")] {
+                for (format, kind) in [(CornerFormat::Csv, "csv"), (CornerFormat::OpenCv, "yml")] {
                     let path = folder.join(format!("{name}.{ending}.{kind}"));
                     atomic::write_bytes(&path, to_text(std::slice::from_ref(&view), format).as_bytes())?;
                 }

@@ -8,9 +8,9 @@
 //! The second argument, `srgb` or `linear`, states the curve of a picture that does not say its own; none is guessed.
 //! Corners go to `corners.yml`, which `cv::FileStorage` reads; the endings `.csv` and `.json` work as well.
 
-use biprism::error::Problem;
+use biprism::error::Error;
 use biprism::io::atomic;
-use biprism::io::corners::{Format, View, to_text};
+use biprism::io::corners::{CornerFormat, CornerView, to_text};
 use biprism::raster::Raster;
 use biprism::raster::transfer::Transfer;
 use biprism::vision::{Settings, detect};
@@ -32,7 +32,7 @@ fn board() -> Raster<f32> {
     Raster::from_data(320, 240, (0..320 * 240).map(value).collect())
 }
 
-fn picture() -> Result<Raster<f32>, Problem> {
+fn picture() -> Result<Raster<f32>, Error> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let stated = match arguments.get(1).map(String::as_str) {
         Some("srgb") => Some(Transfer::Srgb),
@@ -45,7 +45,7 @@ fn picture() -> Result<Raster<f32>, Problem> {
     }
 }
 
-fn run() -> Result<(), Problem> {
+fn run() -> Result<(), Error> {
     let picture = picture()?;
     // All pixels count; a mask would leave out those where it is false.
     let found = detect(&picture, None, &Settings::default());
@@ -59,7 +59,7 @@ fn run() -> Result<(), Problem> {
         println!("{count} candidates turned down: {}", reason.name());
     }
     // Positions are in px with pixel (i, j) centred at (i + 0.5, j + 0.5); the file for OpenCV has them 0.5 less.
-    let text = to_text(&[View::new("whole", 0, &found)], Format::OpenCv);
+    let text = to_text(&[CornerView::new("whole", 0, &found)], CornerFormat::OpenCv);
     atomic::write_bytes(Path::new("corners.yml"), text.as_bytes())
 }
 

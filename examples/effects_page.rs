@@ -6,7 +6,7 @@
 //! moment falls on all alike.
 
 use biprism::analysis::cost::cpu_ms;
-use biprism::effect::{Effects, Row, TABLE};
+use biprism::effect::{EffectRow, Effects, TABLE};
 use biprism::geom::Rect;
 use biprism::io::Notes;
 use biprism::io::png;
@@ -17,7 +17,7 @@ use biprism::plot::drawing::{Drawing, Item, Stroke};
 use biprism::plot::picture::{cut_out, grey, mapped};
 use biprism::plot::text::{Align, Font};
 use biprism::raster::Raster;
-use biprism::render::{Film, Wanted, render_wanted};
+use biprism::render::{Film, Outputs, render_wanted};
 use biprism::scene::{self, Scene};
 use biprism::system::{self, System};
 use glam::DVec2;
@@ -49,7 +49,7 @@ fn main() {
 
 /// An effect and its case.
 struct Case {
-    row: &'static Row,
+    row: &'static EffectRow,
     scene: Scene,
     /// The same but for the effect's own table; others that it needs are in both.
     without: Scene,
@@ -58,7 +58,7 @@ struct Case {
 }
 
 impl Case {
-    fn of(root: &Path, row: &'static Row) -> Self {
+    fn of(root: &Path, row: &'static EffectRow) -> Self {
         let name = format!("scenes/cases/effect_{}.toml", row.key);
         let file = fs::read_to_string(root.join(&name)).unwrap_or_else(|error| panic!("{name}: {error}"));
         let parsed = |text: &str| scene::parse(text, &name, None).unwrap_or_else(|problem| panic!("{problem}"));
@@ -85,7 +85,7 @@ fn tables(file: &str) -> Vec<&str> {
 
 fn film(scene: &Scene) -> Film {
     let system = system::build(scene).unwrap_or_else(|problem| panic!("{problem}"));
-    render_wanted(&system, Wanted { truth: false }, &|_| ())
+    render_wanted(&system, Outputs { truth: false }, &|_| ())
 }
 
 /// Side of the sheet's margins and of the gaps between panels, in px.
@@ -185,7 +185,7 @@ fn costs(root: &Path, cases: &[Case]) -> Vec<Cost> {
     let plain = systems.last().expect("the plain one is there").clone();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
     let time_ms = |system: &System| {
-        let picture = || std::hint::black_box(render_wanted(system, Wanted { truth: false }, &|_| ()));
+        let picture = || std::hint::black_box(render_wanted(system, Outputs { truth: false }, &|_| ()));
         pool.install(|| cpu_ms(picture).0)
     };
     let (mut ratios, mut taken) = (vec![Vec::new(); systems.len()], vec![0.0; systems.len()]);
@@ -208,7 +208,7 @@ fn costs(root: &Path, cases: &[Case]) -> Vec<Cost> {
 fn text(cases: &[Case], costs: &[Cost]) -> String {
     let mut text = String::from(HEAD);
     for (case, cost) in cases.iter().zip(costs) {
-        let Row { key, hook, what, source, .. } = case.row;
+        let EffectRow { key, hook, what, source, .. } = case.row;
         let hook = serde_json::to_string(hook).expect("a word");
         let _ =
             writeln!(text, "| [{key}](#{key}) | {} | {what} | {} | {source} |", hook.trim_matches('"'), cost.words());
@@ -216,7 +216,7 @@ fn text(cases: &[Case], costs: &[Cost]) -> String {
     let plain = costs.last().expect("the plain one is there");
     let _ = writeln!(text, "| (none) | | the plain picture against itself | {} | |", plain.words());
     for (case, cost) in cases.iter().zip(costs) {
-        let Row { key, what, cost: why, .. } = case.row;
+        let EffectRow { key, what, cost: why, .. } = case.row;
         let _ = writeln!(text, "\n## {key}\n\n{}.\n", capital(what));
         let _ = writeln!(text, "![{what}: off, on, difference](effects/{key}.png)\n");
         let _ = writeln!(text, "`scenes/cases/effect_{key}.toml`:\n\n```toml\n{}\n```\n", case.settings);

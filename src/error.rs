@@ -1,6 +1,6 @@
 //! What a user is told when something cannot be done: the place, the value, the rule and the next step.
 //!
-//! A leaf: it knows no file system and no terminal. Every front end prints a [`Problem`] the same way.
+//! A leaf: it knows no file system and no terminal. Every front end prints a [`Error`] the same way.
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use std::fmt;
@@ -8,7 +8,7 @@ use std::ops::Range;
 
 /// A user's mistake or a failure of the outside world: one error, complete enough to mend it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Problem {
+pub struct Error {
     /// Where: a file, `file:line`, or an argument.
     pub place: String,
     /// What was found and which rule it breaks, in one sentence: "`board.square_mm` is -1, and must be above 0".
@@ -19,7 +19,7 @@ pub struct Problem {
     pub source: Option<(String, Range<usize>)>,
 }
 
-impl Problem {
+impl Error {
     /// A problem at `place` (a file or an argument) that has no text to point into.
     pub fn new(place: impl fmt::Display, rule: impl Into<String>, help: impl Into<String>) -> Self {
         Self { place: place.to_string(), rule: rule.into(), help: help.into(), source: None }
@@ -47,10 +47,10 @@ impl Problem {
     }
 }
 
-impl fmt::Display for Problem {
+impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.render(false))
     }
 }
 
-impl std::error::Error for Problem {}
+impl std::error::Error for Error {}

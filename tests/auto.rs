@@ -5,7 +5,7 @@ mod instruments;
 use biprism::accuracy::{Accuracy, Level};
 use biprism::effect::Threshold;
 use biprism::raster::Raster;
-use biprism::render::{Wanted, render_wanted};
+use biprism::render::{Outputs, render_wanted};
 use biprism::scene::{self, Scene};
 use biprism::system::auto::verdicts;
 use biprism::system::{self, Bound, System};
@@ -65,7 +65,7 @@ fn scenes(effect: &str) -> Vec<Scene> {
 }
 
 fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Wanted { truth: false }, &|_| ()).radiance
+    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
 }
 
 fn change(a: &Raster<f32>, b: &Raster<f32>) -> f64 {

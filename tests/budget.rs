@@ -1,7 +1,7 @@
 //! Do the steps from the ideal to the measured corner add up, and does each hold what it should?
 
 use biprism::accuracy::Level;
-use biprism::analysis::budget::{Budget, CornerBudget, budget};
+use biprism::analysis::budget::{Budget, CornerErrors, budget};
 use biprism::analysis::judge::measure;
 use biprism::analysis::view::see;
 use biprism::render::render;
@@ -36,19 +36,19 @@ fn of(scene: &Scene) -> Budget {
     found
 }
 
-fn rms(budget: &Budget, step: impl Fn(&CornerBudget) -> DVec2) -> f64 {
+fn rms(budget: &Budget, step: impl Fn(&CornerErrors) -> DVec2) -> f64 {
     let squares: Vec<f64> = budget.halves.iter().flatten().map(|c| step(c).length_squared()).collect();
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
-fn fit(corner: &CornerBudget) -> DVec2 {
+fn fit(corner: &CornerErrors) -> DVec2 {
     corner.fit_px.expect("the prism is designed")
 }
 
 /// The largest difference between two budgets at the corners that both have.
-fn each(a: &Budget, b: &Budget, step: impl Fn(&CornerBudget) -> DVec2) -> f64 {
+fn each(a: &Budget, b: &Budget, step: impl Fn(&CornerErrors) -> DVec2) -> f64 {
     let pairs = (0..2).flat_map(|k| {
-        let other = move |c: &CornerBudget| b.halves[k].iter().find(|d| d.index == c.index).copied();
+        let other = move |c: &CornerErrors| b.halves[k].iter().find(|d| d.index == c.index).copied();
         a.halves[k].iter().filter_map(move |c| Some((*c, other(c)?)))
     });
     let apart: Vec<f64> = pairs.map(|(c, d)| step(&c).distance(step(&d))).collect();
@@ -60,7 +60,7 @@ fn each(a: &Budget, b: &Budget, step: impl Fn(&CornerBudget) -> DVec2) -> f64 {
 fn the_steps_add_up_and_the_fit_is_that_of_the_degree() {
     let degree = |degree: usize| {
         of(&scene(|scene| {
-            if let scene::Prism::Freeform(_, settings) = &mut scene.prism {
+            if let scene::PrismSpec::Freeform(_, settings) = &mut scene.prism {
                 settings.degree = degree;
             }
         }))
@@ -96,8 +96,8 @@ fn the_steps_add_up_and_the_fit_is_that_of_the_degree() {
 #[test]
 fn sampling_holds_the_level_and_the_sensor() {
     let flat = |scene: &mut Scene| {
-        if let scene::Prism::Freeform(prism, _) = scene.prism {
-            scene.prism = scene::Prism::Flat(prism);
+        if let scene::PrismSpec::Freeform(prism, _) = scene.prism {
+            scene.prism = scene::PrismSpec::Flat(prism);
         }
     };
     let own = of(&scene(flat));
@@ -158,7 +158,7 @@ fn errors_of_manufacture_are_effects_and_move_the_figures_as_much_as_the_corners
         // Newton's steps end below 3e-8 px; the plain pictures are the same.
         assert!(each(&ideal, &made, |c| c.optics_px) < 1e-7 && each(&ideal, &made, fit) < 1e-7);
         assert!(each(&ideal, &made, |c| c.detector_px) == 0.0);
-        let corners: Vec<CornerBudget> = made.halves.iter().flatten().copied().collect();
+        let corners: Vec<CornerErrors> = made.halves.iter().flatten().copied().collect();
         assert!(corners.iter().all(|c| c.remainder_px().length() < 1e-12));
         // What the errors move, by the traced truth of both instruments.
         let mut worst: f64 = 0.0;

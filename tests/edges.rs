@@ -9,9 +9,9 @@ use biprism::num::bernstein::Bernstein;
 use biprism::num::poly2::Poly2;
 use biprism::optics::snell::refract;
 use biprism::render;
-use biprism::render::checkerboard::Pattern;
-use biprism::scene::{self, Patch};
-use biprism::surface::shape::{Freeform, Surface};
+use biprism::render::checkerboard::Checkerboard;
+use biprism::scene::{self, PolynomialPatch};
+use biprism::surface::shape::{PolynomialSurface, Surface};
 use biprism::system;
 use biprism::system::aim::Aimer;
 use glam::{DVec2, DVec3};
@@ -80,7 +80,7 @@ proptest! {
         let index = |m: usize, n: usize| m * 7 - m * m.saturating_sub(1) / 2 + n;
         let sag = Poly2::new(6, [0.0, 0.0], [1.0, 1.0], |m, n| c[index(m, n)]);
         let domain = Rect { min: DVec2::splat(-1.0), max: DVec2::splat(1.0) };
-        let sheet = Surface::Freeform(Freeform::new(&Patch { sag: sag.clone(), domain }, false));
+        let sheet = Surface::Freeform(PolynomialSurface::new(&PolynomialPatch { sag: sag.clone(), domain }, false));
         // Along a tangent of the sheet at (x, y), lifted a little and tilted not at all or a little.
         let (z, zx, zy) = sag.gradient(x, y);
         let along = DVec2::new(libm::cos(turn), libm::sin(turn));
@@ -89,7 +89,7 @@ proptest! {
         let ray = Ray { origin: DVec3::new(x, y, z + lift) - direction * 8.0, direction };
         let gap = |t: f64| { let p = ray.at(t); p.z - sag.value(p.x, p.y) };
         let inside = |t: f64| { let p = ray.at(t); domain.contains(DVec2::new(p.x, p.y)) };
-        let met = sheet.meet(&ray, 1e-12);
+        let met = sheet.intersect(&ray, 1e-12);
         let end = met.map_or(f64::INFINITY, |m| m.t_mm);
         if let Ok(m) = met {
             prop_assert!(gap(m.t_mm).abs() < 1e-11, "gap {}", gap(m.t_mm));
@@ -135,7 +135,7 @@ proptest! {
         cells in prop::collection::vec(-6i32..6, 8), near in prop::collection::vec(-32i64..=32, 8),
         free in prop::collection::vec(-60.0..60.0f64, 8), which in 0u8..=255, cut in 0.01..0.99f64,
     ) {
-        let pattern = Pattern::new(&scene(96, 54, "kind = \"none\"", &BOARD.replace("41", "9")).board);
+        let pattern = Checkerboard::new(&scene(96, 54, "kind = \"none\"", &BOARD.replace("41", "9")).board);
         // Half the coordinates are at lines of the pattern (odd multiples of 5 mm, the rim at 45, the plate at 55).
         let v = |k: usize| if which >> k & 1 == 1 { ulps(5.0 + 10.0 * f64::from(cells[k]), near[k]) } else { free[k] };
         let (c, a, b) = (DVec2::new(v(0), v(1)), DVec2::new(v(2), v(3)) * 0.2, DVec2::new(v(4), v(5)) * 0.2);

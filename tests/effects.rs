@@ -8,7 +8,7 @@ use biprism::accuracy::Level;
 use biprism::effect::thin_lens::Aperture;
 use biprism::effect::{Clipping, Effects, Hook, Manufacture, Quadrature, Sensor, TABLE, ThinLens, Variant};
 use biprism::raster::Raster;
-use biprism::render::{self, Class, Film, Plan, Wanted, render, render_wanted};
+use biprism::render::{self, Class, Film, Outputs, Plan, render, render_wanted};
 use biprism::scene::{self, Scene};
 use biprism::system::System;
 use glam::{DVec2, DVec3};
@@ -48,7 +48,7 @@ const ZEROES: [(&str, Zero); 14] = [
 const BASES: [(&str, &str); 2] = [("coating", "fresnel"), ("ghosts", "fresnel")];
 
 fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Wanted { truth: false }, &|_| ()).radiance
+    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
 }
 
 fn with(scene: &Scene, effects: Effects) -> System {
@@ -232,7 +232,7 @@ fn depth_of_field_converges_faster_than_random_points() {
         let (sin, cos) = libm::sincos(golden_rad * f64::from(k));
         let pupil = radius_mm * DVec2::new(cos, sin);
         let variant = Variant { pupil, slopes: [DVec2::ZERO; 2], wave: None, grey: 1.0, colour: None };
-        let film = render::picture(&Plan::new(&system.varied(&variant)), Wanted { truth: false }, &|_| ());
+        let film = render::picture(&Plan::new(&system.variant(&variant)), Outputs { truth: false }, &|_| ());
         reference.iter_mut().zip(film.radiance.data()).for_each(|(sum, v)| *sum += f64::from(*v) / f64::from(many));
     }
     let error = |points: usize| {
@@ -315,7 +315,7 @@ fn a_lamp_lights_each_place_by_its_distance_and_angle() {
 #[test]
 fn what_draws_no_points_takes_one_set() {
     let mut scene = case("dispersion");
-    let of = |scene: &Scene| render_wanted(&built(scene), Wanted { truth: false }, &|_| ());
+    let of = |scene: &Scene| render_wanted(&built(scene), Outputs { truth: false }, &|_| ());
     let once = of(&scene);
     scene.effects.quadrature.replicates = 8;
     let film = of(&scene);

@@ -5,12 +5,12 @@
 mod instruments;
 
 use biprism::accuracy::Accuracy;
-use biprism::effect::diffraction::{Kernel, mtf};
+use biprism::effect::diffraction::{PointSpread, mtf};
 use biprism::effect::{Diffraction, Effects, Sensor};
 use biprism::num::quadrature::gauss_legendre;
 use biprism::num::stats::mean;
 use biprism::raster::Raster;
-use biprism::render::{Wanted, render_wanted};
+use biprism::render::{Outputs, render_wanted};
 use biprism::scene::{self, Encoding, Scene};
 use biprism::system::System;
 use instruments::{BOARD, FLAT, FREEFORM, built, scene, scene_from};
@@ -22,7 +22,7 @@ const NO_GLASS: &str = "kind = \"none\"";
 const EDGE: &str = "columns = 2\nrows = 1\nsquare_mm = 2000.0\nmargin_mm = 0\nblack = 0\nwhite = 1";
 
 fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Wanted { truth: false }, &|_| ()).radiance
+    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
 }
 
 fn with(scene: &Scene, effects: Effects) -> System {
@@ -73,7 +73,7 @@ fn a_rendered_edge_is_blurred_as_the_transfer_function_says() {
             let sensor = Some(Sensor { fill_factor, ..Sensor::IDEAL });
             let found = picture(&with(&plain, Effects { diffraction, sensor, ..Effects::default() }));
             let (rule, active) = (gauss_legendre(300), fill_factor.sqrt());
-            let lost = Kernel::new(scale, active).lost();
+            let lost = PointSpread::new(scale, active).lost();
             for (i, value) in found.row(3).iter().enumerate().skip(76).take(40) {
                 let x = i as f64 + 0.5 - 96.0 - shift_px;
                 let wave = |t: f64| {

@@ -1,6 +1,6 @@
 //! Does each case of the catalogue stay stable, with its error within its bound?
 
-use biprism::analysis::stability::{Case, Outcome, catalogue};
+use biprism::analysis::stability::{Case, CaseOutcome, catalogue};
 use biprism::optics::fate::Fate;
 use biprism::{scene, system};
 use glam::DVec2;
@@ -12,7 +12,7 @@ use std::path::Path;
 fn run(chapters: &[&str]) {
     let cases: Vec<&Case> = catalogue().filter(|case| chapters.contains(&case.group)).collect();
     assert!(!cases.is_empty());
-    let ran: Vec<(&Case, Outcome)> = cases.into_par_iter().map(|case| (case, (case.run)())).collect();
+    let ran: Vec<(&Case, CaseOutcome)> = cases.into_par_iter().map(|case| (case, (case.run)())).collect();
     for (case, outcome) in ran {
         assert!(
             case.holds(&outcome),
@@ -80,7 +80,7 @@ fn no_shipped_scene_goes_beyond_its_budget() {
         let system = system::build(&scene).unwrap_or_else(|problem| panic!("{problem}"));
         let [width, height] = [scene.camera.width_px, scene.camera.height_px];
         let given_up = |j: usize| {
-            let sights = (0..width).map(|i| system.look(DVec2::new(i as f64 + 0.5, j as f64 + 0.5)));
+            let sights = (0..width).map(|i| system.trace(DVec2::new(i as f64 + 0.5, j as f64 + 0.5)));
             sights.filter(|sight| matches!(sight, Err(Fate::NotConverged))).count()
         };
         let given_up: usize = (0..height).into_par_iter().map(given_up).sum();

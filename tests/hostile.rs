@@ -7,9 +7,9 @@
 mod bodies;
 
 use biprism::io::corners;
-use biprism::io::corners::{Listed, Quality, View};
+use biprism::io::corners::{CornerView, ListedCorner, Quality};
 use biprism::io::mesh;
-use biprism::io::point_cloud::Format;
+use biprism::io::point_cloud::PointFormat;
 use biprism::vision::Polarity;
 use glam::{DMat2, DVec2};
 use std::fs;
@@ -175,9 +175,9 @@ fn point_clouds() {
         binary.extend(((k / 9) as f32).to_le_bytes());
         binary.extend((80.0 + f64::from(k)).to_le_bytes());
     }
-    attack(&[xyz.into_bytes()], 3000, |bytes| bodies::cloud(bytes, Format::Xyz));
-    attack(&[csv.into_bytes(), both.into()], 3000, |bytes| bodies::cloud(bytes, Format::Csv));
-    attack(&[ascii.into_bytes(), binary], 6000, |bytes| bodies::cloud(bytes, Format::Ply));
+    attack(&[xyz.into_bytes()], 3000, |bytes| bodies::cloud(bytes, PointFormat::Xyz));
+    attack(&[csv.into_bytes(), both.into()], 3000, |bytes| bodies::cloud(bytes, PointFormat::Csv));
+    attack(&[ascii.into_bytes(), binary], 6000, |bytes| bodies::cloud(bytes, PointFormat::Ply));
 }
 
 #[test]
@@ -186,13 +186,13 @@ fn meshes() {
     let ply = "ply\nformat ascii 1.0\nelement vertex 4\nproperty double x\nproperty float y\nproperty double z\nproperty \
                float nx\nproperty float ny\nproperty float nz\nelement face 2\nproperty list uchar int vertex_indices\n\
                end_header\n0 0 80 0 0 1\n1 0 80 0 0.1 1\n1 1 80 0 0 -1\n0 1 80 0 0 1\n3 0 1 2\n4 0 1 2 3\n";
-    attack(&[obj.into()], 6000, |bytes| bodies::mesh(bytes, mesh::Format::Obj));
-    attack(&[ply.into()], 6000, |bytes| bodies::mesh(bytes, mesh::Format::Ply));
+    attack(&[obj.into()], 6000, |bytes| bodies::mesh(bytes, mesh::MeshFormat::Obj));
+    attack(&[ply.into()], 6000, |bytes| bodies::mesh(bytes, mesh::MeshFormat::Ply));
 }
 
 #[test]
 fn corner_files() {
-    let corner = |x: f64, y: f64, column: i32| Listed {
+    let corner = |x: f64, y: f64, column: i32| ListedCorner {
         index: [column, 3],
         position_px: DVec2::new(x, y),
         quality: Some(Quality {
@@ -202,15 +202,15 @@ fn corner_files() {
             polarity: Polarity::Main,
         }),
     };
-    let corners: Vec<Listed> = (0..12).map(|k| corner(10.25 * f64::from(k), 7.125 + f64::from(k), k)).collect();
-    let bare: Vec<Listed> = corners.iter().map(|c| Listed { quality: None, ..*c }).collect();
-    let view = |name: &str, corners: &[Listed]| View {
+    let corners: Vec<ListedCorner> = (0..12).map(|k| corner(10.25 * f64::from(k), 7.125 + f64::from(k), k)).collect();
+    let bare: Vec<ListedCorner> = corners.iter().map(|c| ListedCorner { quality: None, ..*c }).collect();
+    let view = |name: &str, corners: &[ListedCorner]| CornerView {
         name: name.to_owned(),
         corners: corners.to_vec(),
         rejected: vec![("flat".to_owned(), 3)],
         blur_px: Some([0.7, 0.8]),
     };
-    for format in [corners::Format::Csv, corners::Format::Json, corners::Format::OpenCv] {
+    for format in [corners::CornerFormat::Csv, corners::CornerFormat::Json, corners::CornerFormat::OpenCv] {
         let seeds = [vec![view("left", &corners), view("right", &corners)], vec![view("whole", &bare)], Vec::new()];
         let seeds: Vec<Vec<u8>> = seeds.iter().map(|views| corners::to_text(views, format).into_bytes()).collect();
         attack(&seeds, 4000, |bytes| bodies::corners(bytes, format));
@@ -249,7 +249,7 @@ fn trace_tables() {
 fn promises_are_not_believed() {
     let started = std::time::Instant::now();
     let ply = "ply\nformat binary_little_endian 1.0\nelement vertex 9999999\nproperty double x\nproperty double y\nproperty double z\nend_header\n";
-    bodies::cloud(ply.as_bytes(), Format::Ply);
+    bodies::cloud(ply.as_bytes(), PointFormat::Ply);
     for png in files("tests/fixtures/pictures", "png").iter_mut() {
         // Width and height of the header, which then has a wrong checksum or too little behind it.
         png[16..24].copy_from_slice(&[0, 0, 0x40, 0, 0, 0, 0x40, 0]);

@@ -6,7 +6,7 @@ use biprism::geom::Ray;
 use biprism::num::poly2::Poly2;
 use biprism::optics::snell::refract;
 use biprism::render;
-use biprism::scene::Prism;
+use biprism::scene::PrismSpec;
 use biprism::system::aim::Aimer;
 use biprism::system::{Side, System};
 use glam::{DVec2, DVec3};
@@ -113,7 +113,7 @@ fn footprint_agrees_with_differences_of_looks() {
             let px = DVec2::new(5.0 + 9.5 * k as f64, 540.0 + 530.0 * libm::sin(k as f64));
             let h = 1e-3;
             let (Ok(here), Ok(a), Ok(b)) =
-                (system.footprint(px), system.look(px - DVec2::new(h, 0.0)), system.look(px + DVec2::new(h, 0.0)))
+                (system.footprint(px), system.trace(px - DVec2::new(h, 0.0)), system.trace(px + DVec2::new(h, 0.0)))
             else {
                 panic!("{px} sees nothing")
             };
@@ -122,7 +122,7 @@ fn footprint_agrees_with_differences_of_looks() {
                 // Positions of up to 200 mm round to 3e-14 mm each.
                 assert!((slope - here.jacobian.x_axis).length() < 4.0 * 3e-14 / h + 1e-9, "{px}");
             }
-            let look = |d: f64| system.look(px + DVec2::new(0.0, d)).expect("in view").board_mm;
+            let look = |d: f64| system.trace(px + DVec2::new(0.0, d)).expect("in view").board_mm;
             assert!(
                 ((look(h) - look(-h)) / (2.0 * h) - here.jacobian.y_axis).length() < 4.0 * 3e-14 / h + 1e-9,
                 "{px}"
@@ -137,7 +137,7 @@ fn aiming_undoes_looking() {
         let aimer = Aimer::new(&system);
         for k in 0..300 {
             let px = DVec2::new(1.0 + 6.39 * k as f64, 540.0 + 530.0 * libm::sin(k as f64));
-            let sight = system.look(px).expect("in view");
+            let sight = system.trace(px).expect("in view");
             let back = aimer.aim(sight.board_mm, sight.side).expect("found");
             // 0.154 mm/px on the board; positions of 200 mm round to 3e-14 mm, so 2e-13 px and a few such.
             assert!((back - px).length() < 4e-12, "{px} {back}");
@@ -153,7 +153,7 @@ fn a_prism_of_air_is_no_prism() {
     let without = built(&scene(480, 270, "kind = \"none\"", BOARD));
     for k in 0..1000 {
         let px = DVec2::new(0.48 * k as f64, 135.0 + 134.0 * libm::sin(k as f64));
-        let (a, b) = (with.look(px).expect("in view"), without.look(px).expect("in view"));
+        let (a, b) = (with.trace(px).expect("in view"), without.trace(px).expect("in view"));
         assert!((a.board_mm - b.board_mm).length() < 1e-12, "{px}");
     }
     let (a, b) = (render::render(&with, &|_| ()), render::render(&without, &|_| ()));
@@ -174,7 +174,7 @@ fn a_plate_moves_rays_by_its_closed_form() {
         let inner = sine / 1.48 / (1.0 - (sine / 1.48) * (sine / 1.48)).sqrt();
         let moved = 1.0 - 8.545 / 1000.0 * (1.0 - inner / tangent.length().max(1e-300));
         let expected = tangent * 1000.0 * if tangent == DVec2::ZERO { 1.0 } else { moved };
-        let seen = plate.look(px).expect("in view").board_mm;
+        let seen = plate.trace(px).expect("in view").board_mm;
         assert!((seen - expected).length() < 1e-12, "{px} {seen} {expected}");
     }
 }
@@ -218,7 +218,7 @@ fn moving_everything_changes_nothing() {
     let elsewhere = built(&scene_from(1920, 1080, &moved("", by, 0.0), &moved(FREEFORM, by, 0.0), &board));
     for k in 0..1000 {
         let px = DVec2::new(1.92 * k as f64, 540.0 + 530.0 * libm::sin(k as f64));
-        let (a, b) = (base.look(px).expect("in view"), elsewhere.look(px).expect("in view"));
+        let (a, b) = (base.trace(px).expect("in view"), elsewhere.trace(px).expect("in view"));
         // Coordinates of 3000 mm round to 4.5e-13 mm, a few times over, and angles magnify by about 12.
         assert!((a.board_mm - b.board_mm).length() < 1e-10, "{px} {}", (a.board_mm - b.board_mm).length());
     }
@@ -254,8 +254,8 @@ fn a_reversed_ray_returns_to_the_pinhole() {
 #[test]
 fn without_glass_the_halves_stand_for_the_sides() {
     let s = scene(192, 108, "kind = \"none\"", BOARD);
-    assert_eq!(s.prism, Prism::None);
+    assert_eq!(s.prism, PrismSpec::None);
     let system = built(&s);
-    assert_eq!(system.look(DVec2::new(95.9, 50.0)).map(|s| s.side), Ok(Side::Left));
-    assert_eq!(system.look(DVec2::new(96.1, 50.0)).map(|s| s.side), Ok(Side::Right));
+    assert_eq!(system.trace(DVec2::new(95.9, 50.0)).map(|s| s.side), Ok(Side::Left));
+    assert_eq!(system.trace(DVec2::new(96.1, 50.0)).map(|s| s.side), Ok(Side::Right));
 }

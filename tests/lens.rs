@@ -7,9 +7,9 @@ mod instruments;
 use biprism::effect::clipping::{Outline, Stop};
 use biprism::effect::thin_lens::Aperture;
 use biprism::effect::{Clipping, Effects, Fresnel, Ghosts, Quadrature, Telecentric, ThinLens};
-use biprism::optics::polarisation::Light;
+use biprism::optics::polarisation::PolarisationState;
 use biprism::raster::Raster;
-use biprism::render::{Class, Wanted, render, render_wanted};
+use biprism::render::{Class, Outputs, render, render_wanted};
 use biprism::scene::Scene;
 use biprism::system::System;
 use glam::{DVec2, DVec3};
@@ -21,7 +21,7 @@ const WHITE: &str = "columns = 41\nrows = 41\nsquare_mm = 10.0\nposition_mm = [0
                      background = 1";
 
 fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Wanted { truth: false }, &|_| ()).radiance
+    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
 }
 
 fn with(scene: &Scene, effects: Effects) -> System {
@@ -47,7 +47,7 @@ fn telecentric_magnification_does_not_depend_on_depth() {
             let board = format!("columns = 9\nrows = 9\nsquare_mm = 2.0\nposition_mm = [0.0, 0.0, {depth}]");
             let system = with(&scene(320, 180, prism, &board), effects.clone());
             let step = 10.56 / 320.0 / 0.55;
-            let seen = |x: f64, y: f64| system.look(DVec2::new(x, y)).unwrap().board_mm;
+            let seen = |x: f64, y: f64| system.trace(DVec2::new(x, y)).unwrap().board_mm;
             let (a, b) = (seen(170.5, 3.25), seen(300.5, 150.75));
             let expected = DVec2::new(130.0 * step * across, 147.5 * step);
             // Some roundings of coordinates of up to 4000 mm.
@@ -195,7 +195,7 @@ fn a_rim_at_the_edge_of_the_picture_is_seen() {
 fn ghosts_are_clipped_as_the_picture_is() {
     let plain = scene(160, 90, &format!("{FLAT}\nfacet_angle_deg = 1"), WHITE);
     let ghosts = Some(Ghosts { bounces: 4, least_power: 1e-9, behind: 1.0, samples: 4 });
-    let fresnel = Some(Fresnel { light: Light::Unpolarised });
+    let fresnel = Some(Fresnel { light: PolarisationState::Unpolarised });
     let of = |clipping| picture(&with(&plain, Effects { fresnel, ghosts, clipping, ..Effects::default() }));
     let stop = Some(Stop { distance_mm: 30.0, radius_mm: 1.5 });
     let stopped = of(Some(Clipping { stop, ..Clipping::default() }));
@@ -275,17 +275,17 @@ fn a_tilted_plate_is_astigmatic_by_the_closed_form() {
     let exit = |point: DVec2| {
         let variant =
             biprism::effect::Variant { pupil: point, slopes: [DVec2::ZERO; 2], wave: None, grey: 1.0, colour: None };
-        system.varied(&variant).exit_ray(DVec2::new(32.0, 18.0)).unwrap().0
+        system.variant(&variant).exit_ray(DVec2::new(32.0, 18.0)).unwrap().0
     };
     // Where two rays, little above and below the middle one of the pupil, come together along z.
-    let meet = |axis: DVec2, pick: fn(DVec3) -> f64| {
+    let intersect = |axis: DVec2, pick: fn(DVec3) -> f64| {
         let (a, b) = (exit(1e-2 * axis), exit(-1e-2 * axis));
         let (slope_a, slope_b) = (pick(a.direction) / a.direction.z, pick(b.direction) / b.direction.z);
         let at = |ray: &biprism::geom::Ray, slope: f64| pick(ray.origin) - slope * ray.origin.z;
         (at(&b, slope_b) - at(&a, slope_a)) / (slope_a - slope_b)
     };
-    let tangential = meet(DVec2::X, |v| v.x);
-    let sagittal = meet(DVec2::Y, |v| v.y);
+    let tangential = intersect(DVec2::X, |v| v.x);
+    let sagittal = intersect(DVec2::Y, |v| v.y);
     let (n, t) = (1.48f64, 20.0);
     let root = (n * n - libm::sin(angle) * libm::sin(angle)).sqrt();
     let expected = t * (1.0 / root - n * n * libm::cos(angle) * libm::cos(angle) / (root * root * root));
@@ -303,7 +303,7 @@ fn the_error_estimate_is_the_error() {
     let of = |quadrature| {
         render_wanted(
             &with(&plain, Effects { thin_lens: lens, quadrature, ..Effects::default() }),
-            Wanted { truth: false },
+            Outputs { truth: false },
             &|_| (),
         )
     };

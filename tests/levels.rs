@@ -3,7 +3,7 @@
 mod instruments;
 
 use biprism::accuracy::{Accuracy, Level};
-use biprism::render::{Film, Plan, Wanted, picture, render, render_wanted};
+use biprism::render::{Film, Outputs, Plan, picture, render, render_wanted};
 use biprism::scene::Scene;
 use biprism::system::aim::Aimer;
 use biprism::system::{Side, System};
@@ -79,7 +79,7 @@ fn corners_lie_where_the_reference_has_them() {
             let system = at(&scene, level);
             let plan = Plan::new(&system);
             for (px, board_mm, jacobian) in &corners {
-                let seen = plan.look(*px).expect("what the reference sees");
+                let seen = plan.trace(*px).expect("what the reference sees");
                 let shift = (jacobian.inverse() * (seen - *board_mm)).length();
                 assert!(shift < most_px, "{}: {shift:e} px at {px}", level.name());
             }
@@ -109,7 +109,7 @@ fn a_target_takes_the_cheapest_level_that_promises_it() {
 fn a_picture_without_its_truth_is_the_same_picture() {
     for scene in scenes() {
         let system = built(&scene);
-        let (with, without) = (render(&system, &|_| ()), render_wanted(&system, Wanted { truth: false }, &|_| ()));
+        let (with, without) = (render(&system, &|_| ()), render_wanted(&system, Outputs { truth: false }, &|_| ()));
         assert!(with.radiance == without.radiance && with.counts == without.counts && with.account == without.account);
         assert_eq!((without.class.data().len(), without.board_mm.data().len()), (0, 0));
     }
@@ -130,7 +130,7 @@ fn degree_and_patches_can_be_chosen() {
     assert!(error < 1e-8, "{error:e}");
     let patched = System { accuracy: Accuracy { patch_px: 128, ..Accuracy::standard() }, ..built(scene) };
     let plan = Plan::new(&patched);
-    let film = picture(&plan, Wanted { truth: false }, &|_| ());
+    let film = picture(&plan, Outputs { truth: false }, &|_| ());
     assert!(film.account.patches > 8, "{}", film.account);
     assert!(shift_px(scene, &film, &standard) < 1e-7);
 }

@@ -7,11 +7,11 @@ mod instruments;
 use biprism::effect::{Absorption, Coating, Dispersion, Effects, Fresnel, Ghosts, Variant};
 use biprism::optics::fresnel::{Interface, Layer};
 use biprism::optics::medium::{C_NM, D_NM, F_NM, named};
-use biprism::optics::polarisation::{Beam, Light as Polarised};
-use biprism::optics::spectrum::{Band, Illuminant, Light, Line, Response, nodes};
+use biprism::optics::polarisation::{Beam, PolarisationState as Polarised};
+use biprism::optics::spectrum::{Illuminant, LightSource, Response, SpectralLine, WavelengthBand, nodes};
 use biprism::prism::reflections::Limits;
 use biprism::raster::Raster;
-use biprism::render::{Wanted, render_wanted};
+use biprism::render::{Outputs, render_wanted};
 use biprism::scene::{self, Scene};
 use biprism::system::System;
 use glam::DVec2;
@@ -37,12 +37,12 @@ fn with(scene: &Scene, effects: Effects) -> System {
 }
 
 fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Wanted { truth: false }, &|_| ()).radiance
+    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
 }
 
 fn lines(nm: &[f64]) -> Dispersion {
-    let line = |&wavelength_nm: &f64| Line { wavelength_nm, power: 1.0 };
-    let nodes = nodes(&Light::Lines(nm.iter().map(line).collect()), &Response::Flat, 1).unwrap();
+    let line = |&wavelength_nm: &f64| SpectralLine { wavelength_nm, power: 1.0 };
+    let nodes = nodes(&LightSource::Lines(nm.iter().map(line).collect()), &Response::Flat, 1).unwrap();
     Dispersion::new(&nodes, false, named("N-BK7").unwrap(), D_NM).unwrap()
 }
 
@@ -68,7 +68,7 @@ fn colours_part_as_snells_law_says() {
     let variants: Vec<Variant> = effects.variants(0);
     assert_eq!(variants.len(), 2);
     let system = with(&plain, effects);
-    let of_wave = variants.iter().map(|variant| system.varied(variant)).collect::<Vec<_>>();
+    let of_wave = variants.iter().map(|variant| system.variant(variant)).collect::<Vec<_>>();
     let mut parted = Vec::new();
     for k in 0..100 {
         let px = DVec2::new(961.5 + 9.5 * f64::from(k), 540.0);
@@ -76,7 +76,7 @@ fn colours_part_as_snells_law_says() {
         let seen = of_wave.iter().zip([F_NM, C_NM]).map(|(system, nm)| {
             let n = 1.5168 + (glass.index(nm).unwrap() - glass.index(D_NM).unwrap());
             let expected = by_angles(t, 8.85f64.to_radians(), n, 1000.0);
-            let found = system.look(px).unwrap().board_mm.x;
+            let found = system.trace(px).unwrap().board_mm.x;
             // Places of 150 mm round to 3e-14 mm, a few times over.
             assert!((found - expected).abs() < 1e-11, "{px} {nm}: {found} {expected}");
             found
@@ -113,11 +113,11 @@ fn a_colour_sensor_sees_edges_in_colours() {
                  white = 1\nbackground = 1";
     let plain = scene(960, 12, BK7, board);
     let glass = named("N-BK7").unwrap();
-    let light = Light::Illuminant(Illuminant::D65, Band { from_nm: 420.0, to_nm: 680.0 });
+    let light = LightSource::Illuminant(Illuminant::D65, WavelengthBand { from_nm: 420.0, to_nm: 680.0 });
     let nodes = nodes(&light, &Response::nikon_d5100(), 64).unwrap();
     let dispersion = Dispersion::new(&nodes, true, glass, D_NM).unwrap();
     let effects = Effects { dispersion: Some(dispersion), ..Effects::default() };
-    let film = render_wanted(&with(&plain, effects), Wanted { truth: false }, &|_| ());
+    let film = render_wanted(&with(&plain, effects), Outputs { truth: false }, &|_| ());
     let colour = film.colour.unwrap();
     let pitch = plain.camera.pitch_mm / 35.0;
     for channel in 0..3 {
@@ -150,9 +150,9 @@ fn a_colour_sensor_sees_edges_in_colours() {
 fn a_band_converges_with_the_square_of_its_wavelengths() {
     let plain = scene(96, 54, BK7, BOARD);
     let glass = named("N-BK7").unwrap();
-    let band = Band { from_nm: 450.0, to_nm: 650.0 };
+    let band = WavelengthBand { from_nm: 450.0, to_nm: 650.0 };
     let of = |count: usize| {
-        let nodes = nodes(&Light::Illuminant(Illuminant::D65, band), &Response::Flat, count).unwrap();
+        let nodes = nodes(&LightSource::Illuminant(Illuminant::D65, band), &Response::Flat, count).unwrap();
         let dispersion = Dispersion::new(&nodes, false, glass, D_NM).unwrap();
         picture(&with(&plain, Effects { dispersion: Some(dispersion), ..Effects::default() }))
     };
@@ -241,7 +241,7 @@ fn a_layer_knows_the_wavelength_of_the_light() {
     let plate = PLATE.replace("index = 1.48", "index = 1.78472\nglass = \"N-SF11\"");
     let plain = scene(192, 108, &plate, BOARD);
     let glass = named("N-SF11").unwrap();
-    let light = Light::Lines(vec![Line { wavelength_nm: 404.7, power: 1.0 }]);
+    let light = LightSource::Lines(vec![SpectralLine { wavelength_nm: 404.7, power: 1.0 }]);
     let nodes = nodes(&light, &Response::Flat, 1).unwrap();
     let dispersion = Some(Dispersion::new(&nodes, false, glass, D_NM).unwrap());
     let layer = Layer { index: 1.38, thickness_nm: 100.0 };
@@ -364,7 +364,7 @@ fn all_power_is_accounted_for() {
             assert!((account.escaped + account.absorbed + account.dropped - 1.0).abs() < 1e-12, "{px} {account:?}");
             assert!(account.absorbed > 0.05 && account.absorbed < 0.1, "{px} {account:?}");
             // The light of the picture itself has the gain that its pixels get.
-            assert!((straight - system.gain(px)).abs() < 1e-12, "{px}: {straight} {}", system.gain(px));
+            assert!((straight - system.throughput(px)).abs() < 1e-12, "{px}: {straight} {}", system.throughput(px));
         }
     }
 }

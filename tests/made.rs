@@ -10,7 +10,7 @@ use biprism::effect::{Effects, Manufacture, Quadrature, Roughness, ThinLens, Var
 use biprism::geom::Ray;
 use biprism::render::{Class, render};
 use biprism::scene::Scene;
-use biprism::surface::figure_error::{Flaw, Wave, zernike};
+use biprism::surface::figure_error::{FigureError, SurfaceWave, zernike};
 use biprism::system::System;
 use glam::{DVec2, DVec3};
 use instruments::{BOARD, FLAT, FREEFORM, built, scene};
@@ -33,7 +33,7 @@ fn places() -> impl Iterator<Item = DVec2> {
 /// Both see the same everywhere, to `mm` on the board.
 fn agree(a: &System, b: &System, mm: f64) {
     for px in places() {
-        let (a, b) = (a.look(px).unwrap(), b.look(px).unwrap());
+        let (a, b) = (a.trace(px).unwrap(), b.trace(px).unwrap());
         assert!(a.side == b.side && (a.board_mm - b.board_mm).length() <= mm, "{px}: {a:?} {b:?}");
     }
 }
@@ -59,10 +59,10 @@ fn errors_of_the_whole_are_those_of_another_scene() {
     let thick = flat(angle);
     let mut thicker = thick.clone();
     let mut denser = thick.clone();
-    if let biprism::scene::Prism::Flat(prism) = &mut thicker.prism {
+    if let biprism::scene::PrismSpec::Flat(prism) = &mut thicker.prism {
         prism.thickness_mm += 0.25;
     }
-    if let biprism::scene::Prism::Flat(prism) = &mut denser.prism {
+    if let biprism::scene::PrismSpec::Flat(prism) = &mut denser.prism {
         prism.body.index += 1e-3;
     }
     agree(&made(&thick, Manufacture { thickness_mm: 0.25, ..Manufacture::default() }), &built(&thicker), 1e-10);
@@ -89,11 +89,11 @@ fn snell(i: DVec3, normal: DVec3, n1: f64, n2: f64) -> DVec3 {
 /// A ray through two planes, each by a point and a normal.
 fn through(ray: &Ray, planes: [(DVec3, DVec3); 2]) -> Ray {
     let [a, b] = planes;
-    let meet = |ray: &Ray, (point, normal): (DVec3, DVec3)| {
+    let intersect = |ray: &Ray, (point, normal): (DVec3, DVec3)| {
         ray.origin + ray.direction * ((point - ray.origin).dot(normal) / ray.direction.dot(normal))
     };
-    let inside = Ray { origin: meet(ray, a), direction: snell(ray.direction, a.1, 1.0, INDEX) };
-    Ray { origin: meet(&inside, b), direction: snell(inside.direction, b.1, INDEX, 1.0) }
+    let inside = Ray { origin: intersect(ray, a), direction: snell(ray.direction, a.1, 1.0, INDEX) };
+    Ray { origin: intersect(&inside, b), direction: snell(inside.direction, b.1, INDEX, 1.0) }
 }
 
 /// Front and back, each out of place by itself, against planes turned by hand.
@@ -131,10 +131,10 @@ fn surfaces_out_of_place_are_turned_planes() {
 fn errors_of_figure_bend_rays_by_their_slopes() {
     let plate = flat("facet_angle_deg = 0");
     let ideal = built(&plate);
-    let wave = Wave { amplitude_mm: 2e-4, rad_per_mm: DVec2::new(1.2, -0.7), phase_rad: 0.5 };
+    let wave = SurfaceWave { amplitude_mm: 2e-4, rad_per_mm: DVec2::new(1.2, -0.7), phase_rad: 0.5 };
     let terms = zernike(12.0, &[(2, 0, 1e-3), (3, 1, -5e-4), (2, -2, 5e-4)]).unwrap();
     let nothing = zernike(1.0, &[]).unwrap();
-    for flaw in [Flaw { sag: terms, waves: vec![] }, Flaw { sag: nothing, waves: vec![wave] }] {
+    for flaw in [FigureError { sag: terms, waves: vec![] }, FigureError { sag: nothing, waves: vec![wave] }] {
         let back = SurfaceError { figure: Some(flaw.clone()), ..SurfaceError::default() };
         let system = made(&plate, Manufacture { back, ..Manufacture::default() });
         for px in places() {
@@ -161,7 +161,7 @@ fn errors_of_figure_bend_rays_by_their_slopes() {
 fn footprints_are_derivatives(system: &System) {
     for px in places() {
         let h = 1e-4;
-        let look = |d: DVec2| system.look(px + d).unwrap().board_mm;
+        let look = |d: DVec2| system.trace(px + d).unwrap().board_mm;
         let found = system.footprint(px).unwrap().jacobian;
         let x = (look(DVec2::X * h) - look(DVec2::X * -h)) / (2.0 * h);
         let y = (look(DVec2::Y * h) - look(DVec2::Y * -h)) / (2.0 * h);
@@ -174,8 +174,8 @@ fn footprints_are_derivatives(system: &System) {
 /// and exact pixels stand on.
 #[test]
 fn footprints_of_flawed_and_rough_prisms_are_derivatives() {
-    let wave = Wave { amplitude_mm: 2e-4, rad_per_mm: DVec2::new(1.2, -0.7), phase_rad: 0.5 };
-    let flaw = Flaw { sag: zernike(12.0, &[(2, 2, 1e-3)]).unwrap(), waves: vec![wave] };
+    let wave = SurfaceWave { amplitude_mm: 2e-4, rad_per_mm: DVec2::new(1.2, -0.7), phase_rad: 0.5 };
+    let flaw = FigureError { sag: zernike(12.0, &[(2, 2, 1e-3)]).unwrap(), waves: vec![wave] };
     let place = Displacement { decentre_mm: DVec3::new(0.1, 0.2, 0.0), tilt_rad: DVec3::new(0.01, 0.004, 0.0) };
     let surface = SurfaceError { place, figure: Some(flaw) };
     let errors = Manufacture { front: surface.clone(), back: surface, ..Manufacture::default() };
@@ -184,8 +184,8 @@ fn footprints_of_flawed_and_rough_prisms_are_derivatives() {
         footprints_are_derivatives(&system);
         let slopes = [DVec2::new(0.09, -0.04), DVec2::new(-0.06, 0.05)];
         let rough = Variant { pupil: DVec2::ZERO, slopes, wave: None, grey: 1.0, colour: None };
-        footprints_are_derivatives(&system.varied(&rough));
-        footprints_are_derivatives(&built(&scene(160, 90, prism, BOARD)).varied(&rough));
+        footprints_are_derivatives(&system.variant(&rough));
+        footprints_are_derivatives(&built(&scene(160, 90, prism, BOARD)).variant(&rough));
     }
 }
 

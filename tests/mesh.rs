@@ -3,7 +3,7 @@
 mod instruments;
 
 use biprism::effect::Variant;
-use biprism::io::mesh::{Format, parse_triangles};
+use biprism::io::mesh::{MeshFormat, parse_triangles};
 use biprism::render::render;
 use biprism::scene;
 use biprism::surface::mesh::Triangles;
@@ -117,14 +117,14 @@ fn the_footprint_is_the_derivative_of_what_is_seen() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let smooth = meshed(folder.path(), FREEFORM, 7, "smooth", true);
     let slopes = [DVec2::new(0.09, -0.04), DVec2::new(-0.06, 0.05)];
-    let rough = smooth.varied(&Variant { pupil: DVec2::ZERO, slopes, wave: None, grey: 1.0, colour: None });
+    let rough = smooth.variant(&Variant { pupil: DVec2::ZERO, slopes, wave: None, grey: 1.0, colour: None });
     [smooth, rough].iter().for_each(footprints_are_derivatives);
 }
 
 fn footprints_are_derivatives(mesh: &System) {
     let (mut inside, step) = (0, 1e-4);
     for px in places() {
-        let see = |by: DVec2| mesh.look(px + by).expect("all rays pass").board_mm;
+        let see = |by: DVec2| mesh.trace(px + by).expect("all rays pass").board_mm;
         let column = |by: DVec2| (see(by) - see(-by)) / (2.0 * step);
         let measured = DMat2::from_cols(column(DVec2::new(step, 0.0)), column(DVec2::new(0.0, step)));
         let error = (mesh.footprint(px).expect("all rays pass").jacobian - measured).abs();
@@ -156,7 +156,7 @@ fn a_wrong_mesh_is_a_problem() {
         (with(&face.replace("0 1 80", "2 0 81"), "3 0 1 2"), "has no normal"),
     ];
     for (text, rule) in cases {
-        let parsed = parse_triangles("mesh", Format::Ply, text.as_bytes(), text.len() as u64);
+        let parsed = parse_triangles("mesh", MeshFormat::Ply, text.as_bytes(), text.len() as u64);
         let problem = parsed.expect_err(rule);
         assert!(problem.rule.contains(rule), "{rule}: {problem:?}");
     }
@@ -169,10 +169,10 @@ fn a_wrong_mesh_is_a_problem() {
         ("curv 1\n", "\"curv\""),
         ("v 0 0 80\n", "no triangles"),
     ] {
-        let problem = parse_triangles("mesh", Format::Obj, text.as_bytes(), text.len() as u64).expect_err(rule);
+        let problem = parse_triangles("mesh", MeshFormat::Obj, text.as_bytes(), text.len() as u64).expect_err(rule);
         assert!(problem.rule.contains(rule), "{rule}: {problem:?}");
     }
     let quad = "o q\nv 0 0 80\nv 1 0 80\nv 1 1 80\nv 0 1 80\nvn 0 0 1\nf -4//1 -3//1 -2//1 -1//1\n";
-    let read = parse_triangles("mesh", Format::Obj, quad.as_bytes(), quad.len() as u64).expect("it is right");
+    let read = parse_triangles("mesh", MeshFormat::Obj, quad.as_bytes(), quad.len() as u64).expect("it is right");
     assert_eq!((read.triangles, read.point_normals), (vec![[0, 1, 2], [0, 2, 3]], vec![DVec3::Z; 4]));
 }

@@ -3,12 +3,12 @@
 
 mod instruments;
 
-use biprism::analysis::half_image::{Frame, virtual_camera};
+use biprism::analysis::half_image::{HalfFrame, virtual_camera};
 use biprism::analysis::judge::grid_sightings;
 use biprism::design::{self, DesignInput};
 use biprism::metrics::Deviation;
 use biprism::metrics::ray_bundle::on_plane;
-use biprism::scene::{self, DesignSettings, MarchOrder, Prism, Scene};
+use biprism::scene::{self, DesignSettings, MarchOrder, PrismSpec, Scene};
 use biprism::vision::half::Half;
 use std::path::Path;
 
@@ -19,15 +19,15 @@ fn paper() -> Scene {
 
 fn design_input() -> DesignInput {
     let scene = paper();
-    let Prism::Freeform(prism, settings) = scene.prism else { panic!("the paper's scene has a freeform prism") };
+    let PrismSpec::Freeform(prism, settings) = scene.prism else { panic!("the paper's scene has a freeform prism") };
     DesignInput { camera: scene.camera, prism, settings, virtual_camera_z_mm: 0.0 }
 }
 
 /// Table 1: mean absolute error in the virtual image plane over a uniform 33 x 33 grid of the right half image, in mm.
-fn table1(prism: Prism) -> Deviation {
+fn table1(prism: PrismSpec) -> Deviation {
     let scene = Scene { prism, ..paper() };
     let system = instruments::built(&scene);
-    let frame = Frame::new(&system, Half::Right);
+    let frame = HalfFrame::new(&system, Half::Right);
     let camera = virtual_camera(&system, &frame).expect("the central ray passes");
     let sightings = grid_sightings(&system, &frame, 33);
     assert_eq!(sightings.len(), 33 * 33);
@@ -68,8 +68,8 @@ fn optical_path_is_constant_over_the_marched_grid() {
 /// Table 1, flat prism: the distance of the ridge and the thickness of the glass were chosen to give it.
 #[test]
 fn table_1_flat() {
-    let Prism::Freeform(flat, _) = paper().prism else { panic!("freeform") };
-    let found = table1(Prism::Flat(flat)).mean_abs;
+    let PrismSpec::Freeform(flat, _) = paper().prism else { panic!("freeform") };
+    let found = table1(PrismSpec::Flat(flat)).mean_abs;
     show("Table 1 flat, H, mm", "0.0604", format!("{:.4}", found.x));
     show("Table 1 flat, V, mm", "0.0936", format!("{:.4}", found.y));
     assert_eq!((format!("{:.4}", found.x), format!("{:.4}", found.y)), ("0.0604".into(), "0.0936".into()));
@@ -93,8 +93,8 @@ fn table_1_freeform() {
 /// What the paper does not say: no marching order makes both coordinates exact, and the one that is marched last is.
 #[test]
 fn the_last_march_decides_which_coordinate_is_exact() {
-    let Prism::Freeform(flat, settings) = paper().prism else { panic!("freeform") };
-    let y_then_x = table1(Prism::Freeform(flat, DesignSettings { order: MarchOrder::YThenX, ..settings })).mean_abs;
+    let PrismSpec::Freeform(flat, settings) = paper().prism else { panic!("freeform") };
+    let y_then_x = table1(PrismSpec::Freeform(flat, DesignSettings { order: MarchOrder::YThenX, ..settings })).mean_abs;
     let x_then_y = table1(paper().prism).mean_abs;
     show("Table 1 freeform, y then x, H and V, mm", "-", format!("{:.4}, {:.4}", y_then_x.x, y_then_x.y));
     assert!(x_then_y.y < x_then_y.x && y_then_x.x < y_then_x.y);

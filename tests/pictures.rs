@@ -184,7 +184,7 @@ fn ground_truth_comes_back_to_the_last_bit() {
 
     let back = read_channels(&path, &["class", "Y", "board.U"]).unwrap();
     assert_eq!((&back[0], &back[1]), (&written[2], &written[0]));
-    let exr::Samples::F32(back_wild) = &back[2].samples else { panic!("f32 expected") };
+    let exr::ChannelSamples::F32(back_wild) = &back[2].samples else { panic!("f32 expected") };
     assert!(back_wild.data().iter().zip(wild.data()).all(|(a, b)| a.to_bits() == b.to_bits()));
 
     let (back, metadata) = read(&path, None).unwrap();

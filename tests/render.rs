@@ -3,7 +3,7 @@
 mod instruments;
 
 use biprism::accuracy::Accuracy;
-use biprism::render::checkerboard::Pattern;
+use biprism::render::checkerboard::Checkerboard;
 use biprism::render::{Film, render};
 use biprism::system::System;
 use glam::DVec2;
@@ -23,20 +23,20 @@ impl Jitter {
 }
 
 /// The mean over pixel (i, j) of n x n jittered samples.
-fn brute(system: &System, pattern: &Pattern, i: usize, j: usize, n: usize) -> f64 {
+fn brute(system: &System, pattern: &Checkerboard, i: usize, j: usize, n: usize) -> f64 {
     let mut jitter = Jitter((i * 1_000_003 + j) as u64);
     let mut sum = 0.0;
     for k in 0..n * n {
         let cell = DVec2::new((k % n) as f64 + jitter.next(), (k / n) as f64 + jitter.next()) / n as f64;
         let px = DVec2::new(i as f64, j as f64) + cell;
-        sum += system.look(px).map_or(0.0, |sight| pattern.at(sight.board_mm));
+        sum += system.trace(px).map_or(0.0, |sight| pattern.at(sight.board_mm));
     }
     sum / (n * n) as f64
 }
 
 /// RMS difference over the crop, over all its pixels, with 128 x 128 samples in each pixel that is not constant.
 fn rmse(system: &System, film: &Film, x: std::ops::Range<usize>, y: std::ops::Range<usize>) -> (f64, f64) {
-    let pattern = Pattern::new(&system.board.pattern);
+    let pattern = Checkerboard::new(&system.board.pattern);
     let board = system.board.pattern;
     let (mut sum, mut worst, n) = (0.0, 0.0f64, (x.len() * y.len()) as f64);
     for (i, j) in y.flat_map(|j| x.clone().map(move |i| (i, j))) {

@@ -2,8 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
 
-use biprism::error::Problem;
-use biprism::scene::{self, Prism, Scene};
+use biprism::error::Error;
+use biprism::scene::{self, PrismSpec, Scene};
 use glam::DVec3;
 use proptest::prelude::*;
 use std::fs;
@@ -48,7 +48,7 @@ fn changed(base: &str, changes: &[(&str, &str)]) -> String {
 }
 
 /// The line, from 1, that a problem points at.
-fn line(problem: &Problem) -> usize {
+fn line(problem: &Error) -> usize {
     let (text, span) = problem.source.as_ref().expect("a problem with a scene's text points into it");
     1 + text[..span.start].matches('\n').count()
 }
@@ -133,14 +133,14 @@ fn byte_order_mark_and_windows_line_ends_are_no_hindrance() {
 #[test]
 fn defaults_and_units_are_filled_in() {
     let scene = accepted(SMALL);
-    let Prism::Flat(prism) = scene.prism else { panic!("the small scene has a flat prism") };
+    let PrismSpec::Flat(prism) = scene.prism else { panic!("the small scene has a flat prism") };
     assert_eq!(scene.camera.pitch_mm, 0.165);
     assert_eq!((prism.body.outer_index, prism.facet_angle_rad), (1.0, None));
     assert!(prism.body.world_from_prism.is_identity());
     assert_eq!((scene.board.margin_mm, scene.board.black, scene.board.white), (30.0, 0.05, 0.85));
     assert_eq!((scene.analysis.depths_mm.as_slice(), scene.analysis.grid), (&[500.0, 1000.0, 2000.0][..], 33));
     let tilted = changed(SMALL, &[("thickness_mm = 8.545", "thickness_mm = 8.545\nfacet_angle_deg = 9")]);
-    let Prism::Flat(prism) = accepted(&tilted).prism else { panic!("the tilted scene has a flat prism") };
+    let PrismSpec::Flat(prism) = accepted(&tilted).prism else { panic!("the tilted scene has a flat prism") };
     assert_eq!(prism.facet_angle_rad, Some(std::f64::consts::PI / 20.0));
 }
 
@@ -224,7 +224,7 @@ fn point_cloud_names_files_beside_the_scene() {
     fs::write(folder.path().join("a.csv"), "x,y,z\n1,2,3\n").unwrap();
     assert!(scene::load(&path).unwrap_err().rule.contains("`prism.back.file` is \"b.csv\""));
     fs::write(folder.path().join("b.csv"), "x,y,z\n4,5,6\n").unwrap();
-    let Prism::PointCloud(prism) = scene::load(&path).unwrap().prism else { panic!("the scene has a point cloud") };
+    let PrismSpec::PointCloud(prism) = scene::load(&path).unwrap().prism else { panic!("the scene has a point cloud") };
     assert_eq!((prism.front.points_mm, prism.back.degree), (vec![DVec3::new(1.0, 2.0, 3.0)], 4));
     assert!(scene::parse(&text, "t", None).unwrap_err().rule.contains("without a folder"));
 }
@@ -252,7 +252,7 @@ fn assert_in_range(scene: &Scene) {
     assert!([board.black, board.white, board.background].iter().all(|r| (0.0..=1e6).contains(r)));
     assert!((1..=16).contains(&scene.analysis.depths_mm.len()));
     assert!(scene.analysis.depths_mm.iter().all(|d| *d > 0.0 && d.is_finite()));
-    let Prism::Freeform(prism, design) = &scene.prism else { panic!("the mutations keep the kind of prism") };
+    let PrismSpec::Freeform(prism, design) = &scene.prism else { panic!("the mutations keep the kind of prism") };
     assert!((0.1..=10.0).contains(&prism.body.index) && (0.1..=10.0).contains(&prism.body.outer_index));
     assert!(prism.ridge_distance_mm > 0.0 && prism.thickness_mm > 0.0 && prism.thickness_mm.is_finite());
     assert!((1..=15).contains(&design.degree) && design.step_px > 0.0);

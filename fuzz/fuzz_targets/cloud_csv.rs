@@ -4,4 +4,4 @@
 #[allow(dead_code, reason = "each target uses one body")]
 mod bodies;
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| bodies::cloud(bytes, biprism::io::point_cloud::Format::Csv));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| bodies::cloud(bytes, biprism::io::point_cloud::PointFormat::Csv));

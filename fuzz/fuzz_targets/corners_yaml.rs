@@ -4,4 +4,4 @@
 #[allow(dead_code, reason = "each target uses one body")]
 mod bodies;
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| bodies::corners(bytes, biprism::io::corners::Format::OpenCv));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| bodies::corners(bytes, biprism::io::corners::CornerFormat::OpenCv));

@@ -4,4 +4,4 @@
 #[allow(dead_code, reason = "each target uses one body")]
 mod bodies;
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| bodies::mesh(bytes, biprism::io::mesh::Format::Obj));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| bodies::mesh(bytes, biprism::io::mesh::MeshFormat::Obj));

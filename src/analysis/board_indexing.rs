@@ -5,12 +5,12 @@
 //! construction, and elsewhere it need only be right to half a square. Of the instrument only the half's central ray
 //! enters.
 
-use super::half_image::Frame;
+use super::half_image::HalfFrame;
 use crate::geom::Ray;
 use crate::metrics::pinhole::Pinhole;
 use crate::num::stats::quantile;
 use crate::system::System;
-use crate::vision::{Polarity, Seen};
+use crate::vision::{LatticeCorner, Polarity};
 use glam::{DVec2, IVec2};
 
 /// A detected corner that knows its place on the board.
@@ -29,9 +29,9 @@ const MOST_DOUBT: f64 = 0.3;
 
 /// Gives the corners of one half their places on the board; `None` when the virtual camera cannot tell, because its
 /// predictions lie between two corners or contradict the colours of the squares.
-pub fn anchor(system: &System, frame: &Frame, camera: &Pinhole, corners: &[Seen]) -> Option<Vec<Found>> {
+pub fn anchor(system: &System, frame: &HalfFrame, camera: &Pinhole, corners: &[LatticeCorner]) -> Option<Vec<Found>> {
     let centre = frame.own(frame.centre_px(system));
-    let mut voters: Vec<&Seen> = corners.iter().collect();
+    let mut voters: Vec<&LatticeCorner> = corners.iter().collect();
     voters.sort_by(|a, b| {
         a.position_px
             .distance_squared(centre)
@@ -55,7 +55,7 @@ pub fn anchor(system: &System, frame: &Frame, camera: &Pinhole, corners: &[Seen]
             Some((turn, shift.as_ivec2(), doubt))
         })
         .min_by(|a, b| a.2.total_cmp(&b.2))?;
-    let place = |c: &Seen| (turned(turn, IVec2::from_array(c.index)) + shift).to_array();
+    let place = |c: &LatticeCorner| (turned(turn, IVec2::from_array(c.index)) + shift).to_array();
     // A detector that does not tell the colours cannot contradict them.
     let told = corners.iter().filter_map(|c| Some(polarity(system, place(c)) == c.polarity?));
     let (agree, all) = told.fold((0, 0), |(agree, all), same| (agree + usize::from(same), all + 1));
@@ -84,6 +84,6 @@ fn board_index(system: &System, camera: &Pinhole, image_px: DVec2) -> Option<DVe
     let world_from_camera = camera.camera_from_world.inverse();
     let direction = world_from_camera.vector(camera.at_depth(image_px, 1.0)).normalize();
     let ray = Ray { origin: camera.centre_mm(), direction };
-    let (board_mm, _) = system.board.meet(&ray).ok()?;
+    let (board_mm, _) = system.board.intersect(&ray).ok()?;
     Some((board_mm - system.board.corner_at(0.0, 0.0)) / system.board.pattern.square_mm)
 }

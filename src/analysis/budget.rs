@@ -20,16 +20,16 @@
 //! The steps are differences of positions, so that they add up to measured - ideal but for rounding.
 
 use super::board_indexing::Found;
-use super::half_image::Frame;
+use super::half_image::HalfFrame;
 use super::truth::{self, TrueCorners};
-use super::view::{HalfView, View, see};
+use super::view::{BoardView, HalfView, see};
 use crate::accuracy::Accuracy;
 use crate::design::marched::Marched;
 use crate::design::{self, DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::Effects;
-use crate::error::Problem;
-use crate::render::{Wanted, render_wanted};
-use crate::scene::{Prism, Scene};
+use crate::error::Error;
+use crate::render::{Outputs, render_wanted};
+use crate::scene::{PrismSpec, Scene};
 use crate::system::aim::Aimer;
 use crate::system::{Side, System};
 use glam::DVec2;
@@ -43,7 +43,7 @@ const STEP_PX: f64 = 3e-8;
 
 /// The budget of one corner; all in px of the half image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CornerBudget {
+pub struct CornerErrors {
     /// Column and row on the board.
     pub index: [i32; 2],
     /// Where it was measured.
@@ -63,7 +63,7 @@ pub struct CornerBudget {
     pub sampling_px: DVec2,
 }
 
-impl CornerBudget {
+impl CornerErrors {
     /// Measured minus ideal.
     pub fn total_px(&self) -> DVec2 {
         self.measured_px - self.ideal_px
@@ -80,7 +80,7 @@ impl CornerBudget {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
     /// Corners of the left and of the right half.
-    pub halves: [Vec<CornerBudget>; 2],
+    pub halves: [Vec<CornerErrors>; 2],
     /// Measured corners without a budget: not found in one of the other pictures, or seen by no ray.
     pub left_out: usize,
 }
@@ -93,11 +93,11 @@ pub struct Budget {
 pub fn budget(
     scene: &Scene,
     system: &System,
-    view: &View,
+    view: &BoardView,
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<Budget, Problem> {
+) -> Result<Budget, Error> {
     let design = match &scene.prism {
-        Prism::Freeform(prism, settings) => Some(design::freeform(&DesignInput {
+        PrismSpec::Freeform(prism, settings) => Some(design::freeform(&DesignInput {
             camera: scene.camera,
             prism: *prism,
             settings: *settings,
@@ -109,7 +109,7 @@ pub fn budget(
     let found_under = |effects: Effects| -> [Places; 2] {
         let under = plain_system.with_effects(&effects, &scene.camera);
         let exact = System { accuracy: Accuracy::exact(), ..under };
-        let film = render_wanted(&exact, Wanted { truth: false }, progress);
+        let film = render_wanted(&exact, Outputs { truth: false }, progress);
         let view = see(&exact, &film.radiance, false, &mut |_| ());
         view.halves.map(|half| half.found.iter().map(|f| (f.index, f.position_px)).collect())
     };
@@ -156,7 +156,7 @@ fn half(
     truth: &TrueCorners,
     pictures: &Pictures<'_>,
     design: Option<&FreeformDesign>,
-) -> Vec<CornerBudget> {
+) -> Vec<CornerErrors> {
     let one = |found: &Found| {
         let [column, row] = found.index.map(f64::from);
         let board_mm = system.board.corner_at(column, row);
@@ -171,7 +171,7 @@ fn half(
             Some(design) => Some(marched_px(system, &view.frame, design, board_mm, true_px)?),
             None => None,
         };
-        Some(CornerBudget {
+        Some(CornerErrors {
             index: found.index,
             measured_px: found.position_px,
             ideal_px,
@@ -189,7 +189,7 @@ fn half(
 /// does see it.
 fn marched_px(
     system: &System,
-    frame: &Frame,
+    frame: &HalfFrame,
     design: &FreeformDesign,
     board_mm: DVec2,
     true_px: DVec2,
@@ -201,9 +201,9 @@ fn marched_px(
     let mut px = true_px;
     for _ in 0..MOST_STEPS {
         let ray = system.camera.ray(frame.full(px));
-        let meet = |which: usize, ray: &_| marched.meet(which, ray, side == Side::Left);
-        let out = prism.pass_shapes(&ray, side, meet).ok()?;
-        let (seen_mm, _) = system.board.meet(&out).ok()?;
+        let intersect = |which: usize, ray: &_| marched.intersect(which, ray, side == Side::Left);
+        let out = prism.pass_shapes(&ray, side, intersect).ok()?;
+        let (seen_mm, _) = system.board.intersect(&out).ok()?;
         let step = jacobian * (board_mm - seen_mm);
         px += step;
         if step.length() < STEP_PX {

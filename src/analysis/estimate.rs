@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 
 /// The plan of a picture.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Forecast {
+pub struct PictureEstimate {
     /// The level of accuracy.
     pub level: Level,
     /// How pixels learn what they see.
@@ -45,13 +45,13 @@ const GRID: usize = 65;
 const TIMED_PX: usize = 100_000;
 
 /// What the picture of `system` will be, which was settled by these verdicts.
-pub fn forecast(system: &System, effects: Vec<Verdict>) -> Forecast {
+pub fn forecast(system: &System, effects: Vec<Verdict>) -> PictureEstimate {
     let account = Plan::new(system).account(0.0);
     let size = system.camera.size_px();
     let sets = system.effects.sets();
     let (passes, samples) = (sets * system.effects.variants(0).len(), system.effects.samples(size));
     let samples_ghosts = system.effects.acting().any(|row| row.key == "ghosts");
-    Forecast {
+    PictureEstimate {
         level: account.level,
         sampling: system.accuracy.sampling,
         patches: account.patches,
@@ -91,7 +91,7 @@ fn fates(system: &System) -> BTreeMap<&'static str, f64> {
     let mut counts: BTreeMap<&'static str, f64> = BTreeMap::new();
     for k in 0..GRID * GRID {
         let place = (DVec2::new((k % GRID) as f64, (k / GRID) as f64) + 0.5) / GRID as f64;
-        if let Err(fate) = system.look(size * place) {
+        if let Err(fate) = system.trace(size * place) {
             *counts.entry(Fate::name(fate)).or_default() += 1.0 / (GRID * GRID) as f64;
         }
     }

@@ -9,7 +9,7 @@ use glam::DVec2;
 
 /// The place of a half in the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct HalfFrame {
     /// Which half.
     pub half: Half,
     /// The picture's column that is the half's column 0.
@@ -18,7 +18,7 @@ pub struct Frame {
     pub size_px: DVec2,
 }
 
-impl Frame {
+impl HalfFrame {
     /// The frame of `half` of `system`'s pictures; the middle column of an odd width belongs to neither.
     pub fn new(system: &System, half: Half) -> Self {
         let [width, height] = system.camera.size_px();
@@ -81,7 +81,7 @@ impl std::fmt::Display for NoPinhole {
 ///
 /// # Errors
 /// [`NoPinhole`].
-pub fn virtual_camera(system: &System, frame: &Frame) -> Result<Pinhole, NoPinhole> {
+pub fn virtual_camera(system: &System, frame: &HalfFrame) -> Result<Pinhole, NoPinhole> {
     let ray = system.camera.ray(frame.centre_px(system));
     let residual_mm = system.accuracy.surface_residual_mm;
     on_ray(
@@ -98,11 +98,11 @@ pub fn virtual_camera(system: &System, frame: &Frame) -> Result<Pinhole, NoPinho
 ///
 /// # Errors
 /// [`NoPinhole`].
-pub fn virtual_camera_made(system: &System, frame: &Frame) -> Result<Pinhole, NoPinhole> {
+pub fn virtual_camera_made(system: &System, frame: &HalfFrame) -> Result<Pinhole, NoPinhole> {
     on_ray(system, frame, system.exit_ray(frame.centre_px(system)).map(|(ray, _)| ray))
 }
 
-fn on_ray(system: &System, frame: &Frame, ray: Result<Ray, Fate>) -> Result<Pinhole, NoPinhole> {
+fn on_ray(system: &System, frame: &HalfFrame, ray: Result<Ray, Fate>) -> Result<Pinhole, NoPinhole> {
     let tangent_per_px = system.camera.tangent_per_px().ok_or(NoPinhole::Telecentric)?;
     let centre_px = frame.centre_px(system);
     let ray = ray.map_err(NoPinhole::Ends)?;

@@ -1,17 +1,17 @@
 //! The judgement of one prism: how far a stereo pair taken through it is from two ideal pinhole cameras.
 
-use super::half_image::Frame;
-use super::view::{Detected, HalfView, View, see};
+use super::half_image::HalfFrame;
+use super::view::{BoardView, Detected, HalfView, see};
 use crate::geom::{Pose, Ray};
 use crate::metrics::epipolar::Summary;
 use crate::metrics::pixel_map::DEGREE;
 use crate::metrics::ray_bundle::{
-    CommonPoint, Misses, PlaneDeviation, Sighting, common_point, misses, on_plane, rays_from_depths,
+    CommonPoint, PixelRay, PlaneDeviation, RayMisses, common_point, misses, on_plane, rays_from_depths,
 };
-use crate::metrics::reprojection::{Fit, POSE, POSE_AND_ANAMORPHIC, POSE_AND_FOCAL, Parameter};
+use crate::metrics::reprojection::{POSE, POSE_AND_ANAMORPHIC, POSE_AND_FOCAL, Parameter, PinholeFit};
 use crate::metrics::stereo::{DepthLaw, Disparity};
-use crate::metrics::straightness::{IndexedCorner, Reference, RowsAndColumns, straightness};
-use crate::metrics::{Both, Deviation, Observation, Pair, Unmeasurable, epipolar, reprojection, stereo};
+use crate::metrics::straightness::{IndexedCorner, RowsAndColumns, StraightnessReference, straightness};
+use crate::metrics::{Deviation, MeasuredAndTrue, Observation, Pair, Unmeasurable, epipolar, reprojection, stereo};
 use crate::optics::fate::Fate;
 use crate::raster::Raster;
 use crate::render::{self, Class, Film};
@@ -27,26 +27,26 @@ pub struct DepthFigures {
     /// Distance of the board's centre from the camera along z, in mm.
     pub depth_mm: f64,
     /// Without a fit, in px.
-    pub designed: Both<Deviation>,
+    pub designed: MeasuredAndTrue<Deviation>,
     /// With the centre of projection fitted to this depth alone ([`CENTRE_ONLY`]), in px.
-    pub fitted: Both<Deviation>,
+    pub fitted: MeasuredAndTrue<Deviation>,
     /// How far that centre lies from the designed one, in mm, and the count of corners behind it.
-    pub drift_mm: Both<(f64, usize)>,
+    pub drift_mm: MeasuredAndTrue<(f64, usize)>,
     /// Straightness of rows and columns, against chords.
-    pub straightness: Both<RowsAndColumns>,
+    pub straightness: MeasuredAndTrue<RowsAndColumns>,
 }
 
 /// Deviation of one half, or of both pooled, from an ideal pinhole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PinholeFigures {
     /// Exit rays of a uniform grid in the plane z = -f of the designed virtual camera: Table 1 of the design paper.
-    pub designed: Both<PlaneDeviation>,
+    pub designed: MeasuredAndTrue<PlaneDeviation>,
     /// Against a pinhole fitted over all depths, pose and one focal length free, in px.
-    pub fitted: Both<Deviation>,
+    pub fitted: MeasuredAndTrue<Deviation>,
     /// The same with two focal lengths free.
-    pub anamorphic: Both<Deviation>,
+    pub anamorphic: MeasuredAndTrue<Deviation>,
     /// Straightness of rows and columns at the scene's own board, against chords.
-    pub straightness: Both<RowsAndColumns>,
+    pub straightness: MeasuredAndTrue<RowsAndColumns>,
     /// Depth by depth, nearest first.
     pub depths: Vec<DepthFigures>,
 }
@@ -57,27 +57,27 @@ pub struct CentreFigures {
     /// The designed centre, in mm.
     pub designed_mm: DVec3,
     /// Best common point of the rays behind the prism.
-    pub common: Both<CommonPoint>,
+    pub common: MeasuredAndTrue<CommonPoint>,
     /// Distances of the rays from the designed centre.
-    pub misses: Both<Misses>,
+    pub misses: MeasuredAndTrue<RayMisses>,
 }
 
 /// Figures of the pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StereoFigures {
     /// Vertical disparity on the raw halves at the scene's own board.
-    pub disparity: Both<Disparity>,
+    pub disparity: MeasuredAndTrue<Disparity>,
     /// Epipolar curves in the right half of pixels of the left half.
-    pub epipolar: Both<Summary>,
+    pub epipolar: MeasuredAndTrue<Summary>,
     /// Disparity against depth.
-    pub depth_law: Both<DepthLaw>,
+    pub depth_law: MeasuredAndTrue<DepthLaw>,
 }
 
 /// The judgement of one prism.
 #[derive(Debug, Clone)]
 pub struct Judgement {
     /// The scene's own board.
-    pub view: View,
+    pub view: BoardView,
     /// Detection in the left and the right half.
     pub detected: [Detected; 2],
     /// Left and right against their pinholes.
@@ -115,7 +115,7 @@ pub fn judge(
         (film, view)
     };
     let (film, own) = look(system);
-    let others: Vec<View> = scene
+    let others: Vec<BoardView> = scene
         .analysis
         .depths_mm
         .iter()
@@ -128,8 +128,8 @@ pub fn judge(
 }
 
 /// The figures of the scene's own board `own`, with those of the boards at other depths.
-pub fn measure(scene: &Scene, system: &System, own: View, others: &[View]) -> Judgement {
-    let mut asked: Vec<&View> = others.iter().chain([&own]).collect();
+pub fn measure(scene: &Scene, system: &System, own: BoardView, others: &[BoardView]) -> Judgement {
+    let mut asked: Vec<&BoardView> = others.iter().chain([&own]).collect();
     asked.sort_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm));
     let halves = [0, 1].map(|k| half_figures(scene, system, k, &own, &asked));
     let pooled = pool(&halves, &own, &asked);
@@ -161,25 +161,27 @@ fn at_depth(scene: &Scene, system: &System, depth_mm: f64) -> System {
 }
 
 /// A metric of both sides of what a half gives, where its virtual camera is known.
-fn both<I, T>([measured, exact]: [Option<I>; 2], metric: impl Fn(I) -> Result<T, Unmeasurable>) -> Both<T> {
-    Both::of(measured, exact, metric)
+fn both<I, T>([measured, exact]: [Option<I>; 2], metric: impl Fn(I) -> Result<T, Unmeasurable>) -> MeasuredAndTrue<T> {
+    MeasuredAndTrue::of(measured, exact, metric)
 }
 
-fn half_figures(scene: &Scene, system: &System, k: usize, own: &View, asked: &[&View]) -> PinholeFigures {
+fn half_figures(scene: &Scene, system: &System, k: usize, own: &BoardView, asked: &[&BoardView]) -> PinholeFigures {
     let half = &own.halves[k];
-    let straight = |view: &View| both(view.halves[k].indexed(), |corners| straightness(&corners, Reference::Chord));
+    let straight = |view: &BoardView| {
+        both(view.halves[k].indexed(), |corners| straightness(&corners, StraightnessReference::Chord))
+    };
     let Some(camera) = half.camera else {
         let depths = asked.iter().map(|view| DepthFigures {
             depth_mm: view.depth_mm,
-            designed: Both::NEITHER,
-            fitted: Both::NEITHER,
-            drift_mm: Both::NEITHER,
+            designed: MeasuredAndTrue::NEITHER,
+            fitted: MeasuredAndTrue::NEITHER,
+            drift_mm: MeasuredAndTrue::NEITHER,
             straightness: straight(view),
         });
         return PinholeFigures {
-            designed: Both::NEITHER,
-            fitted: Both::NEITHER,
-            anamorphic: Both::NEITHER,
+            designed: MeasuredAndTrue::NEITHER,
+            fitted: MeasuredAndTrue::NEITHER,
+            anamorphic: MeasuredAndTrue::NEITHER,
             straightness: straight(own),
             depths: depths.collect(),
         };
@@ -190,11 +192,11 @@ fn half_figures(scene: &Scene, system: &System, k: usize, own: &View, asked: &[&
         let fit = |o: Vec<Observation>| Ok(reprojection::fit(&camera, free, &o)?.deviation);
         both(observations_of_all(asked, k), fit)
     };
-    let plane = |sightings: Vec<Sighting>| on_plane(&camera, &sightings, -scene.camera.focal_length_mm);
-    let depth = |view: &&View| {
+    let plane = |sightings: Vec<PixelRay>| on_plane(&camera, &sightings, -scene.camera.focal_length_mm);
+    let depth = |view: &&BoardView| {
         let observed = view.halves[k].observations(&view.board);
         let fit = both(observed.clone(), |o| reprojection::fit(&camera, &CENTRE_ONLY, &o));
-        let drift = |f: &Fit| Ok(((f.pinhole.centre_mm() - camera.centre_mm()).length(), f.deviation.n));
+        let drift = |f: &PinholeFit| Ok(((f.pinhole.centre_mm() - camera.centre_mm()).length(), f.deviation.n));
         DepthFigures {
             depth_mm: view.depth_mm,
             designed: both(observed, |o| camera.deviation_px(&o)),
@@ -218,26 +220,32 @@ pub fn free_at(free: &[Parameter], depths: usize) -> &[Parameter] {
 }
 
 /// The observations of one half at all depths.
-fn observations_of_all(asked: &[&View], k: usize) -> [Option<Vec<Observation>>; 2] {
+fn observations_of_all(asked: &[&BoardView], k: usize) -> [Option<Vec<Observation>>; 2] {
     let by_view: Vec<_> = asked.iter().map(|v| v.halves[k].observations(&v.board)).collect();
     [0, 1]
         .map(|side| by_view.iter().map(|sides| sides[side].clone()).collect::<Option<Vec<_>>>().map(|all| all.concat()))
 }
 
 /// The rays of a uniform grid of pixels of a half: measured from the corners at several depths, and traced.
-fn sightings(scene: &Scene, system: &System, k: usize, own: &View, asked: &[&View]) -> Both<Vec<Sighting>> {
+fn sightings(
+    scene: &Scene,
+    system: &System,
+    k: usize,
+    own: &BoardView,
+    asked: &[&BoardView],
+) -> MeasuredAndTrue<Vec<PixelRay>> {
     let half = &own.halves[k];
     let traced = grid_sightings(system, &half.frame, scene.analysis.grid);
     let places: Vec<DVec2> = traced.iter().map(|s| s.image_px).collect();
     let found: Option<Vec<_>> = asked.iter().map(|v| v.halves[k].observations(&v.board)[0].clone()).collect();
-    Both {
+    MeasuredAndTrue {
         measured: found.map(|depths| rays_from_depths(&depths, &places, DEGREE)),
         exact: half.truth.is_some().then_some(Ok(traced)),
     }
 }
 
 /// The exit rays of a uniform `n` x `n` grid over the half image, borders included, where they pass.
-pub fn grid_sightings(system: &System, frame: &Frame, n: usize) -> Vec<Sighting> {
+pub fn grid_sightings(system: &System, frame: &HalfFrame, n: usize) -> Vec<PixelRay> {
     let centre = frame.own(frame.centre_px(system));
     let [width, height] = system.camera.size_px().map(|n| n as f64);
     let along = |k: usize| if n < 2 { 0.0 } else { k as f64 / (n - 1) as f64 - 0.5 };
@@ -247,16 +255,16 @@ pub fn grid_sightings(system: &System, frame: &Frame, n: usize) -> Vec<Sighting>
             let image_px = centre + DVec2::new(along(i) * 0.5 * width, along(j) * height);
             // Rays of the seam itself are taken through this half's own side.
             let ray = system.exit_ray_through(frame.full(image_px), frame.side()).ok()?;
-            Some(Sighting { image_px, ray })
+            Some(PixelRay { image_px, ray })
         })
         .collect()
 }
 
 /// Residuals of both halves together.
-fn pool(halves: &[PinholeFigures; 2], own: &View, asked: &[&View]) -> PinholeFigures {
+fn pool(halves: &[PinholeFigures; 2], own: &BoardView, asked: &[&BoardView]) -> PinholeFigures {
     let [left, right] = halves;
     let weighted = |a: &Deviation, b: &Deviation| Ok(a.pooled(b));
-    let straight = |view: &View| {
+    let straight = |view: &BoardView| {
         // Rows of the two halves are different lines: they get different indices.
         const APART: i32 = 1 << 24;
         let [l, r] = [0, 1].map(|k| view.halves[k].indexed());
@@ -265,7 +273,7 @@ fn pool(halves: &[PinholeFigures; 2], own: &View, asked: &[&View]) -> PinholeFig
             let (l, r) = (l[side].as_ref()?, r[side].as_ref()?);
             Some(l.iter().copied().chain(r.iter().map(apart)).collect::<Vec<_>>())
         });
-        both(joined, |corners| straightness(&corners, Reference::Chord))
+        both(joined, |corners| straightness(&corners, StraightnessReference::Chord))
     };
     let depths = left.depths.iter().zip(&right.depths).zip(asked).map(|((a, b), view)| DepthFigures {
         depth_mm: a.depth_mm,
@@ -290,7 +298,13 @@ fn pool(halves: &[PinholeFigures; 2], own: &View, asked: &[&View]) -> PinholeFig
     }
 }
 
-fn centre_figures(scene: &Scene, system: &System, k: usize, own: &View, asked: &[&View]) -> Option<CentreFigures> {
+fn centre_figures(
+    scene: &Scene,
+    system: &System,
+    k: usize,
+    own: &BoardView,
+    asked: &[&BoardView],
+) -> Option<CentreFigures> {
     let designed_mm = own.halves[k].camera?.centre_mm();
     let rays = sightings(scene, system, k, own, asked).then(|s| Ok(s.iter().map(|s| s.ray).collect::<Vec<Ray>>()));
     Some(CentreFigures {
@@ -300,13 +314,13 @@ fn centre_figures(scene: &Scene, system: &System, k: usize, own: &View, asked: &
     })
 }
 
-fn stereo_figures(scene: &Scene, system: &System, own: &View, asked: &[&View]) -> StereoFigures {
+fn stereo_figures(scene: &Scene, system: &System, own: &BoardView, asked: &[&BoardView]) -> StereoFigures {
     let width = own.halves[0].frame.size_px.x;
     let by_depth: Vec<[Option<Vec<Pair>>; 2]> = asked.iter().map(|view| pairs(view)).collect();
     let of_side = |side: usize| by_depth.iter().map(|sides| sides[side].clone()).collect::<Option<Vec<_>>>();
     let law = |depths: Vec<Vec<Pair>>| {
         let disparity = |p: &Pair| p.left_px.x - p.right_px.x;
-        let of_view = |(view, pairs): (&&View, &Vec<Pair>)| {
+        let of_view = |(view, pairs): (&&BoardView, &Vec<Pair>)| {
             let sample = |p: &Pair| (view.board.corner_depth_mm(p.index, scene.camera.position_mm.z), disparity(p));
             pairs.iter().map(sample).collect::<Vec<_>>()
         };
@@ -317,7 +331,7 @@ fn stereo_figures(scene: &Scene, system: &System, own: &View, asked: &[&View]) -
     let known = own.halves[0].truth.is_some();
     StereoFigures {
         disparity: both(pairs(own), |p| stereo::disparity(&p)),
-        epipolar: Both {
+        epipolar: MeasuredAndTrue {
             measured: of_side(0).map(measured_curves),
             exact: known.then(|| {
                 // At a single depth a curve is a point.
@@ -330,7 +344,7 @@ fn stereo_figures(scene: &Scene, system: &System, own: &View, asked: &[&View]) -
     }
 }
 
-fn at_least_two(asked: &[&View]) -> Result<(), Unmeasurable> {
+fn at_least_two(asked: &[&BoardView]) -> Result<(), Unmeasurable> {
     match asked.len() {
         found @ 0..2 => Err(Unmeasurable::TooFew { what: "depths of the board", found, needed: 2 }),
         _ => Ok(()),
@@ -338,7 +352,7 @@ fn at_least_two(asked: &[&View]) -> Result<(), Unmeasurable> {
 }
 
 /// Corners seen in both halves, detected and exact.
-fn pairs(view: &View) -> [Option<Vec<Pair>>; 2] {
+fn pairs(view: &BoardView) -> [Option<Vec<Pair>>; 2] {
     let [left, right] = [0, 1].map(|k| view.halves[k].positions());
     [0, 1].map(|side| {
         let (left, right) = (left[side].as_ref()?, right[side].as_ref()?);
@@ -365,7 +379,7 @@ fn epipolar_curves(scene: &Scene, system: &System, halves: &[HalfView; 2], [near
         let system = System { board: Board::new(&plane), ..system.clone() };
         let aimer = Aimer::new(&system);
         for (curve, sighting) in curves.iter_mut().zip(&sightings) {
-            let seen = system.board.meet(&sighting.ray).and_then(|(mm, _)| aimer.aim(mm, right.side()));
+            let seen = system.board.intersect(&sighting.ray).and_then(|(mm, _)| aimer.aim(mm, right.side()));
             curve.extend(seen.ok().map(|full_px| right.own(full_px)).filter(|px| right.contains(*px)));
         }
     }

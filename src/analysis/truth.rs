@@ -1,6 +1,6 @@
 //! Where the corners of the board really are in a picture, by the exact inverse trace.
 
-use super::half_image::Frame;
+use super::half_image::HalfFrame;
 use crate::system::System;
 use crate::system::aim::Aimer;
 use glam::DVec2;
@@ -25,7 +25,7 @@ const MOST_CORNERS: usize = 1_000_000;
 
 /// Every inner corner of the board that the half sees, with its exact position; `None` when there are more than could
 /// be told apart.
-pub fn corners(system: &System, aimer: &Aimer<'_>, frame: &Frame) -> Option<TrueCorners> {
+pub fn corners(system: &System, aimer: &Aimer<'_>, frame: &HalfFrame) -> Option<TrueCorners> {
     let [columns, rows] = system.board.inner_corners();
     let Some([low, high]) = seen_range(system, frame) else { return Some(TrueCorners::new()) };
     let range = |axis: usize, count: usize| {
@@ -46,7 +46,8 @@ pub fn corners(system: &System, aimer: &Aimer<'_>, frame: &Frame) -> Option<True
             let board_mm = system.board.corner_at(column as f64, row as f64);
             let full_px = aimer.aim(board_mm, frame.side()).ok()?;
             // Through the side as the ridge really bounds it, not as it was continued for the search.
-            let seen = frame.contains(frame.own(full_px)) && system.look(full_px).is_ok_and(|s| s.side == frame.side());
+            let seen =
+                frame.contains(frame.own(full_px)) && system.trace(full_px).is_ok_and(|s| s.side == frame.side());
             seen.then(|| ([column as i32, row as i32], frame.own(full_px)))
         })
         .collect::<Vec<_>>()
@@ -60,7 +61,7 @@ pub fn corners(system: &System, aimer: &Aimer<'_>, frame: &Frame) -> Option<True
 }
 
 /// Whether the index is that of an outer corner of the squares, which is no crossing, and lies in the half.
-fn on_rim(system: &System, aimer: &Aimer<'_>, frame: &Frame, [column, row]: [i32; 2]) -> bool {
+fn on_rim(system: &System, aimer: &Aimer<'_>, frame: &HalfFrame, [column, row]: [i32; 2]) -> bool {
     let [columns, rows] = system.board.inner_corners().map(|n| n as i32);
     let outer = column == -1 || row == -1 || column == columns || row == rows;
     let board_mm = system.board.corner_at(f64::from(column), f64::from(row));
@@ -69,7 +70,7 @@ fn on_rim(system: &System, aimer: &Aimer<'_>, frame: &Frame, [column, row]: [i32
 }
 
 /// A rectangle on the board, in mm, that holds everything the half sees: that of a grid of looks, grown by a cell.
-fn seen_range(system: &System, frame: &Frame) -> Option<[DVec2; 2]> {
+fn seen_range(system: &System, frame: &HalfFrame) -> Option<[DVec2; 2]> {
     const N: usize = 32;
     let place = |i: usize, j: usize| frame.full(frame.size_px * DVec2::new(i as f64, j as f64) / N as f64);
     let mut range: Option<[DVec2; 2]> = None;

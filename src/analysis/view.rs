@@ -1,7 +1,7 @@
 //! What a picture of the board shows: corners found in each half, and beside them the exact ones.
 
 use super::board_indexing::{Found, anchor};
-use super::half_image::{Frame, virtual_camera, virtual_camera_made};
+use super::half_image::{HalfFrame, virtual_camera, virtual_camera_made};
 use super::truth::{self, TrueCorners};
 use crate::metrics::pinhole::Pinhole;
 use crate::metrics::straightness::IndexedCorner;
@@ -10,7 +10,7 @@ use crate::raster::Raster;
 use crate::system::aim::Aimer;
 use crate::system::{Board, System};
 use crate::vision::half::{Half, split};
-use crate::vision::{self, Detection, Seen};
+use crate::vision::{self, Detection, LatticeCorner};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ pub struct Detected {
 #[derive(Debug, Clone)]
 pub struct HalfView {
     /// Its place in the picture.
-    pub frame: Frame,
+    pub frame: HalfFrame,
     /// The camera that it is designed to be, in the half's own px.
     pub camera: Option<Pinhole>,
     /// Detected corners with their places on the board; none where the lattice could not be anchored.
@@ -54,7 +54,7 @@ pub struct HalfView {
 
 /// A board seen in both halves.
 #[derive(Debug, Clone)]
-pub struct View {
+pub struct BoardView {
     /// Distance of the board's centre from the camera along z, in mm.
     pub depth_mm: f64,
     /// The board.
@@ -65,19 +65,19 @@ pub struct View {
 
 /// What a detector, ours or another, says of a half.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Lattice {
+pub struct DetectedLattice {
     /// Corners, in the half's own px.
-    pub corners: Vec<Seen>,
+    pub corners: Vec<LatticeCorner>,
     /// Candidates that were turned down, by reason.
     pub rejected: BTreeMap<String, usize>,
     /// Estimated blur of the picture along the two families of lines, in px.
     pub blur_px: Option<[f64; 2]>,
 }
 
-impl From<&Detection> for Lattice {
+impl From<&Detection> for DetectedLattice {
     fn from(detection: &Detection) -> Self {
         Self {
-            corners: detection.corners.iter().map(Seen::from).collect(),
+            corners: detection.corners.iter().map(LatticeCorner::from).collect(),
             rejected: detection.counts().into_iter().map(|(reason, n)| (reason.name().to_owned(), n)).collect(),
             blur_px: detection.sigma_px,
         }
@@ -87,22 +87,27 @@ impl From<&Detection> for Lattice {
 /// Detects the board of `system` in both halves of `picture` (linear radiance) and places its corners: [`place`].
 ///
 /// `stage` hears what is done next.
-pub fn see(system: &System, picture: &Raster<f32>, own: bool, stage: &mut dyn FnMut(&'static str)) -> View {
+pub fn see(system: &System, picture: &Raster<f32>, own: bool, stage: &mut dyn FnMut(&'static str)) -> BoardView {
     stage("detect");
     let lattices = split(picture).map(|h| {
-        let mask = own_side(system, &Frame::new(system, h.half));
-        Lattice::from(&vision::detect(&h.image, mask.as_ref(), &vision::Settings::default()))
+        let mask = own_side(system, &HalfFrame::new(system, h.half));
+        DetectedLattice::from(&vision::detect(&h.image, mask.as_ref(), &vision::Settings::default()))
     });
     place(system, &lattices, own, stage)
 }
 
 /// Gives every corner of the left and the right half its place on the board; with the exact corners beside them when
 /// the picture is one that `system` made (`own`).
-pub fn place(system: &System, lattices: &[Lattice; 2], own: bool, stage: &mut dyn FnMut(&'static str)) -> View {
+pub fn place(
+    system: &System,
+    lattices: &[DetectedLattice; 2],
+    own: bool,
+    stage: &mut dyn FnMut(&'static str),
+) -> BoardView {
     stage("truth");
     let aimer = own.then(|| Aimer::new(system));
     let halves = [(Half::Left, &lattices[0]), (Half::Right, &lattices[1])].map(|(half, lattice)| {
-        let frame = Frame::new(system, half);
+        let frame = HalfFrame::new(system, half);
         let camera = virtual_camera(system, &frame).ok();
         // Errors of a prism move the picture: corners know their places by where the prism as it is made looks.
         let made = virtual_camera_made(system, &frame).ok().or(camera);
@@ -112,17 +117,17 @@ pub fn place(system: &System, lattices: &[Lattice; 2], own: bool, stage: &mut dy
         HalfView { frame, camera, found: anchored.unwrap_or_default(), truth, detected }
     });
     let depth_mm = system.board.pattern.world_from_board.translation_mm.z - system.camera.position_mm().z;
-    View { depth_mm, board: system.board, halves }
+    BoardView { depth_mm, board: system.board, halves }
 }
 
 /// The pixels of a half whose rays go through its own side of the prism, where some do not: the ridge's image is not
 /// the middle of the picture when the prism is shifted or tilted, and no lattice may grow across it. Known from the
 /// instrument, not from the picture's board. `None` where all pixels do, as judged along the half's border.
-fn own_side(system: &System, frame: &Frame) -> Option<Raster<bool>> {
+fn own_side(system: &System, frame: &HalfFrame) -> Option<Raster<bool>> {
     let (width, height) = (frame.size_px.x as usize, frame.size_px.y as usize);
     let own = |i: usize, j: usize| {
         let px = frame.full(DVec2::new(i as f64 + 0.5, j as f64 + 0.5));
-        system.look(px).is_ok_and(|sight| sight.side == frame.side())
+        system.trace(px).is_ok_and(|sight| sight.side == frame.side())
     };
     let border =
         (0..width).flat_map(|i| [(i, 0), (i, height - 1)]).chain((0..height).flat_map(|j| [(0, j), (width - 1, j)]));
@@ -133,7 +138,7 @@ fn own_side(system: &System, frame: &Frame) -> Option<Raster<bool>> {
     Some(Raster::from_data(width, height, rows.concat()))
 }
 
-fn compare(anchored: Option<&[Found]>, truth: Option<&TrueCorners>, lattice: &Lattice) -> Detected {
+fn compare(anchored: Option<&[Found]>, truth: Option<&TrueCorners>, lattice: &DetectedLattice) -> Detected {
     let mut detected = Detected {
         visible: truth.map(|t| t.values().filter(|t| t.whole).count()),
         found: 0,

@@ -3,7 +3,7 @@
 use super::outcome::Outcome;
 use super::output;
 use crate::accuracy::Accuracy;
-use crate::render::{Account, Counts};
+use crate::render::{AccuracyReport, Counts};
 use crate::report::json;
 use crate::scene::Scene;
 
@@ -16,8 +16,8 @@ pub(super) fn asked(scene: Scene, target_px: Option<f64>) -> Scene {
 }
 
 /// The entry in a report.
-pub(super) fn entry(account: &Account, counts: &Counts) -> json::Accuracy {
-    json::Accuracy {
+pub(super) fn entry(account: &AccuracyReport, counts: &Counts) -> json::AccuracyEntry {
+    json::AccuracyEntry {
         level: account.level.name().to_owned(),
         target_px: account.target_px,
         promise_px: account.promise_px,
@@ -27,17 +27,17 @@ pub(super) fn entry(account: &Account, counts: &Counts) -> json::Accuracy {
 }
 
 /// Says which level made the picture `name`, why, and what it kept to; unmet where that is not what was asked for.
-pub(super) fn told(name: &str, account: &Account, counts: &Counts) -> Outcome {
-    output::words(&format!("{name}: {account}"));
+pub(super) fn told(name: &str, account: &AccuracyReport, counts: &Counts) -> Outcome {
+    output::stderr(&format!("{name}: {account}"));
     if counts.capped_pixels > 0 {
-        output::words(&format!(
+        output::stderr(&format!(
             "{name}: {} pixels were divided as often as is allowed and hold no promise",
             counts.capped_pixels
         ));
     }
     match account.target_px {
         Some(target_px) if account.achieved_px() > target_px => {
-            output::words(&format!("{name}: not kept to {target_px:.0e} px, as was asked for"));
+            output::stderr(&format!("{name}: not kept to {target_px:.0e} px, as was asked for"));
             Outcome::Unmet
         }
         _ => Outcome::Done,

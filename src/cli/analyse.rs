@@ -2,55 +2,55 @@
 
 use super::args::{AnalyseArgs, StabilityArgs, Study};
 use super::outcome::Outcome;
-use super::output::data;
+use super::output::stdout;
 use crate::analysis::stability::{self, Case};
-use crate::error::Problem;
+use crate::error::Error;
 use serde_json::json;
 use std::fmt::Write;
 use std::time::Instant;
 
-pub(super) fn run(args: &AnalyseArgs) -> Result<Outcome, Problem> {
+pub(super) fn run(args: &AnalyseArgs) -> Result<Outcome, Error> {
     match &args.study {
         Study::Stability(args) => stability(args),
     }
 }
 
 /// A case that was run.
-struct Row {
+struct CaseRow {
     case: &'static Case,
-    outcome: stability::Outcome,
+    outcome: stability::CaseOutcome,
     seconds: f64,
 }
 
 /// Runs the catalogue of hard cases, one after the other so that each has its own time.
-fn stability(args: &StabilityArgs) -> Result<Outcome, Problem> {
+fn stability(args: &StabilityArgs) -> Result<Outcome, Error> {
     let named =
         |case: &&Case| args.only.as_ref().is_none_or(|word| case.name.contains(word) || case.group.contains(word));
-    let rows: Vec<Row> = stability::catalogue()
+    let rows: Vec<CaseRow> = stability::catalogue()
         .filter(named)
         .map(|case| {
             let started = Instant::now();
             let outcome = (case.run)();
-            Row { case, outcome, seconds: started.elapsed().as_secs_f64() }
+            CaseRow { case, outcome, seconds: started.elapsed().as_secs_f64() }
         })
         .collect();
     if rows.is_empty() {
         let word = args.only.as_deref().unwrap_or_default();
         let rule = format!("no case or chapter has {word:?} in its name");
-        return Err(Problem::new("--only", rule, "leave it out to see every name"));
+        return Err(Error::new("--only", rule, "leave it out to see every name"));
     }
     if args.json {
         let entries: Vec<_> = rows.iter().map(entry).collect();
-        data(&format!("{:#}\n", json!({ "cases": entries })))?;
+        stdout(&format!("{:#}\n", json!({ "cases": entries })))?;
     } else {
-        data(&table(&rows))?;
+        stdout(&table(&rows))?;
     }
     let all = rows.iter().all(|row| row.case.holds(&row.outcome));
     Ok(if all { Outcome::Done } else { Outcome::Unmet })
 }
 
-fn entry(row: &Row) -> serde_json::Value {
-    let Row { case, outcome, seconds } = row;
+fn entry(row: &CaseRow) -> serde_json::Value {
+    let CaseRow { case, outcome, seconds } = row;
     json!({
         "group": case.group, "name": case.name, "hard": case.hard, "property": case.property,
         "unit": case.unit, "bound": case.bound, "why": case.why, "holds": case.holds(outcome),
@@ -60,15 +60,15 @@ fn entry(row: &Row) -> serde_json::Value {
     })
 }
 
-fn table(rows: &[Row]) -> String {
-    let width = |of: fn(&Row) -> usize| rows.iter().map(of).max().unwrap_or(0);
+fn table(rows: &[CaseRow]) -> String {
+    let width = |of: fn(&CaseRow) -> usize| rows.iter().map(of).max().unwrap_or(0);
     let (group, name) = (width(|r| r.case.group.len()).max(7), width(|r| r.case.name.len()).max(4));
     let mut text = format!(
         "{:group$}  {:name$}  {:>7}  {:>8}  {:>8}  {:9}  {:>8}  {:>6}  fates\n",
         "chapter", "case", "checks", "worst", "bound", "unit", "residual", "s"
     );
     for row in rows {
-        let Row { case, outcome, seconds } = row;
+        let CaseRow { case, outcome, seconds } = row;
         let residual = outcome.residual_mm.map_or("-".to_owned(), |mm| format!("{mm:.1e}"));
         let fates: Vec<String> = outcome.fates.iter().map(|(name, n)| format!("{n} {name}")).collect();
         let _ = writeln!(

@@ -2,10 +2,10 @@
 
 use super::args::CheckArgs;
 use super::outcome::Outcome;
-use super::plan::Plan;
+use super::plan::TimedEstimate;
 use super::{files, output};
-use crate::analysis::half_image::{Frame, NoPinhole, virtual_camera, virtual_camera_made};
-use crate::error::Problem;
+use crate::analysis::half_image::{HalfFrame, NoPinhole, virtual_camera, virtual_camera_made};
+use crate::error::Error;
 use crate::metrics::pinhole::Pinhole;
 use crate::system::auto;
 use crate::vision::half::Half;
@@ -13,13 +13,13 @@ use crate::{scene, system};
 use glam::DVec3;
 use serde_json::json;
 
-pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
+pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
     let scene = scene::load(&args.scene)?;
     let ideal = files::named(&args.scene, system::ideal(&scene))?;
     let verdicts = auto::verdicts(&ideal, &scene);
     let system = ideal.with_effects(&auto::settled(&verdicts, &scene), &scene.camera);
     let half = |half: Half| {
-        let frame = Frame::new(&system, half);
+        let frame = HalfFrame::new(&system, half);
         let designed = virtual_camera(&system, &frame).ok().map(|camera| camera.centre_mm().to_array());
         match virtual_camera_made(&system, &frame) {
             Ok(camera) => {
@@ -29,8 +29,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
             Err(NoPinhole::Telecentric) => json!({ "camera": "telecentric" }),
         }
     };
-    let plan = Plan::new(&scene, &ideal, &system, verdicts);
-    let doubt = scene.prism.body().and_then(scene::Body::index_doubt);
+    let plan = TimedEstimate::new(&scene, &ideal, &system, verdicts);
+    let doubt = scene.prism.body().and_then(scene::GlassSpec::index_doubt);
     let found = json!({
         "scene": scene.name,
         "prism": files::prism_name(&scene.prism),
@@ -44,7 +44,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
         "halves": { "left": half(Half::Left), "right": half(Half::Right) },
     });
     if args.json {
-        output::data(&format!("{found:#}\n"))?;
+        output::stdout(&format!("{found:#}\n"))?;
     } else {
         let board = &scene.board;
         let mut text = format!("{} can be rendered\n", args.scene.display());
@@ -56,15 +56,15 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Problem> {
             board.columns, board.rows, board.square_mm
         );
         for half in Half::BOTH {
-            let frame = Frame::new(&system, half);
+            let frame = HalfFrame::new(&system, half);
             let [made, designed] = [virtual_camera_made(&system, &frame), virtual_camera(&system, &frame)].map(told);
             text += &format!("{:7} virtual camera {made}", half.name());
             text += &if made == designed { "\n".to_owned() } else { format!(" as made, {designed} as designed\n") };
         }
         text += &plan.text();
-        output::data(&text)?;
+        output::stdout(&text)?;
         if let Some(doubt) = doubt {
-            output::words(&format!("note: {doubt}"));
+            output::stderr(&format!("note: {doubt}"));
         }
     }
     Ok(Outcome::Done)

@@ -7,14 +7,14 @@ use super::progress::Progress;
 use super::{accuracy, files, output};
 use crate::analysis::budget::{self, Budget};
 use crate::analysis::judge::{Judgement, fates, judge, other_depth};
-use crate::error::Problem;
+use crate::error::Error;
 use crate::io::{Notes, png};
 use crate::plot::canvas;
 use crate::render::Film;
 use crate::report::figures::budget::BudgetInput;
 use crate::report::figures::comparison::{self, ComparisonInput, CornerMark, FigureRow, Panel};
 use crate::report::{self, design, json, table};
-use crate::scene::{DesignSettings, Prism, Scene};
+use crate::scene::{DesignSettings, PrismSpec, Scene};
 use glam::DVec2;
 use std::path::Path;
 
@@ -26,7 +26,7 @@ struct Judged {
     budget: Option<Budget>,
 }
 
-pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
+pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     let scene = accuracy::asked(files::scene(args.scene.as_deref())?, args.target_px);
     let prisms = two_prisms(&scene)?;
     files::folder(&args.out)?;
@@ -82,10 +82,10 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
     written.push(args.out.join("report.json"));
     files::text(&args.out.join("report.json"), &text)?;
     let expected = expectations(&scene, &report)?;
-    output::data(&if args.json { text } else { format!("{}\n\n{verdict}\n", table::text(&report.designs)) })?;
-    report.designs.iter().flat_map(table::warnings).for_each(|warning| output::words(&warning));
+    output::stdout(&if args.json { text } else { format!("{}\n\n{verdict}\n", table::text(&report.designs)) })?;
+    report.designs.iter().flat_map(table::warnings).for_each(|warning| output::stderr(&warning));
     for path in written {
-        output::words(&format!("wrote {}", path.display()));
+        output::stderr(&format!("wrote {}", path.display()));
     }
     let kept = judged.iter().map(|j| accuracy::told(j.name, &j.film.account, &j.film.counts));
     Ok(kept.fold(expected, Outcome::and))
@@ -93,18 +93,18 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Problem> {
 
 /// The scene with its flat prism and with its freeform prism. A prism given by its surfaces has no flat twin and is
 /// judged alone.
-fn two_prisms(scene: &Scene) -> Result<Vec<(&'static str, Scene)>, Problem> {
-    let with = |prism: Prism| Scene { prism, ..scene.clone() };
+fn two_prisms(scene: &Scene) -> Result<Vec<(&'static str, Scene)>, Error> {
+    let with = |prism: PrismSpec| Scene { prism, ..scene.clone() };
     Ok(match &scene.prism {
-        Prism::Flat(flat) => {
-            vec![("flat", scene.clone()), ("freeform", with(Prism::Freeform(*flat, DesignSettings::default())))]
+        PrismSpec::Flat(flat) => {
+            vec![("flat", scene.clone()), ("freeform", with(PrismSpec::Freeform(*flat, DesignSettings::default())))]
         }
-        Prism::Freeform(flat, _) => vec![("flat", with(Prism::Flat(*flat))), ("freeform", scene.clone())],
-        Prism::Polynomial(_) | Prism::PointCloud(_) | Prism::Mesh(_) => {
+        PrismSpec::Freeform(flat, _) => vec![("flat", with(PrismSpec::Flat(*flat))), ("freeform", scene.clone())],
+        PrismSpec::Polynomial(_) | PrismSpec::PointCloud(_) | PrismSpec::Mesh(_) => {
             vec![(files::prism_name(&scene.prism), scene.clone())]
         }
-        Prism::None => {
-            return Err(Problem::new(
+        PrismSpec::None => {
+            return Err(Error::new(
                 format!("scene {}", scene.name),
                 "`prism.kind` is \"none\", and there is no prism to judge",
                 "give the scene a prism, or use `biprism render`",
@@ -120,7 +120,7 @@ fn comparison_figure(
     judged: [&Judged; 2],
     designs: &[json::Design],
     verdict: &str,
-) -> Result<(), Problem> {
+) -> Result<(), Error> {
     let marks = judged.map(|j| corner_marks(&j.judgement));
     let panels = [0, 1].map(|k| Panel {
         name: format!("{} prism", judged[k].name),
@@ -150,7 +150,7 @@ fn comparison_figure(
 }
 
 /// `budget.png`: where the error of each corner comes from.
-fn budget_figure(path: &Path, scene: &Scene, judged: &[Judged]) -> Result<(), Problem> {
+fn budget_figure(path: &Path, scene: &Scene, judged: &[Judged]) -> Result<(), Error> {
     let budgets: Vec<(String, &Budget)> =
         judged.iter().filter_map(|j| Some((format!("{} prism", j.name), j.budget.as_ref()?))).collect();
     let Some(first) = judged.first() else { return Ok(()) };

@@ -5,20 +5,20 @@ use super::machine::machine;
 use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, output};
-use crate::analysis::cost::{Settings, cost};
-use crate::error::Problem;
+use crate::analysis::cost::{CostSettings, cost};
+use crate::error::Error;
 use crate::io::{Notes, png};
 use crate::plot::drawing::Drawing;
 use crate::plot::{canvas, svg};
-use crate::report::cost::{Report, csv, table};
+use crate::report::cost::{CostReport, csv, table};
 use crate::report::figures::cost;
 use std::path::{Path, PathBuf};
 
-pub(super) fn run(args: &CostArgs) -> Result<Outcome, Problem> {
+pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
     let scene = files::scene(args.scene.as_deref())?;
     files::folder(&args.out)?;
-    let preset = if args.quick { Settings::quick() } else { Settings::default() };
-    let settings = Settings { repetitions: usize::from(args.repetitions), ..preset };
+    let preset = if args.quick { CostSettings::quick() } else { CostSettings::default() };
+    let settings = CostSettings { repetitions: usize::from(args.repetitions), ..preset };
     let mut progress = Progress::new(1);
     progress.begin(&scene.name, "design");
     let system = files::build(&scene, args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")))?;
@@ -27,7 +27,7 @@ pub(super) fn run(args: &CostArgs) -> Result<Outcome, Problem> {
     drop(progress);
 
     let machine = machine();
-    let json = Report::new(&scene.name, &machine, &study).to_json();
+    let json = CostReport::new(&scene.name, &machine, &study).to_json();
     let mut written = vec![args.out.join("cost.json"), args.out.join("cost.csv")];
     files::text(&written[0], &json)?;
     files::text(&written[1], &csv::text(&study))?;
@@ -37,13 +37,13 @@ pub(super) fn run(args: &CostArgs) -> Result<Outcome, Problem> {
         let drawing = cost::designs(&scene.name, &machine, &study);
         written.extend(figure(&args.out, "cost_design", &drawing, &cost::design_title(&scene.name))?);
     }
-    output::data(&if args.json { json } else { table::text(&scene.name, &machine, &study) })?;
-    written.iter().for_each(|path| output::words(&format!("wrote {}", path.display())));
+    output::stdout(&if args.json { json } else { table::text(&scene.name, &machine, &study) })?;
+    written.iter().for_each(|path| output::stderr(&format!("wrote {}", path.display())));
     Ok(Outcome::Done)
 }
 
 /// Writes a figure as PNG and as SVG.
-fn figure(folder: &Path, name: &str, drawing: &Drawing, title: &str) -> Result<[PathBuf; 2], Problem> {
+fn figure(folder: &Path, name: &str, drawing: &Drawing, title: &str) -> Result<[PathBuf; 2], Error> {
     let paths = ["png", "svg"].map(|ending| folder.join(format!("{name}.{ending}")));
     png::write_rgb(&paths[0], &canvas::raster(drawing), &Notes::default())?;
     files::text(&paths[1], &svg::write(drawing, title))?;

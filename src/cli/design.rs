@@ -4,19 +4,19 @@ use super::args::DesignArgs;
 use super::outcome::Outcome;
 use super::{files, output};
 use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM, text};
-use crate::error::Problem;
+use crate::error::Error;
 use crate::io::atomic::write_atomically;
 use crate::io::point_cloud::Surface;
 use crate::io::point_grid;
-use crate::scene::{DesignSettings, MarchOrder, Prism};
+use crate::scene::{DesignSettings, MarchOrder, PrismSpec};
 
-pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Problem> {
+pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let scene = crate::scene::load(&args.scene)?;
     let (prism, mut settings) = match &scene.prism {
-        Prism::Flat(flat) => (*flat, DesignSettings::default()),
-        Prism::Freeform(flat, settings) => (*flat, *settings),
+        PrismSpec::Flat(flat) => (*flat, DesignSettings::default()),
+        PrismSpec::Freeform(flat, settings) => (*flat, *settings),
         _ => {
-            return Err(Problem::new(
+            return Err(Error::new(
                 args.scene.display(),
                 "`prism.kind` must be \"flat\" or \"freeform\" for a prism to be designed",
                 "state index, ridge_distance_mm and thickness_mm, with kind = \"freeform\"",
@@ -47,7 +47,7 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Problem> {
             "front": {"rms_mm": front.rms_mm, "max_mm": front.max_mm, "condition": front.condition},
             "back": {"rms_mm": back.rms_mm, "max_mm": back.max_mm, "condition": back.condition},
         });
-        output::data(&format!("{figures:#}\n"))?;
+        output::stdout(&format!("{figures:#}\n"))?;
     } else {
         let lines = [
             format!("facet angle             {:.5} deg", camera.alpha_rad.to_degrees()),
@@ -57,11 +57,11 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Problem> {
             format!("front fit, RMS and max  {:.2e}, {:.2e} mm", front.rms_mm, front.max_mm),
             format!("back fit, RMS and max   {:.2e}, {:.2e} mm", back.rms_mm, back.max_mm),
         ];
-        output::data(&(lines.join("\n") + "\n"))?;
+        output::stdout(&(lines.join("\n") + "\n"))?;
     }
     for name in ["prism.toml", "cloud.csv", "front.ply", "back.ply"] {
-        output::words(&format!("wrote {}", args.out.join(name).display()));
+        output::stderr(&format!("wrote {}", args.out.join(name).display()));
     }
-    output::words("prism.toml is the [prism] part of a scene: put it beside a camera and a board");
+    output::stderr("prism.toml is the [prism] part of a scene: put it beside a camera and a board");
     Ok(Outcome::Done)
 }

@@ -1,13 +1,13 @@
 //! What the verbs read and write alike.
 
 use super::{identity, output};
-use crate::error::Problem;
+use crate::error::Error;
 use crate::io::exr::Channel;
 use crate::io::{Notes, atomic, exr, png};
 use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
 use crate::render::{Film, Strip};
-use crate::scene::{self, Encoding, Prism, Scene};
+use crate::scene::{self, Encoding, PrismSpec, Scene};
 use crate::system::System;
 use glam::DVec2;
 use std::iter::once;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 const PAPER: &str = include_str!("../../scenes/paper.toml");
 
 /// The scene at `path`, or the paper's.
-pub(super) fn scene(path: Option<&Path>) -> Result<Scene, Problem> {
+pub(super) fn scene(path: Option<&Path>) -> Result<Scene, Error> {
     match path {
         Some(path) => scene::load(path),
         None => scene::parse(PAPER, "scenes/paper.toml (embedded)", None),
@@ -26,25 +26,25 @@ pub(super) fn scene(path: Option<&Path>) -> Result<Scene, Problem> {
 }
 
 /// The instrument of the scene in `path`.
-pub(super) fn build(scene: &Scene, path: &Path) -> Result<System, Problem> {
+pub(super) fn build(scene: &Scene, path: &Path) -> Result<System, Error> {
     named(path, crate::system::build(scene))
 }
 
 /// What was made of the scene in `path`, or what is wrong and in which file.
-pub(super) fn named<T>(path: &Path, made: Result<T, Problem>) -> Result<T, Problem> {
-    made.map_err(|problem| Problem { place: format!("{}: {}", path.display(), problem.place), ..problem })
+pub(super) fn named<T>(path: &Path, made: Result<T, Error>) -> Result<T, Error> {
+    made.map_err(|problem| Error { place: format!("{}: {}", path.display(), problem.place), ..problem })
 }
 
 /// The folder, made if need be.
-pub(super) fn folder(path: &Path) -> Result<(), Problem> {
+pub(super) fn folder(path: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(path).map_err(|error| {
         let rule = format!("the folder cannot be made: {error}");
-        Problem::new(path.display(), rule, "name a folder that you may write to, with --out")
+        Error::new(path.display(), rule, "name a folder that you may write to, with --out")
     })
 }
 
 /// Writes `text` to `path`, whole or not at all.
-pub(super) fn text(path: &Path, text: &str) -> Result<(), Problem> {
+pub(super) fn text(path: &Path, text: &str) -> Result<(), Error> {
     atomic::write_bytes(path, text.as_bytes())
 }
 
@@ -54,10 +54,10 @@ fn ending(path: &Path) -> String {
 }
 
 /// Refuses a name for a picture that [`picture`] could not write, before anything is rendered.
-pub(super) fn picture_name(path: &Path) -> Result<(), Problem> {
+pub(super) fn picture_name(path: &Path) -> Result<(), Error> {
     match ending(path).as_str() {
         "png" | "exr" => Ok(()),
-        _ => Err(Problem::new(
+        _ => Err(Error::new(
             path.display(),
             "a picture's name ends in neither .png nor .exr",
             "give --out a name that ends in .png or .exr",
@@ -66,7 +66,7 @@ pub(super) fn picture_name(path: &Path) -> Result<(), Problem> {
 }
 
 /// Writes the picture as its name's ending asks: .png holds the radiance, .exr also the ground truth.
-pub(super) fn picture(path: &Path, scene: &Scene, system: &System, film: &Film) -> Result<(), Problem> {
+pub(super) fn picture(path: &Path, scene: &Scene, system: &System, film: &Film) -> Result<(), Error> {
     strips(path, scene, system, once(Arc::new(Strip::from(film))))
 }
 
@@ -76,7 +76,7 @@ pub(super) fn strips(
     scene: &Scene,
     system: &System,
     strips: impl Iterator<Item = Arc<Strip>>,
-) -> Result<(), Problem> {
+) -> Result<(), Error> {
     let mut what = serde_json::json!({
         "scene": scene.name,
         "prism": prism_name(&scene.prism),
@@ -114,7 +114,7 @@ pub(super) fn strips(
                 png::write_grey16_strips(path, size, greys, transfer, &notes)?
             };
             if clamped > 0 {
-                output::words(&format!(
+                output::stderr(&format!(
                     "{}: {clamped} pixels were brighter than full scale and are clamped",
                     path.display()
                 ));
@@ -127,14 +127,14 @@ pub(super) fn strips(
 }
 
 /// The name of a prism in a report: its kind in the scene.
-pub(super) fn prism_name(prism: &Prism) -> &'static str {
+pub(super) fn prism_name(prism: &PrismSpec) -> &'static str {
     match prism {
-        Prism::None => "none",
-        Prism::Flat(_) => "flat",
-        Prism::Freeform(..) => "freeform",
-        Prism::Polynomial(_) => "polynomial",
-        Prism::PointCloud(_) => "point_cloud",
-        Prism::Mesh(_) => "mesh",
+        PrismSpec::None => "none",
+        PrismSpec::Flat(_) => "flat",
+        PrismSpec::Freeform(..) => "freeform",
+        PrismSpec::Polynomial(_) => "polynomial",
+        PrismSpec::PointCloud(_) => "point_cloud",
+        PrismSpec::Mesh(_) => "mesh",
     }
 }
 

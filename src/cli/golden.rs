@@ -3,7 +3,7 @@
 use super::args::GoldenArgs;
 use super::outcome::Outcome;
 use super::output;
-use crate::error::Problem;
+use crate::error::Error;
 use crate::golden::noise::REPLICATES;
 use crate::golden::record::Tolerance;
 use crate::golden::snapshot::{record, redrawn};
@@ -11,15 +11,15 @@ use crate::golden::{Folders, GoldenOutput, GoldenReport, Mode};
 use crate::{golden, scene};
 use std::path::Path;
 
-pub(super) fn run(args: &GoldenArgs) -> Result<Outcome, Problem> {
+pub(super) fn run(args: &GoldenArgs) -> Result<Outcome, Error> {
     let variable = |name: &str| std::env::var(name).ok();
     let mode = Mode::of_variables(variable("UPDATE_GOLDEN").as_deref(), variable("CI").as_deref())?;
     let report = check(&Folders { cases: &args.cases, golden: &args.golden, failures: &args.failures }, mode)?;
     if args.json {
         let text = serde_json::to_string_pretty(&report).expect("a golden report holds only strings and numbers");
-        output::data(&format!("{text}\n"))?;
+        output::stdout(&format!("{text}\n"))?;
     } else {
-        output::data(&format!("{report}\n"))?;
+        output::stdout(&format!("{report}\n"))?;
     }
     Ok(if report.passed() { Outcome::Done } else { Outcome::Unmet })
 }
@@ -28,7 +28,7 @@ pub(super) fn run(args: &GoldenArgs) -> Result<Outcome, Problem> {
 ///
 /// # Errors
 /// As [`golden::run`].
-pub fn check(folders: &Folders<'_>, mode: Mode) -> Result<GoldenReport, Problem> {
+pub fn check(folders: &Folders<'_>, mode: Mode) -> Result<GoldenReport, Error> {
     let render = |path: &Path| {
         let scene = scene::load(path)?;
         let (picture, record) = record(&scene)?;

@@ -6,17 +6,17 @@ use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, identity, output};
 use crate::analysis::budget;
-use crate::analysis::half_image::Frame;
+use crate::analysis::half_image::HalfFrame;
 use crate::analysis::judge::measure;
-use crate::analysis::view::{Lattice, place, see};
-use crate::error::Problem;
-use crate::io::corners::{self, Format};
+use crate::analysis::view::{DetectedLattice, place, see};
+use crate::error::Error;
+use crate::io::corners::{self, CornerFormat};
 use crate::raster::Raster;
 use crate::report::{design, json, table};
 use crate::scene::Scene;
 use crate::system::System;
 use crate::vision::half::Half;
-use crate::vision::{Seen, upright};
+use crate::vision::{LatticeCorner, upright};
 use crate::{report, scene};
 use std::collections::BTreeMap;
 
@@ -24,10 +24,10 @@ use std::collections::BTreeMap;
 enum Input {
     /// With what is noted in its file of how it was made.
     Picture(Raster<f32>, Option<String>),
-    Corners(Vec<corners::View>),
+    Corners(Vec<corners::CornerView>),
 }
 
-pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Problem> {
+pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
     let scene = scene::load(&args.scene)?;
     let input = input(args, &scene)?;
     let mut progress = Progress::new(0);
@@ -55,20 +55,20 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Problem> {
     let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs: vec![entry] };
     let outcome = expectations(&scene, &report)?;
     let words = || format!("{}\n\n{}\n", table::text(&report.designs), table::verdict(&report.designs));
-    output::data(&if args.json { json::to_text(&report) } else { words() })?;
-    report.designs.iter().flat_map(table::warnings).for_each(|warning| output::words(&warning));
+    output::stdout(&if args.json { json::to_text(&report) } else { words() })?;
+    report.designs.iter().flat_map(table::warnings).for_each(|warning| output::stderr(&warning));
     Ok(outcome)
 }
 
 /// A corner file by its ending, else a picture, which must be of the scene's size.
-fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Problem> {
-    if Format::of(&args.picture).is_ok() {
+fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Error> {
+    if CornerFormat::of(&args.picture).is_ok() {
         return corners::read(&args.picture).map(Input::Corners);
     }
     let (picture, mut metadata) = crate::io::read(&args.picture, args.transfer.map(Into::into))?;
     let size = [scene.camera.width_px, scene.camera.height_px];
     if [picture.width(), picture.height()] != size {
-        return Err(Problem::new(
+        return Err(Error::new(
             args.picture.display(),
             format!(
                 "the picture is {} x {}, and the scene's camera has {} x {} pixels",
@@ -84,15 +84,17 @@ fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Problem> {
 }
 
 /// The corners of a file, in the px of the halves that they must lie in.
-fn lattices(args: &MeasureArgs, system: &System, views: &[corners::View]) -> Result<[Lattice; 2], Problem> {
-    let known = |view: &corners::View| Half::BOTH.iter().any(|half| half.name() == view.name);
+fn lattices(args: &MeasureArgs, system: &System, views: &[corners::CornerView]) -> Result<[DetectedLattice; 2], Error> {
+    let known = |view: &corners::CornerView| Half::BOTH.iter().any(|half| half.name() == view.name);
     if let Some(view) = views.iter().find(|view| !known(view)) {
         let rule = format!("it has corners of a view {:?}, and must have those of left and right", view.name);
-        return Err(Problem::new(args.picture.display(), rule, "detect in each half of the picture by itself"));
+        return Err(Error::new(args.picture.display(), rule, "detect in each half of the picture by itself"));
     }
     let [left, right] = Half::BOTH.map(|half| {
-        let Some(view) = views.iter().find(|view| view.name == half.name()) else { return Ok(Lattice::default()) };
-        let frame = Frame::new(system, half);
+        let Some(view) = views.iter().find(|view| view.name == half.name()) else {
+            return Ok(DetectedLattice::default());
+        };
+        let frame = HalfFrame::new(system, half);
         if let Some(stray) = view.corners.iter().find(|c| !frame.contains(frame.own(c.position_px))) {
             let (low, high) = (frame.first_column, frame.full(frame.size_px));
             let rule = format!(
@@ -105,14 +107,14 @@ fn lattices(args: &MeasureArgs, system: &System, views: &[corners::View]) -> Res
                 high.y
             );
             let help = "give positions in px of the whole picture, of the size that the scene says";
-            return Err(Problem::new(args.picture.display(), rule, help));
+            return Err(Error::new(args.picture.display(), rule, help));
         }
-        let seen = |c: &corners::Listed| Seen {
+        let seen = |c: &corners::ListedCorner| LatticeCorner {
             index: c.index,
             position_px: frame.own(c.position_px),
             polarity: c.quality.map(|q| q.polarity),
         };
-        Ok(Lattice {
+        Ok(DetectedLattice {
             corners: upright(&view.corners.iter().map(seen).collect::<Vec<_>>()),
             rejected: view.rejected.iter().cloned().collect(),
             blur_px: view.blur_px,
@@ -122,7 +124,7 @@ fn lattices(args: &MeasureArgs, system: &System, views: &[corners::View]) -> Res
 }
 
 /// A picture that was rendered here says of which instrument; another one's truth is not its truth.
-fn same_instrument(args: &MeasureArgs, scene: &Scene, system: &System, note: Option<&str>) -> Result<(), Problem> {
+fn same_instrument(args: &MeasureArgs, scene: &Scene, system: &System, note: Option<&str>) -> Result<(), Error> {
     let said: Option<serde_json::Value> = note.and_then(|text| serde_json::from_str(text).ok());
     let Some(said) = said else { return Ok(()) };
     let others = identity::others(scene, system, &said["instrument"]);
@@ -140,8 +142,8 @@ fn same_instrument(args: &MeasureArgs, scene: &Scene, system: &System, note: Opt
     );
     if args.own {
         let help = "name the picture's own scene with --scene, render it anew, or leave out --own";
-        return Err(Problem::new(args.picture.display(), rule, help));
+        return Err(Error::new(args.picture.display(), rule, help));
     }
-    output::words(&format!("note: {rule}"));
+    output::stderr(&format!("note: {rule}"));
     Ok(())
 }

@@ -25,7 +25,7 @@ mod trace;
 mod output;
 mod outcome;
 
-use crate::error::Problem;
+use crate::error::Error;
 use args::{Args, Verb};
 use clap::Parser;
 use outcome::Outcome;
@@ -57,6 +57,6 @@ pub fn run() -> ExitCode {
     }
 }
 
-fn complain(problem: &Problem) {
-    output::words(&problem.render(std::io::stderr().is_terminal()));
+fn complain(problem: &Error) {
+    output::stderr(&problem.render(std::io::stderr().is_terminal()));
 }

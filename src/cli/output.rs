@@ -1,20 +1,20 @@
 //! Data to stdout, words to stderr, and no panic when either is closed or full.
 
-use crate::error::Problem;
+use crate::error::Error;
 use std::io::{ErrorKind, Write};
 
 /// Writes data to stdout. A reader that has seen enough (`| head`) is no error.
-pub(super) fn data(text: &str) -> Result<(), Problem> {
+pub(super) fn stdout(text: &str) -> Result<(), Error> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Problem::new("stdout", format!("cannot be written: {error}"), "check where the output goes"))
+            Err(Error::new("stdout", format!("cannot be written: {error}"), "check where the output goes"))
         }
         _ => Ok(()),
     }
 }
 
 /// Says something to the person. Where stderr is closed, nobody listens, and that is no error.
-pub(super) fn words(text: &str) {
+pub(super) fn stderr(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }

@@ -1,8 +1,8 @@
 //! The plan of a picture as `biprism check` shows it: path, effects, samples, time, memory, fates.
 
 use crate::accuracy::Sampling;
-use crate::analysis::estimate::{Forecast, forecast, smaller};
-use crate::render::{Wanted, render_wanted};
+use crate::analysis::estimate::{PictureEstimate, forecast, smaller};
+use crate::render::{Outputs, render_wanted};
 use crate::scene::Scene;
 use crate::system::System;
 use crate::system::auto::Verdict;
@@ -15,15 +15,15 @@ const REPETITIONS: usize = 3;
 const PATIENCE_S: f64 = 1.0;
 
 /// A forecast with what it costs in time.
-pub(super) struct Plan {
-    forecast: Forecast,
+pub(super) struct TimedEstimate {
+    forecast: PictureEstimate,
     /// Of the picture, in s.
     time_s: f64,
     /// What each effect that is left out would add, in s, in the order of the forecast.
     saved_s: Vec<Option<f64>>,
 }
 
-impl Plan {
+impl TimedEstimate {
     /// The plan of the picture of `scene`, whose instrument is `system`, settled by `verdicts`, and `ideal` without effects.
     /// Times are those of pictures made now: of the picture itself where it is small, else of one of fewer pixels, times the
     /// ratio of pixels. Larger pixels have more edges and more bend in them, so that such a time says too much.
@@ -51,7 +51,7 @@ impl Plan {
 
     /// The plan for a person: lines of words.
     pub(super) fn text(&self) -> String {
-        let Forecast { level, sampling, patches, mapped, passes, samples, effects, memory_bytes, fates, .. } =
+        let PictureEstimate { level, sampling, patches, mapped, passes, samples, effects, memory_bytes, fates, .. } =
             &self.forecast;
         let path = match sampling {
             Sampling::Map if *patches > 0 => {
@@ -121,7 +121,7 @@ fn time(ideal: &System, scene: &Scene, left_out: &[&str]) -> f64 {
     let mut fastest = f64::INFINITY;
     for _ in 0..REPETITIONS {
         let start = Instant::now();
-        std::hint::black_box(render_wanted(&system, Wanted { truth: true }, &|_| ()));
+        std::hint::black_box(render_wanted(&system, Outputs { truth: true }, &|_| ()));
         fastest = fastest.min(start.elapsed().as_secs_f64());
         if begun.elapsed().as_secs_f64() > PATIENCE_S {
             break;

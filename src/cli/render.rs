@@ -5,8 +5,8 @@ use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{accuracy, files, output};
 use crate::analysis::judge::fates;
-use crate::error::Problem;
-use crate::render::{Account, Counts, Strip, render_strips};
+use crate::error::Error;
+use crate::render::{AccuracyReport, Counts, Strip, render_strips};
 use crate::scene::{self, Scene};
 use crate::system::System;
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
 
-pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
+pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
     let scene = accuracy::asked(scene::load(&args.scene)?, args.target_px);
     args.out.iter().try_for_each(|path| files::picture_name(path))?;
     let mut progress = Progress::new((scene.camera.width_px * scene.camera.height_px) as u64);
@@ -36,18 +36,18 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
             "accuracy": accuracy::entry(&account, &counts),
             "timing_s": seconds,
         });
-        output::data(&format!("{done:#}\n"))?;
+        output::stdout(&format!("{done:#}\n"))?;
     } else {
         for path in &args.out {
-            output::words(&format!("wrote {}", path.display()));
+            output::stderr(&format!("wrote {}", path.display()));
         }
         if !left_out.is_empty() {
-            output::words(&format!("left out: {}; `biprism check` says why", left_out.join(", ")));
+            output::stderr(&format!("left out: {}; `biprism check` says why", left_out.join(", ")));
         }
         // Fates are those of one ray a pixel.
         let how = if system.effects.dimensions() > 0 { " through the middle of the pupil" } else { "" };
         for (fate, n) in fates.into_iter().filter(|(_, n)| *n > 0) {
-            output::words(&format!("{n} pixels never see the board{how}: {fate}"));
+            output::stderr(&format!("{n} pixels never see the board{how}: {fate}"));
         }
     }
     Ok(accuracy::told(&scene.name, &account, &counts))
@@ -57,7 +57,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Problem> {
 struct Done {
     fates: BTreeMap<&'static str, usize>,
     counts: Counts,
-    account: Account,
+    account: AccuracyReport,
 }
 
 /// Renders the picture strip by strip into all the files at once: of each file a thread writes one strip while the next
@@ -67,7 +67,7 @@ fn written(
     scene: &Scene,
     system: &System,
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<Done, Problem> {
+) -> Result<Done, Error> {
     std::thread::scope(|scope| {
         let writers: Vec<_> = paths
             .iter()

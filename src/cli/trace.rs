@@ -3,7 +3,7 @@
 use super::args::TraceArgs;
 use super::outcome::Outcome;
 use super::{files, output};
-use crate::error::Problem;
+use crate::error::Error;
 use crate::optics::fate::Fate;
 use crate::scene;
 use crate::system::aim::Aimer;
@@ -30,7 +30,7 @@ const MAX_POINTS: usize = 10_000_000;
 /// Answers are written in pieces of this many.
 const PIECE: usize = 4096;
 
-pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Problem> {
+pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
     let scene = scene::load(&args.scene)?;
     let system = files::build(&scene, &args.scene)?;
     // Every line is read before the first is answered, so that a bad one leaves no half of an answer.
@@ -38,7 +38,7 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Problem> {
     each_line(&args.points, |place, fields| {
         if asked.len() == MAX_POINTS {
             let rule = format!("there are more than {MAX_POINTS} points");
-            return Err(Problem::new(place, rule, "split the file"));
+            return Err(Error::new(place, rule, "split the file"));
         }
         asked.push(if args.back { parse_board(place, fields)? } else { parse_pixel(place, fields)? });
         Ok(())
@@ -53,20 +53,20 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Problem> {
     } else {
         (format!("{}\n", if args.back { BACK_COLUMNS } else { COLUMNS }), "\n", "\n")
     };
-    output::data(&head)?;
+    output::stdout(&head)?;
     for (k, piece) in asked.chunks(PIECE).enumerate() {
         let lines: Vec<String> = piece.iter().map(answer).collect();
-        output::data(&format!("{}{}", if k == 0 { "" } else { between }, lines.join(between)))?;
+        output::stdout(&format!("{}{}", if k == 0 { "" } else { between }, lines.join(between)))?;
     }
-    output::data(if asked.is_empty() && !args.json { "" } else { tail })?;
+    output::stdout(if asked.is_empty() && !args.json { "" } else { tail })?;
     Ok(Outcome::Done)
 }
 
 /// Calls `use_line` with the place and the fields of each line that is neither blank, a comment nor the heading.
-fn each_line(path: &Path, mut use_line: impl FnMut(&str, &[&str]) -> Result<(), Problem>) -> Result<(), Problem> {
+fn each_line(path: &Path, mut use_line: impl FnMut(&str, &[&str]) -> Result<(), Error>) -> Result<(), Error> {
     let name = if path == Path::new("-") { "stdin".to_owned() } else { path.display().to_string() };
     let unreadable =
-        |e: std::io::Error| Problem::new(&name, format!("cannot be read: {e}"), "check the path and its permissions");
+        |e: std::io::Error| Error::new(&name, format!("cannot be read: {e}"), "check the path and its permissions");
     let mut input: Box<dyn BufRead> = if path == Path::new("-") {
         Box::new(BufReader::new(std::io::stdin()))
     } else {
@@ -82,10 +82,10 @@ fn each_line(path: &Path, mut use_line: impl FnMut(&str, &[&str]) -> Result<(), 
         }
         if read as u64 == MAX_LINE {
             let rule = format!("the line has {MAX_LINE} bytes or more, and must have fewer");
-            return Err(Problem::new(place, rule, "give one point a line"));
+            return Err(Error::new(place, rule, "give one point a line"));
         }
         let text = str::from_utf8(&line)
-            .map_err(|_| Problem::new(&place, "the line is not UTF-8 text", "give a CSV of numbers"))?;
+            .map_err(|_| Error::new(&place, "the line is not UTF-8 text", "give a CSV of numbers"))?;
         let text = text.trim().trim_start_matches('\u{feff}');
         let fields: Vec<&str> = text.split(',').map(str::trim).collect();
         let heading = number == 1 && HEADINGS.contains(&fields[0]);
@@ -97,9 +97,9 @@ fn each_line(path: &Path, mut use_line: impl FnMut(&str, &[&str]) -> Result<(), 
 }
 
 /// The field as a finite number.
-fn number(place: &str, name: &str, field: &str) -> Result<f64, Problem> {
+fn number(place: &str, name: &str, field: &str) -> Result<f64, Error> {
     field.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| {
-        Problem::new(place, format!("`{name}` is {field:?}, and must be a finite number"), "write it as 960.5")
+        Error::new(place, format!("`{name}` is {field:?}, and must be a finite number"), "write it as 960.5")
     })
 }
 
@@ -115,25 +115,25 @@ fn side_name(side: Side) -> &'static str {
     if side == Side::Left { "left" } else { "right" }
 }
 
-fn parse_pixel(place: &str, fields: &[&str]) -> Result<Asked, Problem> {
+fn parse_pixel(place: &str, fields: &[&str]) -> Result<Asked, Error> {
     let [x, y] = fields else {
         let rule = format!("the line has {} fields, and must have 2", fields.len());
-        return Err(Problem::new(place, rule, "write x_px,y_px, as in 960.5,540.5"));
+        return Err(Error::new(place, rule, "write x_px,y_px, as in 960.5,540.5"));
     };
     Ok(Asked::Pixel(DVec2::new(number(place, "x_px", x)?, number(place, "y_px", y)?)))
 }
 
-fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Problem> {
+fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Error> {
     let [side, u, v] = fields else {
         let rule = format!("the line has {} fields, and must have 3", fields.len());
-        return Err(Problem::new(place, rule, "write side,u_mm,v_mm, as in left,12.5,-3"));
+        return Err(Error::new(place, rule, "write side,u_mm,v_mm, as in left,12.5,-3"));
     };
     let side = match *side {
         "left" => Side::Left,
         "right" => Side::Right,
         other => {
             let rule = format!("`side` is {other:?}, and must be left or right");
-            return Err(Problem::new(place, rule, "write side,u_mm,v_mm, as in left,12.5,-3"));
+            return Err(Error::new(place, rule, "write side,u_mm,v_mm, as in left,12.5,-3"));
         }
     };
     Ok(Asked::Board(side, DVec2::new(number(place, "u_mm", u)?, number(place, "v_mm", v)?)))
@@ -142,7 +142,7 @@ fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Problem> {
 /// A pixel position to the board, with every point on the way. All points and directions are in the world.
 fn forth(system: &System, as_json: bool, px: DVec2) -> String {
     let (path, end) = system.path(px);
-    let landed = end.and_then(|(ray, side)| system.board.meet(&ray).map(|(mm, _)| (mm, side)));
+    let landed = end.and_then(|(ray, side)| system.board.intersect(&ray).map(|(mm, _)| (mm, side)));
     let (fate, side) = match (&landed, &end) {
         (Ok((_, side)), _) => ("board", Some(*side)),
         (Err(fate), Ok((_, side))) => (fate.name(), Some(*side)),

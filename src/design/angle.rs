@@ -1,6 +1,6 @@
 //! The facet angle that leaves the two virtual cameras parallel (Eq. 5 of the design paper, corrected).
 
-use crate::error::Problem;
+use crate::error::Error;
 use crate::optics::snell::straightening_facet_rad;
 
 /// The facet angle alpha, in rad, at which a ray at `delta_rad` to the z axis travels along +z inside the glass.
@@ -18,20 +18,20 @@ use crate::optics::snell::straightening_facet_rad;
 /// Domain of validity: 0 <= delta < pi/2 and k cos(delta) > 1. The angle of incidence alpha + delta is below pi/2 exactly
 /// then: at k cos(delta) = 1 the ray grazes the facet, and for cos(delta) < k below it the formula's angle belongs to a ray
 /// that meets the facet from inside. (k < cos(delta) would need a negative angle: a ridge that is farthest from the
-/// camera, which is no biprism in the sense of [`crate::scene::Biprism`].)
+/// camera, which is no biprism in the sense of [`crate::scene::BiprismSpec`].)
 ///
 /// # Errors
-/// A [`Problem`] outside the domain.
-pub fn facet_angle_rad(index_ratio: f64, delta_rad: f64) -> Result<f64, Problem> {
+/// A [`Error`] outside the domain.
+pub fn facet_angle_rad(index_ratio: f64, delta_rad: f64) -> Result<f64, Error> {
     if !(0.0..std::f64::consts::FRAC_PI_2).contains(&delta_rad) {
-        return Err(Problem::new(
+        return Err(Error::new(
             "the camera",
             format!("the centre of a half image is seen at {} deg, and must be within 0 .. 90", delta_rad.to_degrees()),
             "check `camera.focal_length_mm`, `camera.width_px` and `camera.pixel_pitch_um`",
         ));
     }
     straightening_facet_rad(index_ratio, delta_rad).ok_or_else(|| {
-        Problem::new(
+        Error::new(
             "the prism",
             format!(
                 "`prism.index` / `prism.outer_index` is {index_ratio}, and must be above {:.6} for a facet angle to exist \

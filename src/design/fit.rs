@@ -1,10 +1,10 @@
 //! A polynomial through a cloud of points, by least squares (Eq. 6 of the design paper).
 
-use crate::error::Problem;
+use crate::error::Error;
 use crate::geom::Rect;
 use crate::num::bernstein::MAX_DEGREE;
 use crate::num::poly2::Poly2;
-use crate::scene::Patch;
+use crate::scene::PolynomialPatch;
 use glam::{DVec2, DVec3};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -28,9 +28,9 @@ const DOMAIN_MARGIN: f64 = 0.02;
 
 /// A fitted surface, and how well it goes through its points.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fit {
+pub struct SurfaceFit {
     /// z(x, y) over the bounding rectangle of the points, grown by 2 % of its size on every side.
-    pub patch: Patch,
+    pub patch: PolynomialPatch,
     /// Points fitted.
     pub points: usize,
     /// Root mean square of the residuals along z, in mm.
@@ -50,18 +50,18 @@ pub struct Fit {
 /// 34 (2012) A206): as stable as one QR of the whole, without its memory, and the same bits for any number of threads.
 ///
 /// # Errors
-/// A [`Problem`] when the degree is not 1 ..= 20, a coordinate is not a number, or the points do not determine every
+/// A [`Error`] when the degree is not 1 ..= 20, a coordinate is not a number, or the points do not determine every
 /// coefficient: then it names the rank.
-pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Result<Fit, Problem> {
+pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Result<SurfaceFit, Error> {
     if !(1..=MAX_DEGREE).contains(&degree) {
-        return Err(Problem::new(
+        return Err(Error::new(
             "the surface fit",
             format!("the degree is {degree}, and must be within 1 .. {MAX_DEGREE}"),
             "set `prism.design.degree` to 5, the paper's",
         ));
     }
     if let Some(bad) = points_mm.iter().position(|p| !p.abs().cmple(DVec3::splat(MAX_COORDINATE_MM)).all()) {
-        return Err(Problem::new(
+        return Err(Error::new(
             "the surface fit",
             format!("point {} is {}, and must be within {MAX_COORDINATE_MM:e} mm", bad + 1, points_mm[bad]),
             "remove the point from the cloud, or check its unit",
@@ -95,8 +95,8 @@ pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Resu
     let (rms_mm, max_mm) = residuals(points_mm, &sag);
     let margin = (max - min).truncate() * DOMAIN_MARGIN;
     let domain = Rect { min: min.truncate() - margin, max: max.truncate() + margin };
-    let patch = Patch { sag, domain };
-    Ok(Fit { patch, points: points_mm.len(), rms_mm, max_mm, condition: largest / smallest })
+    let patch = PolynomialPatch { sag, domain };
+    Ok(SurfaceFit { patch, points: points_mm.len(), rms_mm, max_mm, condition: largest / smallest })
 }
 
 /// The powers (m, n) of a fit: m + n <= `degree`, n even.
@@ -149,10 +149,10 @@ fn residuals(points_mm: &[DVec3], sag: &Poly2) -> (f64, f64) {
     ((sum / points_mm.len() as f64).sqrt(), max)
 }
 
-fn rank_problem(points: usize, rank: usize, wanted: &[(usize, usize)], degree: usize) -> Problem {
+fn rank_problem(points: usize, rank: usize, wanted: &[(usize, usize)], degree: usize) -> Error {
     let wanted = wanted.len();
     let lower = (1..degree).rev().find(|d| powers(*d).len() <= rank);
-    Problem::new(
+    Error::new(
         "the surface fit",
         format!(
             "{points} points determine {rank} of the {wanted} coefficients of degree {degree} (the rank of the fit)"

@@ -1,12 +1,12 @@
 //! The freeform prism of the paper: virtual camera, march, and fitted polynomials.
 
-use super::fit::{Fit, fit};
+use super::fit::{SurfaceFit, fit};
 use super::march::march;
-use super::point_grid::Cloud;
+use super::point_grid::PointGrid;
 use super::virtual_camera::{VirtualCamera, virtual_camera};
-use crate::error::Problem;
+use crate::error::Error;
 use crate::num::ode::Integrator;
-use crate::scene::{Biprism, Body, Camera, DesignSettings, Method, PolynomialPrism};
+use crate::scene::{BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method, PolynomialSpec};
 
 /// z of the virtual cameras in the design paper's prisms, in the prism's frame: the plane of the camera's pinhole. The
 /// paper leaves it open; this choice reproduces its Table 1.
@@ -16,9 +16,9 @@ pub const VIRTUAL_CAMERA_Z_MM: f64 = 0.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DesignInput {
     /// The camera. Its position is not used: the pinhole is the origin of the prism's frame.
-    pub camera: Camera,
+    pub camera: CameraSpec,
     /// The flat prism that the design starts from.
-    pub prism: Biprism,
+    pub prism: BiprismSpec,
     /// How it is designed.
     pub settings: DesignSettings,
     /// z of the virtual cameras' centres O' in the prism's frame, in mm. The paper leaves it open; 0, the plane of the
@@ -32,28 +32,28 @@ pub struct FreeformDesign {
     /// Facet angle, central ray and virtual camera of the right half.
     pub camera: VirtualCamera,
     /// The surface that faces the camera, x > 0.
-    pub front: Fit,
+    pub front: SurfaceFit,
     /// The surface that faces the scene, x > 0.
-    pub back: Fit,
+    pub back: SurfaceFit,
     /// Largest less smallest optical path over the cloud, in mm: the error of the integration.
     pub optical_path_spread_mm: f64,
     /// The points that the surfaces go through: 16 bytes each, so that a caller of many designs may want to drop them.
-    pub cloud: Cloud,
+    pub cloud: PointGrid,
 }
 
 impl FreeformDesign {
     /// The prism of the fitted surfaces, in the glass and at the place of `body`.
-    pub fn prism(&self, body: Body) -> PolynomialPrism {
-        PolynomialPrism { body, front: self.front.patch.clone(), back: self.back.patch.clone() }
+    pub fn prism(&self, body: GlassSpec) -> PolynomialSpec {
+        PolynomialSpec { body, front: self.front.patch.clone(), back: self.back.patch.clone() }
     }
 }
 
 /// The freeform prism of the design paper: marched from the central ray of the half image and fitted by polynomials.
 ///
 /// # Errors
-/// A [`Problem`] when the input is outside the domain of one of the steps: see [`virtual_camera()`], [`march()`] and
+/// A [`Error`] when the input is outside the domain of one of the steps: see [`virtual_camera()`], [`march()`] and
 /// [`fit()`].
-pub fn freeform(input: &DesignInput) -> Result<FreeformDesign, Problem> {
+pub fn freeform(input: &DesignInput) -> Result<FreeformDesign, Error> {
     let integrator = match input.settings.method {
         Method::Euler => Integrator::Euler,
         Method::Midpoint => Integrator::Midpoint,
@@ -66,7 +66,7 @@ pub fn freeform(input: &DesignInput) -> Result<FreeformDesign, Problem> {
 ///
 /// # Errors
 /// As [`freeform`].
-pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<FreeformDesign, Problem> {
+pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<FreeformDesign, Error> {
     let camera = virtual_camera(&input.camera, &input.prism, input.virtual_camera_z_mm)?;
     let cloud = march(&input.camera, &camera, &input.settings, integrator)?;
     let [shortest, longest] = cloud.optical_path_range_mm();

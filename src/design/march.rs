@@ -1,11 +1,11 @@
 //! The grid of the design: both surfaces, point by point, marched from the central ray of the half image.
 
-use super::point_grid::Cloud;
-use super::slope::{Along, Singular, slope};
+use super::point_grid::PointGrid;
+use super::slope::{PathParameter, Singular, slope};
 use super::virtual_camera::VirtualCamera;
-use crate::error::Problem;
-use crate::num::ode::{Integrator, Stop};
-use crate::scene::{Camera, DesignSettings, MarchOrder};
+use crate::error::Error;
+use crate::num::ode::{Integrator, OdeError};
+use crate::scene::{CameraSpec, DesignSettings, MarchOrder};
 use rayon::prelude::*;
 
 /// Most points of a grid: 16 bytes each, so 256 MB.
@@ -25,24 +25,24 @@ pub const MAX_STEPS: usize = 1_000_000_000;
 /// The lines of the second march are independent: the result has the same bits for any number of threads.
 ///
 /// # Errors
-/// A [`Problem`] when the step is not positive, the grid has more than [`MAX_POINTS`], or no surface exists at a pixel.
+/// A [`Error`] when the step is not positive, the grid has more than [`MAX_POINTS`], or no surface exists at a pixel.
 pub fn march(
-    camera: &Camera,
+    camera: &CameraSpec,
     target: &VirtualCamera,
     settings: &DesignSettings,
     integrator: Integrator,
-) -> Result<Cloud, Problem> {
+) -> Result<PointGrid, Error> {
     let (half_width, half_height) = (camera.width_px as f64 / 4.0, camera.height_px as f64 / 2.0);
     let step_px = settings.step_px;
     if !(step_px.is_finite() && step_px > 0.0) {
-        return Err(Problem::new(
+        return Err(Error::new(
             "the prism's design",
             format!("`prism.design.step_px` is {step_px}, and must be above 0"),
             "use 1, a step of one pixel",
         ));
     }
     if camera.width_px == 0 || camera.height_px == 0 {
-        return Err(Problem::new(
+        return Err(Error::new(
             "the camera",
             format!("the sensor has {} x {} px, and must have at least 1 x 1", camera.width_px, camera.height_px),
             "set `camera.width_px` and `camera.height_px`",
@@ -52,7 +52,7 @@ pub fn march(
     let parts = |half: f64| (half / spacing_px).ceil().max(settings.degree as f64).max(1.0);
     let points = (2.0 * parts(half_width) + 1.0) * (2.0 * parts(half_height) + 1.0);
     if points > MAX_POINTS as f64 {
-        return Err(Problem::new(
+        return Err(Error::new(
             "the prism's design",
             format!("a step of `prism.design.step_px` = {step_px} makes {points} points, and may make {MAX_POINTS}"),
             format!("use a step of {:.2} px or more", spacing_px * (points / MAX_POINTS as f64).sqrt() * 1.01),
@@ -60,7 +60,7 @@ pub fn march(
     }
     let hops = (spacing_px / step_px).ceil();
     if hops * points > MAX_STEPS as f64 {
-        return Err(Problem::new(
+        return Err(Error::new(
             "the prism's design",
             format!("`prism.design.step_px` = {step_px} makes {:.1e} steps, and may make {MAX_STEPS}", hops * points),
             format!("use a step of {:.4} px or more", points / MAX_STEPS as f64 * 1.01),
@@ -74,17 +74,17 @@ pub fn march(
 
     // The first march, along the centre line.
     let (first, second) = match settings.order {
-        MarchOrder::XThenY => (Along::U, Along::V),
-        MarchOrder::YThenX => (Along::V, Along::U),
+        MarchOrder::XThenY => (PathParameter::U, PathParameter::V),
+        MarchOrder::YThenX => (PathParameter::V, PathParameter::U),
     };
     let (across, along) = match first {
-        Along::U => (&u_mm, &v_mm),
-        Along::V => (&v_mm, &u_mm),
+        PathParameter::U => (&u_mm, &v_mm),
+        PathParameter::V => (&v_mm, &u_mm),
     };
     let stopped = |at: Stopped| at.problem(camera.pitch_mm);
     let start = [target.front_mm.z, target.back_mm.z];
     let mut spine = vec![start; across.len()];
-    march_line(target, integrator, Line { along: first, other_mm: 0.0, t_mm: across, hops }, &mut spine)
+    march_line(target, integrator, GridLine { along: first, other_mm: 0.0, t_mm: across, hops }, &mut spine)
         .map_err(stopped)?;
 
     // The second, across it, from every point of the first.
@@ -95,12 +95,12 @@ pub fn march(
         .zip(across)
         .map(|((line, &z), &other_mm)| {
             line[along.len() / 2] = z;
-            march_line(target, integrator, Line { along: second, other_mm, t_mm: along, hops }, line)
+            march_line(target, integrator, GridLine { along: second, other_mm, t_mm: along, hops }, line)
         })
         .collect();
     // The first that stopped, in the order of the lines and not of the threads.
     ends.into_iter().collect::<Result<(), _>>().map_err(stopped)?;
-    Ok(Cloud { camera: *target, pitch_mm: camera.pitch_mm, order: settings.order, u_px, v_px, z_mm })
+    Ok(PointGrid { camera: *target, pitch_mm: camera.pitch_mm, order: settings.order, u_px, v_px, z_mm })
 }
 
 /// -half to half in 2 `parts` equal parts; the middle is exactly 0 and the two sides are mirror images.
@@ -111,8 +111,8 @@ fn nodes(half: f64, parts: usize) -> Vec<f64> {
 
 /// A row or a column of the grid.
 #[derive(Debug, Clone, Copy)]
-struct Line<'a> {
-    along: Along,
+struct GridLine<'a> {
+    along: PathParameter,
     /// The parameter that stays: v of a row, u of a column.
     other_mm: f64,
     /// The parameter that runs.
@@ -126,16 +126,16 @@ struct Line<'a> {
 struct Stopped {
     u_mm: f64,
     v_mm: f64,
-    why: Stop<Singular>,
+    why: OdeError<Singular>,
 }
 
 impl Stopped {
-    fn problem(self, pitch_mm: f64) -> Problem {
+    fn problem(self, pitch_mm: f64) -> Error {
         let why = match self.why {
-            Stop::Refused(singular) => singular.to_string(),
-            Stop::NoProgress => "adaptive steps make no progress".to_owned(),
+            OdeError::Refused(singular) => singular.to_string(),
+            OdeError::NoProgress => "adaptive steps make no progress".to_owned(),
         };
-        Problem::new(
+        Error::new(
             "the prism's design",
             format!(
                 "no freeform surfaces exist beyond ({:.1}, {:.1}) px from the half image's centre: {why}",
@@ -148,10 +148,15 @@ impl Stopped {
 }
 
 /// Marches from the middle of `z`, which holds the start, to both ends.
-fn march_line(target: &VirtualCamera, integrator: Integrator, line: Line, z: &mut [[f64; 2]]) -> Result<(), Stopped> {
+fn march_line(
+    target: &VirtualCamera,
+    integrator: Integrator,
+    line: GridLine,
+    z: &mut [[f64; 2]],
+) -> Result<(), Stopped> {
     let pixel = |t| match line.along {
-        Along::U => (t, line.other_mm),
-        Along::V => (line.other_mm, t),
+        PathParameter::U => (t, line.other_mm),
+        PathParameter::V => (line.other_mm, t),
     };
     let rate = |t, z| {
         let (u, v) = pixel(t);
@@ -178,18 +183,18 @@ mod tests {
     use super::super::virtual_camera::tests::{paper_camera, paper_prism};
     use super::super::virtual_camera::virtual_camera;
     use super::*;
-    use crate::scene::{Biprism, Method};
+    use crate::scene::{BiprismSpec, Method};
     use glam::DVec3;
 
     const SETTINGS: DesignSettings =
         DesignSettings { order: MarchOrder::XThenY, degree: 5, method: Method::Rk4, step_px: 1.0 };
 
-    fn paper_cloud(order: MarchOrder, step_px: f64, integrator: Integrator) -> Cloud {
+    fn paper_cloud(order: MarchOrder, step_px: f64, integrator: Integrator) -> PointGrid {
         let target = virtual_camera(&paper_camera(), &paper_prism(), 0.0).unwrap();
         march(&paper_camera(), &target, &DesignSettings { order, step_px, ..SETTINGS }, integrator).unwrap()
     }
 
-    fn spread(cloud: &Cloud) -> f64 {
+    fn spread(cloud: &PointGrid) -> f64 {
         let [low, high] = cloud.optical_path_range_mm();
         high - low
     }
@@ -263,7 +268,7 @@ mod tests {
         for (width_px, height_px, step_px) in
             [(1919, 1079, 7.0), (1920, 1080, 1.7), (192, 108, 0.3), (37, 21, 3.0), (1, 1, 1.0)]
         {
-            let camera = Camera { width_px, height_px, ..paper_camera() };
+            let camera = CameraSpec { width_px, height_px, ..paper_camera() };
             let cloud = march(&camera, &target, &DesignSettings { step_px, ..SETTINGS }, Integrator::Rk4).unwrap();
             let corner = cloud.at(cloud.columns() - 1, 0);
             assert_eq!((corner.u_px, corner.v_px), (width_px as f64 / 4.0, -(height_px as f64) / 2.0));
@@ -288,8 +293,8 @@ mod tests {
     #[test]
     fn a_field_too_wide_for_the_glass_is_a_problem_that_says_where_and_why() {
         // At f = 5 mm the half image's corner is 46 deg off the axis and the thin edge of the prism runs out of glass.
-        let camera = Camera { focal_length_mm: 5.0, ..paper_camera() };
-        let prism = Biprism { thickness_mm: 80.0, ..paper_prism() };
+        let camera = CameraSpec { focal_length_mm: 5.0, ..paper_camera() };
+        let prism = BiprismSpec { thickness_mm: 80.0, ..paper_prism() };
         let target = virtual_camera(&camera, &prism, 0.0).unwrap();
         let settings = DesignSettings { step_px: 8.0, ..SETTINGS };
         let problem = march(&camera, &target, &settings, Integrator::Rk4).unwrap_err();
@@ -305,9 +310,9 @@ mod tests {
             let problem = march(&paper_camera(), &target, &settings, Integrator::Rk4).unwrap_err();
             assert!(problem.rule.contains("step_px"), "{step_px}: {}", problem.rule);
         }
-        let camera = Camera { width_px: 50_000, height_px: 50_000, ..paper_camera() };
+        let camera = CameraSpec { width_px: 50_000, height_px: 50_000, ..paper_camera() };
         assert!(march(&camera, &target, &SETTINGS, Integrator::Rk4).unwrap_err().rule.contains("may make 16000000"));
-        let camera = Camera { height_px: 0, ..paper_camera() };
+        let camera = CameraSpec { height_px: 0, ..paper_camera() };
         assert!(march(&camera, &target, &SETTINGS, Integrator::Rk4).unwrap_err().rule.contains("1920 x 0"));
     }
 }

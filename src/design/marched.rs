@@ -5,10 +5,10 @@
 //! exact to the sixth order of their distance. It gives place and normal. Of a fine grid every n-th point is taken: the
 //! rounding of a point turns the normal by as much as its neighbours are near.
 
-use super::point_grid::Cloud;
+use super::point_grid::PointGrid;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
-use crate::surface::hit::Meeting;
+use crate::surface::hit::Hit;
 use glam::{DMat2, DVec2, DVec3};
 
 /// Points each way in a local polynomial.
@@ -26,14 +26,14 @@ const OVERHANG: f64 = 8.0;
 /// Both surfaces of the right half (x > 0), in the prism's frame.
 #[derive(Debug, Clone, Copy)]
 pub struct Marched<'a> {
-    cloud: &'a Cloud,
+    cloud: &'a PointGrid,
     /// Columns and rows between the points of a local polynomial.
     strides: [usize; 2],
 }
 
 impl<'a> Marched<'a> {
     /// The surfaces through the points of `cloud`; `None` where its grid has fewer than six columns or rows.
-    pub fn new(cloud: &'a Cloud) -> Option<Self> {
+    pub fn new(cloud: &'a PointGrid) -> Option<Self> {
         let strides = [cloud.columns(), cloud.rows()].map(|count| (count / DISTANCES).max(1));
         (cloud.columns().min(cloud.rows()) >= POINTS).then_some(Self { cloud, strides })
     }
@@ -42,7 +42,7 @@ impl<'a> Marched<'a> {
     ///
     /// # Errors
     /// [`Fate::Missed`] beyond the grid, [`Fate::NotConverged`] where no place is found.
-    pub fn meet(&self, which: usize, ray: &Ray, mirrored: bool) -> Result<Meeting, Fate> {
+    pub fn intersect(&self, which: usize, ray: &Ray, mirrored: bool) -> Result<Hit, Fate> {
         let flip = |v: DVec3| if mirrored { DVec3::new(-v.x, v.y, v.z) } else { v };
         let ray = Ray { origin: flip(ray.origin), direction: flip(ray.direction) };
         let across = ray.direction.any_orthonormal_pair();
@@ -59,7 +59,7 @@ impl<'a> Marched<'a> {
             if step.abs().max_element() < STEP {
                 let [point, by_column, by_row] = self.local(which, place)?;
                 let t_mm = (point - ray.origin).dot(ray.direction);
-                return Ok(Meeting { t_mm, normal: flip(by_column.cross(by_row).normalize()), part: 0 });
+                return Ok(Hit { t_mm, normal: flip(by_column.cross(by_row).normalize()), part: 0 });
             }
         }
         Err(Fate::NotConverged)
@@ -149,13 +149,13 @@ mod tests {
                 for (which, ray, seen) in [(0, front, point.front_mm), (1, back, point.back_mm)] {
                     let flip = |v: DVec3| if mirrored { DVec3::new(-v.x, v.y, v.z) } else { v };
                     let ray = Ray { origin: flip(ray.origin), direction: flip(ray.direction) };
-                    let met = marched.meet(which, &ray, mirrored).unwrap();
+                    let met = marched.intersect(which, &ray, mirrored).unwrap();
                     assert!(ray.at(met.t_mm).distance(flip(seen)) < 1e-9, "{which} {mirrored}");
                     assert!((met.normal.length() - 1.0).abs() < 1e-12);
                 }
             }
         }
         let beside = Ray { origin: DVec3::ZERO, direction: DVec3::new(-0.5, 0.0, 1.0).normalize() };
-        assert_eq!(marched.meet(0, &beside, false), Err(Fate::Missed));
+        assert_eq!(marched.intersect(0, &beside, false), Err(Fate::Missed));
     }
 }

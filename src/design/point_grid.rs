@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 /// Where one ray of the design meets the two surfaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CloudPoint {
+pub struct GridPoint {
     /// Offset from the half image's centre, in px: +u towards +x, +v towards +y (down in the image).
     pub u_px: f64,
     /// See `u_px`.
@@ -21,7 +21,7 @@ pub struct CloudPoint {
 
 /// The two surfaces of the right half (x > 0) on a grid of pixel positions: the point cloud of the paper.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cloud {
+pub struct PointGrid {
     /// The camera that the grid belongs to.
     pub(super) camera: VirtualCamera,
     /// Side of a pixel.
@@ -35,13 +35,13 @@ pub struct Cloud {
     pub(super) z_mm: Vec<[f64; 2]>,
 }
 
-impl Cloud {
+impl PointGrid {
     /// Columns of the grid: an odd number, with the half image's centre in the middle.
     pub fn columns(&self) -> usize {
         self.u_px.len()
     }
 
-    /// Rows of the grid, as [`Cloud::columns`].
+    /// Rows of the grid, as [`PointGrid::columns`].
     pub fn rows(&self) -> usize {
         self.v_px.len()
     }
@@ -65,7 +65,7 @@ impl Cloud {
     ///
     /// # Panics
     /// When the column or the row is outside the grid.
-    pub fn at(&self, column: usize, row: usize) -> CloudPoint {
+    pub fn at(&self, column: usize, row: usize) -> GridPoint {
         assert!(column < self.columns() && row < self.rows(), "({column}, {row}) is outside the grid");
         match self.order {
             MarchOrder::XThenY => self.nth(column * self.rows() + row),
@@ -74,7 +74,7 @@ impl Cloud {
     }
 
     /// Every point, row after row from the top, each from the left.
-    pub fn points(&self) -> impl Iterator<Item = CloudPoint> + '_ {
+    pub fn points(&self) -> impl Iterator<Item = GridPoint> + '_ {
         (0..self.rows()).flat_map(move |row| (0..self.columns()).map(move |column| self.at(column, row)))
     }
 
@@ -102,7 +102,7 @@ impl Cloud {
             .reduce(|| [f64::INFINITY, f64::NEG_INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
-    fn nth(&self, i: usize) -> CloudPoint {
+    fn nth(&self, i: usize) -> GridPoint {
         let (column, row) = match self.order {
             MarchOrder::XThenY => (i / self.rows(), i % self.rows()),
             MarchOrder::YThenX => (i % self.columns(), i / self.columns()),
@@ -111,7 +111,7 @@ impl Cloud {
         let (u_mm, v_mm) = (u_px * self.pitch_mm, v_px * self.pitch_mm);
         let [front_z, back_z] = self.z_mm[i];
         let depth = back_z - self.camera.centre_mm.z;
-        CloudPoint {
+        GridPoint {
             u_px,
             v_px,
             front_mm: self.camera.outer_direction(u_mm, v_mm) * front_z,

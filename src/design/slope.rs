@@ -10,7 +10,7 @@ const SMALLEST_COSINE: f64 = 1e-4;
 
 /// Which parameter of the image plane a path of the march follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Along {
+pub enum PathParameter {
     /// t = u: along a row.
     U,
     /// t = v: along a column.
@@ -55,7 +55,13 @@ impl fmt::Display for Singular {
 /// # Errors
 /// The [`Singular`] condition at the border of that domain.
 #[inline]
-pub fn slope(camera: &VirtualCamera, along: Along, u_mm: f64, v_mm: f64, z: [f64; 2]) -> Result<[f64; 2], Singular> {
+pub fn slope(
+    camera: &VirtualCamera,
+    along: PathParameter,
+    u_mm: f64,
+    v_mm: f64,
+    z: [f64; 2],
+) -> Result<[f64; 2], Singular> {
     let a = camera.outer_direction(u_mm, v_mm);
     let g = camera.virtual_direction(u_mm, v_mm);
     let depth = z[1] - camera.centre_mm.z;
@@ -78,8 +84,8 @@ pub fn slope(camera: &VirtualCamera, along: Along, u_mm: f64, v_mm: f64, z: [f64
     }
     // a_t = g_t = t/f along the axis of t.
     let (n1_t, n2_t) = match along {
-        Along::U => (n1.x, n2.x),
-        Along::V => (n1.y, n2.y),
+        PathParameter::U => (n1.x, n2.x),
+        PathParameter::V => (n1.y, n2.y),
     };
     let f = camera.focal_length_mm;
     Ok([-z[0] * n1_t / (f * a.dot(n1)), -depth * n2_t / (f * g.dot(n2))])
@@ -104,20 +110,20 @@ mod tests {
     #[test]
     fn the_surfaces_start_as_the_flat_prism() {
         let c = paper();
-        let [front, back] = slope(&c, Along::U, 0.0, 0.0, [c.front_mm.z, c.back_mm.z]).unwrap();
+        let [front, back] = slope(&c, PathParameter::U, 0.0, 0.0, [c.front_mm.z, c.back_mm.z]).unwrap();
         // Along u the facet's point moves in x by dP_x = (p_z + (b + u) dp_z) / f, and its z by tan(alpha) times that.
         let dx = (c.front_mm.z + c.half_centre_mm * front) / c.focal_length_mm;
         assert!((front - libm::tan(c.alpha_rad) * dx).abs() < 1e-13, "{front}");
         assert!(back.abs() < 1e-13, "{back}");
         // Both surfaces are symmetric in y.
-        assert_eq!(slope(&c, Along::V, 0.0, 0.0, [c.front_mm.z, c.back_mm.z]).unwrap(), [-0.0, -0.0]);
+        assert_eq!(slope(&c, PathParameter::V, 0.0, 0.0, [c.front_mm.z, c.back_mm.z]).unwrap(), [-0.0, -0.0]);
     }
 
     #[test]
     fn a_stated_facet_angle_is_the_front_s_slope() {
-        let prism = crate::scene::Biprism { facet_angle_rad: Some(0.25), ..paper_prism() };
+        let prism = crate::scene::BiprismSpec { facet_angle_rad: Some(0.25), ..paper_prism() };
         let c = virtual_camera(&paper_camera(), &prism, 0.0).unwrap();
-        let [front, _] = slope(&c, Along::U, 0.0, 0.0, [c.front_mm.z, c.back_mm.z]).unwrap();
+        let [front, _] = slope(&c, PathParameter::U, 0.0, 0.0, [c.front_mm.z, c.back_mm.z]).unwrap();
         let dx = (c.front_mm.z + c.half_centre_mm * front) / c.focal_length_mm;
         assert!((front / dx - libm::tan(0.25)).abs() < 1e-13);
     }
@@ -131,7 +137,7 @@ mod tests {
             optical_path_mm(&c, c.outer_direction(u, v) * z[0], back)
         };
         let h = 1e-4;
-        for (along, du, dv) in [(Along::U, h, 0.0), (Along::V, 0.0, h)] {
+        for (along, du, dv) in [(PathParameter::U, h, 0.0), (PathParameter::V, 0.0, h)] {
             let s = slope(&c, along, u, v, z).unwrap();
             let ahead = path(u + du, v + dv, [z[0] + h * s[0], z[1] + h * s[1]]);
             let behind = path(u - du, v - dv, [z[0] - h * s[0], z[1] - h * s[1]]);
@@ -144,13 +150,13 @@ mod tests {
     fn each_singular_condition_is_named() {
         let c = paper();
         // P on the ray of the half image's centre and P' far aside or behind.
-        assert_eq!(slope(&c, Along::U, 0.0, 0.0, [90.0, 87.0]), Err(Singular::NoGlass));
-        assert_eq!(slope(&c, Along::U, 0.0, 0.0, [-1.0, 87.0]), Err(Singular::NoGlass));
-        assert_eq!(slope(&c, Along::U, 0.0, 0.0, [f64::NAN, 87.0]), Err(Singular::NoGlass));
+        assert_eq!(slope(&c, PathParameter::U, 0.0, 0.0, [90.0, 87.0]), Err(Singular::NoGlass));
+        assert_eq!(slope(&c, PathParameter::U, 0.0, 0.0, [-1.0, 87.0]), Err(Singular::NoGlass));
+        assert_eq!(slope(&c, PathParameter::U, 0.0, 0.0, [f64::NAN, 87.0]), Err(Singular::NoGlass));
         // The limit of either surface is acos(1/k) = 47.5 deg between its two rays. A shift of O' by 8 mm (10 mm) turns the
         // ray in the glass, from P at z = 80 to P' at 87, to 48.8 (55.0) deg from +z and so 44.5 (50.7) deg from i.
         let shifted = |x| VirtualCamera { centre_mm: c.centre_mm + DVec3::new(x, 0.0, 0.0), ..c };
-        assert_eq!(slope(&shifted(8.0), Along::U, 0.0, 0.0, [80.0, 87.0]), Err(Singular::BackCritical));
-        assert_eq!(slope(&shifted(10.0), Along::U, 0.0, 0.0, [80.0, 87.0]), Err(Singular::FrontGrazing));
+        assert_eq!(slope(&shifted(8.0), PathParameter::U, 0.0, 0.0, [80.0, 87.0]), Err(Singular::BackCritical));
+        assert_eq!(slope(&shifted(10.0), PathParameter::U, 0.0, 0.0, [80.0, 87.0]), Err(Singular::FrontGrazing));
     }
 }

@@ -1,12 +1,12 @@
 //! A designed prism as the text of a scene: it enters a simulation by the front door.
 
-use crate::scene::{Body, Patch};
+use crate::scene::{GlassSpec, PolynomialPatch};
 use std::fmt::Write;
 
 /// The tables `[prism]`, `[prism.front]` and `[prism.back]` of a scene file for a prism of two polynomials, for the glass of
 /// `body` (its pose is left to the scene's author). Every number reads back as the same f64; terms that are exactly
 /// 0 are left out.
-pub fn scene_prism(front: &Patch, back: &Patch, body: &Body) -> String {
+pub fn scene_prism(front: &PolynomialPatch, back: &PolynomialPatch, body: &GlassSpec) -> String {
     let mut text =
         format!("[prism]\nkind = \"polynomial\"\nindex = {:?}\nouter_index = {:?}\n", body.index, body.outer_index);
     if let Some(glass) = body.glass {
@@ -18,7 +18,7 @@ pub fn scene_prism(front: &Patch, back: &Patch, body: &Body) -> String {
     text
 }
 
-fn patch(name: &str, patch: &Patch) -> String {
+fn patch(name: &str, patch: &PolynomialPatch) -> String {
     let ([x, y], [sx, sy]) = (patch.sag.centre(), patch.sag.scale());
     let (min, max) = (patch.domain.min, patch.domain.max);
     let mut text = format!(
@@ -41,7 +41,7 @@ mod tests {
     use glam::DVec2;
 
     /// A patch whose numbers are awkward to print: thirds, tiny, huge, negative zero and whole ones.
-    fn awkward(sign: f64) -> Patch {
+    fn awkward(sign: f64) -> PolynomialPatch {
         let c = |m: usize, n: usize| match (m, n) {
             (0, 0) => sign / 3.0,
             (1, 0) => 1e-300,
@@ -50,11 +50,11 @@ mod tests {
             _ => 0.0,
         };
         let domain = Rect { min: DVec2::new(-0.1, -7.0), max: DVec2::new(std::f64::consts::PI, 7.0) };
-        Patch { sag: Poly2::new(3, [6.0 + f64::EPSILON * 4.0, -0.0], [1.0 / 7.0, 5e-5], c), domain }
+        PolynomialPatch { sag: Poly2::new(3, [6.0 + f64::EPSILON * 4.0, -0.0], [1.0 / 7.0, 5e-5], c), domain }
     }
 
-    fn body() -> Body {
-        Body::new(1.48, 1.0)
+    fn body() -> GlassSpec {
+        GlassSpec::new(1.48, 1.0)
     }
 
     #[test]

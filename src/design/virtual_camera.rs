@@ -1,8 +1,8 @@
 //! Where the design starts: the central ray of a half image, and the virtual camera that it belongs to.
 
 use super::angle::facet_angle_rad;
-use crate::error::Problem;
-use crate::scene::{Biprism, Camera};
+use crate::error::Error;
+use crate::scene::{BiprismSpec, CameraSpec};
 use glam::DVec3;
 
 /// The central ray of the right half image (x > 0) through the flat biprism, and the virtual camera O' behind it.
@@ -59,9 +59,9 @@ impl VirtualCamera {
 /// virtual cameras are parallel for any facet angle.
 ///
 /// # Errors
-/// A [`Problem`] when no angle satisfies Eq. 5, the glass is no denser than its surroundings, a length is not positive, the
+/// A [`Error`] when no angle satisfies Eq. 5, the glass is no denser than its surroundings, a length is not positive, the
 /// central ray misses the facet, or O' does not lie before the glass.
-pub fn virtual_camera(camera: &Camera, prism: &Biprism, centre_z_mm: f64) -> Result<VirtualCamera, Problem> {
+pub fn virtual_camera(camera: &CameraSpec, prism: &BiprismSpec, centre_z_mm: f64) -> Result<VirtualCamera, Error> {
     positive("the camera", "camera.focal_length_mm", camera.focal_length_mm)?;
     positive("the camera", "camera.pixel_pitch_um", camera.pitch_mm)?;
     positive("the prism", "prism.ridge_distance_mm", prism.ridge_distance_mm)?;
@@ -69,7 +69,7 @@ pub fn virtual_camera(camera: &Camera, prism: &Biprism, centre_z_mm: f64) -> Res
     positive("the prism", "prism.outer_index", prism.body.outer_index)?;
     let index_ratio = prism.body.index / prism.body.outer_index;
     if !(index_ratio.is_finite() && index_ratio > 1.0) {
-        return Err(Problem::new(
+        return Err(Error::new(
             "the prism",
             format!("`prism.index` / `prism.outer_index` is {index_ratio}, and must be above 1"),
             "use a glass that is denser than its surroundings",
@@ -84,7 +84,7 @@ pub fn virtual_camera(camera: &Camera, prism: &Biprism, centre_z_mm: f64) -> Res
     };
     let right_angle = std::f64::consts::FRAC_PI_2;
     if !(alpha_rad.abs() < right_angle && (alpha_rad + delta_rad).abs() < right_angle) {
-        return Err(Problem::new(
+        return Err(Error::new(
             "the prism",
             format!(
                 "`prism.facet_angle_deg` is {}, and must leave the half image's central ray (at {:.4} deg) within 90 deg \
@@ -100,7 +100,7 @@ pub fn virtual_camera(camera: &Camera, prism: &Biprism, centre_z_mm: f64) -> Res
     let front_mm = DVec3::new(front_z * tan_delta, 0.0, front_z);
     let base_z = prism.ridge_distance_mm + prism.thickness_mm;
     if front_z >= base_z {
-        return Err(Problem::new(
+        return Err(Error::new(
             "the prism",
             format!(
                 "`prism.thickness_mm` is {}, and must be above {:.6}: the facet meets the base before the half image's \
@@ -117,7 +117,7 @@ pub fn virtual_camera(camera: &Camera, prism: &Biprism, centre_z_mm: f64) -> Res
     };
     let back_mm = DVec3::new(front_mm.x + (base_z - front_z) * tan_in_glass, 0.0, base_z);
     if !(centre_z_mm.is_finite() && centre_z_mm < prism.ridge_distance_mm) {
-        return Err(Problem::new(
+        return Err(Error::new(
             "the prism",
             format!(
                 "the virtual camera's z is {centre_z_mm} mm, and must be below `prism.ridge_distance_mm` = {}",
@@ -138,30 +138,37 @@ pub fn virtual_camera(camera: &Camera, prism: &Biprism, centre_z_mm: f64) -> Res
     })
 }
 
-fn positive(place: &str, key: &str, value: f64) -> Result<(), Problem> {
+fn positive(place: &str, key: &str, value: f64) -> Result<(), Error> {
     if value.is_finite() && value > 0.0 {
         return Ok(());
     }
-    Err(Problem::new(
-        place,
-        format!("`{key}` is {value}, and must be above 0"),
-        format!("give `{key}` a positive value"),
-    ))
+    Err(Error::new(place, format!("`{key}` is {value}, and must be above 0"), format!("give `{key}` a positive value")))
 }
 
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::scene::Body;
+    use crate::scene::GlassSpec;
 
     /// The camera of the paper.
-    pub(in crate::design) fn paper_camera() -> Camera {
-        Camera { position_mm: DVec3::ZERO, focal_length_mm: 35.0, width_px: 1920, height_px: 1080, pitch_mm: 0.0055 }
+    pub(in crate::design) fn paper_camera() -> CameraSpec {
+        CameraSpec {
+            position_mm: DVec3::ZERO,
+            focal_length_mm: 35.0,
+            width_px: 1920,
+            height_px: 1080,
+            pitch_mm: 0.0055,
+        }
     }
 
     /// The flat prism that reproduces the flat row of the paper's Table 1.
-    pub(in crate::design) fn paper_prism() -> Biprism {
-        Biprism { body: Body::new(1.48, 1.0), ridge_distance_mm: 78.472, thickness_mm: 8.545, facet_angle_rad: None }
+    pub(in crate::design) fn paper_prism() -> BiprismSpec {
+        BiprismSpec {
+            body: GlassSpec::new(1.48, 1.0),
+            ridge_distance_mm: 78.472,
+            thickness_mm: 8.545,
+            facet_angle_rad: None,
+        }
     }
 
     #[test]
@@ -179,15 +186,15 @@ pub(super) mod tests {
     #[test]
     fn the_angle_of_eq_5_stated_by_hand_gives_the_same_camera() {
         let implied = virtual_camera(&paper_camera(), &paper_prism(), 0.0).unwrap();
-        let prism = Biprism { facet_angle_rad: Some(implied.alpha_rad), ..paper_prism() };
+        let prism = BiprismSpec { facet_angle_rad: Some(implied.alpha_rad), ..paper_prism() };
         let stated = virtual_camera(&paper_camera(), &prism, 0.0).unwrap();
         assert!((stated.centre_mm - implied.centre_mm).length() < 1e-14);
     }
 
     #[test]
     fn a_glass_in_water_is_the_glass_of_their_ratio_in_air() {
-        let body = Body { index: 1.48 * 1.33, outer_index: 1.33, ..paper_prism().body };
-        let water = virtual_camera(&paper_camera(), &Biprism { body, ..paper_prism() }, 0.0).unwrap();
+        let body = GlassSpec { index: 1.48 * 1.33, outer_index: 1.33, ..paper_prism().body };
+        let water = virtual_camera(&paper_camera(), &BiprismSpec { body, ..paper_prism() }, 0.0).unwrap();
         let air = virtual_camera(&paper_camera(), &paper_prism(), 0.0).unwrap();
         assert!((water.centre_mm - air.centre_mm).length() < 1e-13);
     }
@@ -195,15 +202,15 @@ pub(super) mod tests {
     #[test]
     fn impossible_prisms_are_problems() {
         let flat = paper_prism();
-        let body = |index| Body { index, ..flat.body };
+        let body = |index| GlassSpec { index, ..flat.body };
         let cases = [
-            (Biprism { ridge_distance_mm: 0.0, ..flat }, "ridge_distance_mm"),
-            (Biprism { thickness_mm: -1.0, ..flat }, "thickness_mm"),
-            (Biprism { thickness_mm: 0.5, ..flat }, "thickness_mm"),
-            (Biprism { body: body(1.0), ..flat }, "prism.index"),
-            (Biprism { body: body(1.001), ..flat }, "Eq. 5"),
-            (Biprism { facet_angle_rad: Some(1.55), ..flat }, "facet_angle_deg"),
-            (Biprism { facet_angle_rad: Some(f64::NAN), ..flat }, "facet_angle_deg"),
+            (BiprismSpec { ridge_distance_mm: 0.0, ..flat }, "ridge_distance_mm"),
+            (BiprismSpec { thickness_mm: -1.0, ..flat }, "thickness_mm"),
+            (BiprismSpec { thickness_mm: 0.5, ..flat }, "thickness_mm"),
+            (BiprismSpec { body: body(1.0), ..flat }, "prism.index"),
+            (BiprismSpec { body: body(1.001), ..flat }, "Eq. 5"),
+            (BiprismSpec { facet_angle_rad: Some(1.55), ..flat }, "facet_angle_deg"),
+            (BiprismSpec { facet_angle_rad: Some(f64::NAN), ..flat }, "facet_angle_deg"),
         ];
         for (prism, word) in cases {
             let problem = virtual_camera(&paper_camera(), &prism, 0.0).unwrap_err();

@@ -1,6 +1,6 @@
 //! What the glass absorbs.
 
-use super::journey::Journey;
+use super::journey::LightPath;
 use crate::optics::fresnel::left_after;
 
 /// A glass that absorbs the same share of the light over every millimetre.
@@ -17,7 +17,7 @@ impl Absorption {
     }
 
     /// The share of the light that is left after its way through the glass: exp(-per_mm way).
-    pub fn gain(&self, journey: &Journey) -> f64 {
+    pub fn throughput(&self, journey: &LightPath) -> f64 {
         journey.crossings.get(1).map_or(1.0, |out| left_after(self.per_mm, out.way_mm))
     }
 }

@@ -1,6 +1,6 @@
 //! The natural fall of light towards the rim of the picture.
 
-use super::journey::Journey;
+use super::journey::LightPath;
 
 /// The cosine fourth law, or another power of the cosine.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,7 +18,7 @@ impl Cos4 {
     /// cos^p of the angle at which light meets the sensor. A pupil element of area dA at the distance d along the axis
     /// gives a radiance L the irradiance L cos^4 dA / d^2: twice the cosine for the two tilted areas, twice for the
     /// longer way (Born & Wolf, Principles of Optics, 4.8.3).
-    pub fn gain(&self, journey: &Journey) -> f64 {
+    pub fn throughput(&self, journey: &LightPath) -> f64 {
         libm::pow(journey.image_cos, self.exponent)
     }
 }

@@ -1,20 +1,20 @@
 //! The glass bends every wavelength by its own index.
 
 use crate::optics::medium::{Material, OutOfRange};
-use crate::optics::spectrum::Node;
+use crate::optics::spectrum::SpectrumNode;
 
 /// The few wavelengths that stand for the light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dispersion {
     /// The wavelengths with their shares.
-    pub waves: Vec<Wave>,
+    pub waves: Vec<Wavelength>,
     /// Whether the sensor tells colours apart.
     pub colour: bool,
 }
 
 /// A wavelength.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wave {
+pub struct Wavelength {
     /// The wavelength in vacuum, in nm.
     pub wavelength_nm: f64,
     /// The index of the glass at this wavelength, less that at the wavelength to which the scene's own index belongs.
@@ -23,7 +23,7 @@ pub struct Wave {
     pub weights: [f64; 3],
 }
 
-impl Wave {
+impl Wavelength {
     /// Its share of what a sensor receives that adds up its channels.
     pub fn grey(&self) -> f64 {
         let [r, g, b] = self.weights;
@@ -38,11 +38,11 @@ impl Dispersion {
     ///
     /// # Errors
     /// Where the catalogue says nothing of a wavelength.
-    pub fn new(nodes: &[Node], colour: bool, glass: &Material, reference_nm: f64) -> Result<Self, OutOfRange> {
+    pub fn new(nodes: &[SpectrumNode], colour: bool, glass: &Material, reference_nm: f64) -> Result<Self, OutOfRange> {
         let reference = glass.index(reference_nm)?;
-        let wave = |node: &Node| {
+        let wave = |node: &SpectrumNode| {
             let index_shift = glass.index(node.wavelength_nm)? - reference;
-            Ok(Wave { wavelength_nm: node.wavelength_nm, index_shift, weights: node.weights })
+            Ok(Wavelength { wavelength_nm: node.wavelength_nm, index_shift, weights: node.weights })
         };
         Ok(Self { waves: nodes.iter().map(wave).collect::<Result<_, _>>()?, colour })
     }

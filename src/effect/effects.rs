@@ -4,12 +4,12 @@ use super::absorption::Absorption;
 use super::clipping::Clipping;
 use super::coating::Coating;
 use super::cos4::Cos4;
-use super::diffraction::{Diffraction, Kernel, blur};
+use super::diffraction::{Diffraction, PointSpread, blur};
 use super::dispersion::{self, Dispersion};
 use super::fresnel::Fresnel;
 use super::ghosts::Ghosts;
 use super::hook::Hook;
-use super::journey::Journey;
+use super::journey::LightPath;
 use super::lamp::Lamp;
 use super::manufacture::Manufacture;
 use super::picture::Picture;
@@ -182,7 +182,7 @@ impl Effects {
         match self.dispersion.as_ref().filter(|dispersion| !dispersion.is_nothing()) {
             None => points,
             Some(dispersion) => {
-                let of = |wave: dispersion::Wave, point: &Variant| Variant {
+                let of = |wave: dispersion::Wavelength, point: &Variant| Variant {
                     wave: Some(wave),
                     grey: point.grey * wave.grey(),
                     colour: dispersion.colour.then(|| wave.weights.map(|weight| point.grey * weight)),
@@ -201,21 +201,21 @@ impl Effects {
     }
 
     /// The share of its light that is left to a ray after its journey: the product of all transport effects.
-    pub fn gain(&self, journey: &Journey) -> f64 {
-        let mut gain = 1.0;
+    pub fn throughput(&self, journey: &LightPath) -> f64 {
+        let mut throughput = 1.0;
         if let Some(lamp) = &self.lamp {
-            gain *= lamp.gain(journey);
+            throughput *= lamp.throughput(journey);
         }
         if let Some(fresnel) = &self.fresnel {
-            gain *= fresnel.gain(journey, self.coating.as_ref());
+            throughput *= fresnel.throughput(journey, self.coating.as_ref());
         }
         if let Some(absorption) = &self.absorption {
-            gain *= absorption.gain(journey);
+            throughput *= absorption.throughput(journey);
         }
         if let Some(cos4) = &self.cos4 {
-            gain *= cos4.gain(journey);
+            throughput *= cos4.throughput(journey);
         }
-        gain
+        throughput
     }
 
     /// Samples along each side of a pixel that a picture of the given size must have before [`Effects::develop`]; 1 is
@@ -246,7 +246,7 @@ impl Effects {
     pub fn develop(&self, light: Picture, samples: usize) -> Picture {
         let light = match self.diffracting() {
             Some(diffraction) => {
-                let kernel = Kernel::with_samples(diffraction.scale_px(), self.collecting_side(), samples);
+                let kernel = PointSpread::with_samples(diffraction.scale_px(), self.collecting_side(), samples);
                 light.each_channel(|channel| blur(channel, &kernel))
             }
             None => light,

@@ -1,6 +1,6 @@
 //! The board lit by a point lamp.
 
-use super::journey::Journey;
+use super::journey::LightPath;
 use glam::DVec3;
 
 /// A point lamp before a matt board, and light from all around.
@@ -27,7 +27,7 @@ impl Lamp {
 
     /// The light at the place that the ray meets over that at the reference place. What lies around the board's plate is
     /// taken to lie in its plane; what never meets the plane is lit as the reference.
-    pub fn gain(&self, journey: &Journey) -> f64 {
+    pub fn throughput(&self, journey: &LightPath) -> f64 {
         journey.landing.map_or(1.0, |at| {
             let there = irradiance(self.position_mm, at.point_mm, at.normal);
             (1.0 - self.share) + self.share * (there / self.reference_per_mm2)
@@ -45,17 +45,17 @@ fn irradiance(lamp_mm: DVec3, place_mm: DVec3, normal: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::Landing;
+    use crate::effect::BoardPoint;
 
     /// Over a plane at the height h, at r from the foot: h^3 / (h^2 + r^2)^(3/2), cos^3 of the angle at the lamp.
     #[test]
     fn light_falls_by_the_cube_of_the_cosine_at_the_lamp() {
         let lamp = Lamp::new(DVec3::new(0.0, 0.0, 400.0), 1.0, DVec3::new(0.0, 0.0, 1000.0), DVec3::Z);
         for r in [0.0, 100.0, 600.0] {
-            let landing = Some(Landing { point_mm: DVec3::new(0.0, r, 1000.0), normal: DVec3::Z });
-            let gain = lamp.gain(&Journey { image_cos: 1.0, crossings: &[], landing });
+            let landing = Some(BoardPoint { point_mm: DVec3::new(0.0, r, 1000.0), normal: DVec3::Z });
+            let throughput = lamp.throughput(&LightPath { image_cos: 1.0, crossings: &[], landing });
             let cos = 600.0 / (600.0f64 * 600.0 + r * r).sqrt();
-            assert!((gain - cos * cos * cos).abs() < 4.0 * f64::EPSILON, "{r}: {gain}");
+            assert!((throughput - cos * cos * cos).abs() < 4.0 * f64::EPSILON, "{r}: {throughput}");
         }
     }
 }

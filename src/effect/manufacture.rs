@@ -1,7 +1,7 @@
 //! The prism as it was made: out of place, of another thickness and index, its surfaces out of figure.
 
 use crate::geom::Pose;
-use crate::surface::figure_error::Flaw;
+use crate::surface::figure_error::FigureError;
 use glam::DVec3;
 
 /// Errors of a prism. The design, the angle of the facets included, is that of the ideal one.
@@ -34,14 +34,15 @@ pub struct SurfaceError {
     /// Its place.
     pub place: Displacement,
     /// Its figure, in the frame of the prism.
-    pub figure: Option<Flaw>,
+    pub figure: Option<FigureError>,
 }
 
 impl Manufacture {
     /// Whether the prism is as it should be.
     pub fn is_nothing(&self) -> bool {
-        let right =
-            |error: &SurfaceError| error.place.is_nothing() && error.figure.as_ref().is_none_or(Flaw::is_nothing);
+        let right = |error: &SurfaceError| {
+            error.place.is_nothing() && error.figure.as_ref().is_none_or(FigureError::is_nothing)
+        };
         self.prism.is_nothing()
             && right(&self.front)
             && right(&self.back)

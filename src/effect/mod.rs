@@ -7,8 +7,8 @@
 //! - **Ray** effects average pictures. A finite pupil shows the mean of what its points see, each of which is a pinhole:
 //!   [`Effects::variants`] lists the variants of the instrument with their weights, `system::vary` builds one of them,
 //!   and `render` sums up their pictures, each by the certified map and without noise.
-//! - **Transport** effects weaken light on its way by a smooth factor: [`Effects::gain`] multiplies the factors of one
-//!   ray, given its [`Journey`]; `render` asks for it at every pixel, or at every piece of a pixel that a border cuts.
+//! - **Transport** effects weaken light on its way by a smooth factor: [`Effects::throughput`] multiplies the factors of one
+//!   ray, given its [`LightPath`]; `render` asks for it at every pixel, or at every piece of a pixel that a border cuts.
 //! - **Film** effects act on the whole picture after all passes: [`Effects::develop`] applies them in the order of the
 //!   light, optics before sensor. They may ask for a picture that is sampled finer than its pixels
 //!   ([`Effects::samples`]), or over a part of each pixel ([`Effects::active_side`]).
@@ -20,9 +20,9 @@
 //! 1. `effect/<name>.rs`: the settings as a plain struct of validated values in mm, rad and nm (field names carry the
 //!    unit), its formulas as functions of numbers with their source, `is_nothing()` for strength 0, and tests of them
 //!    against closed forms. This room uses `num`, `geom`, `optics` and `raster` at most.
-//! 2. Here: a field of [`Effects`], a row of [`TABLE`] (in `effect/table.rs`), and one line in `at`, `gain`
+//! 2. Here: a field of [`Effects`], a row of [`TABLE`] (in `effect/table.rs`), and one line in `at`, `throughput`
 //!    or `develop`, or in `System::with_effects` for the instrument. A ray effect adds what it varies to [`Variant`] and
-//!    the change itself to `System::varied` in `system/vary.rs`; a transport effect finds all it may need in [`Journey`].
+//!    the change itself to `System::varied` in `system/vary.rs`; a transport effect finds all it may need in [`LightPath`].
 //! 3. `scene/effects.rs`: the table of the scene file with its ranges, its line in `EffectTables` and its conversion;
 //!    then the schema is written anew (`UPDATE_SCHEMA=1`, see `tests/scene_schema.rs`).
 //! 4. `scenes/cases/effect_<name>.toml` with its golden, and in `tests/effects.rs` what theory says of the picture. The
@@ -64,13 +64,13 @@ pub use dispersion::Dispersion;
 pub use fresnel::Fresnel;
 pub use ghosts::Ghosts;
 pub use hook::Hook;
-pub use journey::{Journey, Landing};
+pub use journey::{BoardPoint, LightPath};
 pub use lamp::Lamp;
 pub use manufacture::Manufacture;
 pub use quadrature::{Points, Quadrature};
 pub use roughness::Roughness;
 pub use sensor::Sensor;
-pub use table::{Bounding, Row, TABLE};
+pub use table::{Bounding, EffectRow, TABLE};
 pub use telecentric::Telecentric;
 pub use thin_lens::ThinLens;
 

@@ -5,7 +5,7 @@ use crate::effect::hook::Hook;
 
 /// What the house knows of an effect.
 #[derive(Debug, Clone, Copy)]
-pub struct Row {
+pub struct EffectRow {
     /// Its table in a scene file is `[effect.<key>]`.
     pub key: &'static str,
     /// Where it takes hold.
@@ -42,8 +42,8 @@ pub enum Bounding {
 }
 
 /// Every effect, in the order in which light meets them.
-pub const TABLE: [Row; 14] = [
-    Row {
+pub const TABLE: [EffectRow; 14] = [
+    EffectRow {
         key: "lamp",
         hook: Hook::Transport,
         what: "the board lit by a point lamp and evenly from all around",
@@ -53,7 +53,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.lamp = from.lamp,
         bounding: Bounding::Factors,
     },
-    Row {
+    EffectRow {
         key: "fresnel",
         hook: Hook::Transport,
         what: "what the surfaces of the glass reflect is missing behind it, polarised or not",
@@ -63,7 +63,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.fresnel = from.fresnel,
         bounding: Bounding::Factors,
     },
-    Row {
+    EffectRow {
         key: "coating",
         hook: Hook::Transport,
         what: "a single layer on every surface of the glass",
@@ -73,7 +73,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.coating = from.coating,
         bounding: Bounding::Factors,
     },
-    Row {
+    EffectRow {
         key: "absorption",
         hook: Hook::Transport,
         what: "what the glass absorbs along the way of each ray",
@@ -83,7 +83,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.absorption = from.absorption,
         bounding: Bounding::Factors,
     },
-    Row {
+    EffectRow {
         key: "ghosts",
         hook: Hook::Ray,
         what: "light that reaches the camera after reflections at the surfaces of the glass",
@@ -93,7 +93,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.ghosts = from.ghosts,
         bounding: Bounding::Added,
     },
-    Row {
+    EffectRow {
         key: "dispersion",
         hook: Hook::Ray,
         what: "light of many wavelengths, each bent by its own index",
@@ -103,7 +103,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.dispersion = from.dispersion.clone(),
         bounding: Bounding::Displacements,
     },
-    Row {
+    EffectRow {
         key: "manufacture",
         hook: Hook::Instrument,
         what: "the prism out of place, of another thickness and index, its surfaces out of place and figure",
@@ -113,7 +113,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.manufacture = from.manufacture.clone(),
         bounding: Bounding::Displacements,
     },
-    Row {
+    EffectRow {
         key: "roughness",
         hook: Hook::Ray,
         what: "rough surfaces, which scatter light by their slopes",
@@ -123,7 +123,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.roughness = from.roughness,
         bounding: Bounding::Displacements,
     },
-    Row {
+    EffectRow {
         key: "clipping",
         hook: Hook::Instrument,
         what: "the rim of the prism, a ridge that is not sharp, and a stop before the lens, which rays do not pass",
@@ -133,7 +133,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.clipping = from.clipping,
         bounding: Bounding::Borders,
     },
-    Row {
+    EffectRow {
         key: "telecentric",
         hook: Hook::Instrument,
         what: "pupils at infinity on both sides: everything is shown equally large, sharp at one distance",
@@ -143,7 +143,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.telecentric = from.telecentric,
         bounding: Bounding::Never("it is another camera"),
     },
-    Row {
+    EffectRow {
         key: "thin_lens",
         hook: Hook::Ray,
         what: "an aperture of finite size and shape, in focus at one distance",
@@ -153,7 +153,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.thin_lens = from.thin_lens,
         bounding: Bounding::Displacements,
     },
-    Row {
+    EffectRow {
         key: "cos4",
         hook: Hook::Transport,
         what: "natural fall of illumination towards the rim of the picture",
@@ -163,7 +163,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.cos4 = from.cos4,
         bounding: Bounding::Factors,
     },
-    Row {
+    EffectRow {
         key: "diffraction",
         hook: Hook::Film,
         what: "the Airy pattern of a round aperture in place of a point, to 1.2 % of the contrast",
@@ -173,7 +173,7 @@ pub const TABLE: [Row; 14] = [
         take: |to, from| to.diffraction = from.diffraction,
         bounding: Bounding::Spread,
     },
-    Row {
+    EffectRow {
         key: "sensor",
         hook: Hook::Film,
         what: "from light to numbers: fill factor, colour filters, fixed pattern, shot and read noise, full well, ADC, gamma",
@@ -187,13 +187,13 @@ pub const TABLE: [Row; 14] = [
 
 impl Effects {
     /// The rows of [`TABLE`] that act.
-    pub fn acting(&self) -> impl Iterator<Item = &'static Row> {
+    pub fn acting(&self) -> impl Iterator<Item = &'static EffectRow> {
         TABLE.iter().filter(|row| (row.acts)(self))
     }
 
     /// Of these effects, those of which `kept` says so, sampled as these, and none of them to be left out.
     #[must_use]
-    pub fn only(&self, kept: impl Fn(&Row) -> bool) -> Self {
+    pub fn only(&self, kept: impl Fn(&EffectRow) -> bool) -> Self {
         let mut only = Self { quadrature: self.quadrature, ..Self::default() };
         TABLE.iter().filter(|row| kept(row)).for_each(|row| (row.take)(&mut only, self));
         only

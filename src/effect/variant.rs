@@ -11,7 +11,7 @@ pub struct Variant {
     /// Slopes that are added to those of the front and the back where they refract.
     pub slopes: [DVec2; 2],
     /// The wavelength; `None` for the one to which the scene's index belongs.
-    pub wave: Option<dispersion::Wave>,
+    pub wave: Option<dispersion::Wavelength>,
     /// Its share of the grey picture; the shares of all variants sum up to 1.
     pub grey: f64,
     /// Its shares of red, green and blue, each of which sums up to 1; `None` in all variants where the sensor tells no

@@ -2,8 +2,8 @@
 
 use super::noise::Regions;
 use super::record::{self, Tolerance};
-use super::report::{CaseResult, Folders, GoldenOutput, GoldenReport, Mode, Outcome};
-use crate::error::Problem;
+use super::report::{CaseResult, Folders, GoldenOutcome, GoldenOutput, GoldenReport, Mode};
+use crate::error::Error;
 use crate::io::atomic::write_bytes;
 use crate::io::{Notes, png};
 use crate::raster::transfer::Transfer;
@@ -35,12 +35,12 @@ pub fn run(
     folders: &Folders<'_>,
     mode: Mode,
     tolerance: &dyn Fn(&str) -> Tolerance,
-    render: &dyn Fn(&Path) -> Result<GoldenOutput, Problem>,
-) -> Result<GoldenReport, Problem> {
+    render: &dyn Fn(&Path) -> Result<GoldenOutput, Error>,
+) -> Result<GoldenReport, Error> {
     let names = stems(folders.cases, "toml")?;
     if names.is_empty() {
         let place = folders.cases.display();
-        return Err(Problem::new(place, "the folder has no case (*.toml)", "add a small scene to it"));
+        return Err(Error::new(place, "the folder has no case (*.toml)", "add a small scene to it"));
     }
     let cases = names
         .iter()
@@ -60,10 +60,15 @@ pub(super) fn judge(
     mode: Mode,
     tolerance: &dyn Fn(&str) -> Tolerance,
     name: &str,
-    rendered: Result<GoldenOutput, Problem>,
-) -> Result<CaseResult, Problem> {
-    let mut case =
-        CaseResult { name: name.to_owned(), outcome: Outcome::Failed, reasons: vec![], picture: None, record: None };
+    rendered: Result<GoldenOutput, Error>,
+) -> Result<CaseResult, Error> {
+    let mut case = CaseResult {
+        name: name.to_owned(),
+        outcome: GoldenOutcome::Failed,
+        reasons: vec![],
+        picture: None,
+        record: None,
+    };
     let actual = match rendered {
         Ok(output) => output,
         Err(problem) => {
@@ -75,12 +80,12 @@ pub(super) fn judge(
     compare_record(folders, &actual, tolerance, &mut case);
 
     if case.reasons.is_empty() {
-        case.outcome = Outcome::Passed;
+        case.outcome = GoldenOutcome::Passed;
         forget(folders, name);
     } else if mode == Mode::Update {
         if actual.picture.data().iter().all(|light| (0.0..=1.0).contains(light)) {
             update(folders, name, &actual)?;
-            case.outcome = Outcome::Updated;
+            case.outcome = GoldenOutcome::Updated;
             forget(folders, name);
         } else {
             case.reasons.push("it cannot be kept as a golden: its picture leaves the range 0 to 1".to_owned());
@@ -185,7 +190,7 @@ pub(super) fn compare_noise(expected: Value, actual: &Regions, case: &mut CaseRe
 }
 
 /// Writes the golden of one case.
-pub(super) fn update(folders: &Folders<'_>, name: &str, actual: &GoldenOutput) -> Result<(), Problem> {
+pub(super) fn update(folders: &Folders<'_>, name: &str, actual: &GoldenOutput) -> Result<(), Error> {
     make(folders.golden)?;
     let picture = file(folders.golden, name, "png");
     png::write_grey16(&picture, &actual.picture, Transfer::Linear, &Notes::default())?;
@@ -203,7 +208,7 @@ pub(super) fn leave_evidence(
     case: &CaseResult,
     expected: Option<&Raster<f32>>,
     actual: &Raster<f32>,
-) -> Result<(), Problem> {
+) -> Result<(), Error> {
     make(folders.failures)?;
     let mut text = format!("{}\n", case.name);
     for reason in &case.reasons {
@@ -238,18 +243,18 @@ pub(super) fn file(folder: &Path, name: &str, ending: &str) -> PathBuf {
     folder.join(format!("{name}.{ending}"))
 }
 
-pub(super) fn make(folder: &Path) -> Result<(), Problem> {
+pub(super) fn make(folder: &Path) -> Result<(), Error> {
     fs::create_dir_all(folder).map_err(|error| {
         let rule = format!("the folder cannot be made: {error}");
-        Problem::new(folder.display(), rule, "name a folder that you may write to")
+        Error::new(folder.display(), rule, "name a folder that you may write to")
     })
 }
 
 /// The names, without the ending, of the files in a folder that have this ending.
-pub(super) fn stems(folder: &Path, ending: &str) -> Result<BTreeSet<String>, Problem> {
+pub(super) fn stems(folder: &Path, ending: &str) -> Result<BTreeSet<String>, Error> {
     let unreadable = |error: std::io::Error| {
         let rule = format!("the folder cannot be read: {error}");
-        Problem::new(folder.display(), rule, "name a folder that exists")
+        Error::new(folder.display(), rule, "name a folder that exists")
     };
     let mut names = BTreeSet::new();
     for entry in fs::read_dir(folder).map_err(unreadable)? {

@@ -17,4 +17,4 @@ mod report;
 mod cases;
 
 pub use cases::{PIXEL_TOLERANCE, run};
-pub use report::{CaseResult, Folders, GoldenOutput, GoldenReport, Mode, Outcome};
+pub use report::{CaseResult, Folders, GoldenOutcome, GoldenOutput, GoldenReport, Mode};

@@ -2,7 +2,7 @@
 
 use super::noise::{self, Regions};
 use super::record::RecordDifference;
-use crate::error::Problem;
+use crate::error::Error;
 use crate::raster::Raster;
 use crate::raster::compare::Difference;
 use serde::Serialize;
@@ -53,17 +53,17 @@ impl Mode {
     ///
     /// # Errors
     /// A value of `UPDATE_GOLDEN` other than 0 and 1, and an update where `CI` is set: there, nobody looks.
-    pub fn of_variables(update: Option<&str>, ci: Option<&str>) -> Result<Self, Problem> {
+    pub fn of_variables(update: Option<&str>, ci: Option<&str>) -> Result<Self, Error> {
         match (update, ci.is_some_and(|value| !value.is_empty())) {
             (None | Some("" | "0"), _) => Ok(Self::Check),
             (Some("1"), false) => Ok(Self::Update),
-            (Some("1"), true) => Err(Problem::new(
+            (Some("1"), true) => Err(Error::new(
                 "UPDATE_GOLDEN",
                 "goldens are not rewritten where CI is set",
                 "run it on your own machine, look at the pictures, and commit them",
             )),
             (Some(other), _) => {
-                Err(Problem::new("UPDATE_GOLDEN", format!("the value is {other:?}, and must be 0 or 1"), "set it to 1"))
+                Err(Error::new("UPDATE_GOLDEN", format!("the value is {other:?}, and must be 0 or 1"), "set it to 1"))
             }
         }
     }
@@ -72,7 +72,7 @@ impl Mode {
 /// How it went with one case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Outcome {
+pub enum GoldenOutcome {
     /// As its golden.
     Passed,
     /// Not as its golden, or without one.
@@ -87,7 +87,7 @@ pub struct CaseResult {
     /// Its name, without an ending.
     pub name: String,
     /// How it went.
-    pub outcome: Outcome,
+    pub outcome: GoldenOutcome,
     /// Why it failed, one sentence each.
     pub reasons: Vec<String>,
     /// How far the picture is from its golden, where both are there and of one size.
@@ -108,14 +108,14 @@ pub struct GoldenReport {
 impl GoldenReport {
     /// Whether no case failed and no golden is left over.
     pub fn passed(&self) -> bool {
-        self.orphans.is_empty() && self.cases.iter().all(|case| case.outcome != Outcome::Failed)
+        self.orphans.is_empty() && self.cases.iter().all(|case| case.outcome != GoldenOutcome::Failed)
     }
 }
 
 impl fmt::Display for GoldenReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for case in self.cases.iter().filter(|case| case.outcome != Outcome::Passed) {
-            let word = if case.outcome == Outcome::Updated { "updated" } else { "FAILED" };
+        for case in self.cases.iter().filter(|case| case.outcome != GoldenOutcome::Passed) {
+            let word = if case.outcome == GoldenOutcome::Updated { "updated" } else { "FAILED" };
             writeln!(f, "{word} {}", case.name)?;
             for reason in &case.reasons {
                 writeln!(f, "    {reason}")?;
@@ -129,9 +129,9 @@ impl fmt::Display for GoldenReport {
             f,
             "{} cases: {} passed, {} failed, {} updated; {} goldens without a case",
             self.cases.len(),
-            count(Outcome::Passed),
-            count(Outcome::Failed),
-            count(Outcome::Updated),
+            count(GoldenOutcome::Passed),
+            count(GoldenOutcome::Failed),
+            count(GoldenOutcome::Updated),
             self.orphans.len()
         )
     }

@@ -2,10 +2,10 @@
 
 use crate::analysis::judge::{fates, measure};
 use crate::analysis::view::{HalfView, see};
-use crate::error::Problem;
-use crate::metrics::Both;
+use crate::error::Error;
+use crate::metrics::MeasuredAndTrue;
 use crate::raster::Raster;
-use crate::render::Wanted;
+use crate::render::Outputs;
 use crate::scene::Scene;
 use crate::system::System;
 use crate::{render, system};
@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 ///
 /// # Errors
 /// When the instrument cannot be built.
-pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Problem> {
+pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Error> {
     let system = system::build(scene)?;
     let random = system.effects.is_random();
     let film = render::render(&system, &|_| ());
@@ -57,11 +57,11 @@ pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Problem> {
 ///
 /// # Errors
 /// When the instrument cannot be built.
-pub fn redrawn(scene: &Scene, count: usize) -> Result<Vec<Raster<f32>>, Problem> {
+pub fn redrawn(scene: &Scene, count: usize) -> Result<Vec<Raster<f32>>, Error> {
     let system = system::build(scene)?;
     let picture = |replicate: u64| {
         let system = System { effects: system.effects.redrawn(replicate), ..system.clone() };
-        render::render_wanted(&system, Wanted { truth: false }, &|_| ()).radiance
+        render::render_wanted(&system, Outputs { truth: false }, &|_| ()).radiance
     };
     Ok((0..count as u64).map(picture).collect())
 }
@@ -81,7 +81,7 @@ fn truth(view: &HalfView) -> Value {
     view.truth.iter().flatten().map(corner).collect::<serde_json::Map<_, _>>().into()
 }
 
-fn rms<T>(figure: &Both<T>, pick: impl Fn(&T) -> f64) -> Value {
+fn rms<T>(figure: &MeasuredAndTrue<T>, pick: impl Fn(&T) -> f64) -> Value {
     let side = |side: &Option<Result<T, _>>| side.as_ref().and_then(|r| r.as_ref().ok()).map(&pick);
     json!({ "measured": side(&figure.measured), "true": side(&figure.exact) })
 }

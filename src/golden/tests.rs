@@ -3,7 +3,7 @@
 
 use super::record::Tolerance;
 use super::*;
-use crate::error::Problem;
+use crate::error::Error;
 use crate::io::png;
 use crate::raster::Raster;
 use serde_json::json;
@@ -22,7 +22,7 @@ impl Room {
         room.case("one", 7.3);
         room.case("two", 4.8);
         let report = room.run(Mode::Update, &|output| output);
-        assert!(report.cases.iter().all(|case| case.outcome == Outcome::Updated));
+        assert!(report.cases.iter().all(|case| case.outcome == GoldenOutcome::Updated));
         assert!(room.check(&|output| output).passed());
         room
     }
@@ -59,10 +59,10 @@ fn tolerance(path: &str) -> Tolerance {
 }
 
 /// White left of the edge, black right of it, the pixel that it crosses by area.
-fn render(path: &Path) -> Result<GoldenOutput, Problem> {
+fn render(path: &Path) -> Result<GoldenOutput, Error> {
     let text = fs::read_to_string(path).unwrap();
     let edge: f64 =
-        text.parse().map_err(|_| Problem::new(path.display(), format!("{text} is no number"), "write one"))?;
+        text.parse().map_err(|_| Error::new(path.display(), format!("{text} is no number"), "write one"))?;
     let light = (0..16 * 12).map(|k| (edge - f64::from(k % 16)).clamp(0.0, 1.0) as f32).collect();
     let record = json!({"found": 1, "corners": [{"x_px": edge, "y_px": 6.0}], "fates": {"missed": 0}});
     Ok(GoldenOutput { picture: Raster::from_data(16, 12, light), record, noise: None })
@@ -111,8 +111,8 @@ fn an_edge_that_moves_by_a_twentieth_of_a_pixel_fails_by_picture_and_by_corner()
     room.case("one", 7.35);
     let report = room.check(&|output| output);
     let case = &report.cases[0];
-    assert_eq!(case.outcome, Outcome::Failed);
-    assert_eq!(report.cases[1].outcome, Outcome::Passed);
+    assert_eq!(case.outcome, GoldenOutcome::Failed);
+    assert_eq!(report.cases[1].outcome, GoldenOutcome::Passed);
     // The edge crosses one pixel of each of 12 rows, whose light changes by 0.05.
     let picture = case.picture.as_ref().unwrap();
     assert_eq!(picture.over_threshold, 12);
@@ -190,7 +190,7 @@ fn an_update_rewrites_failing_goldens_only() {
     fs::write(room.golden("two.json"), &spelled).unwrap();
     let report = room.run(Mode::Update, &|output| output);
     assert!(report.passed());
-    assert_eq!((report.cases[0].outcome, report.cases[1].outcome), (Outcome::Updated, Outcome::Passed));
+    assert_eq!((report.cases[0].outcome, report.cases[1].outcome), (GoldenOutcome::Updated, GoldenOutcome::Passed));
     assert_eq!(fs::read_to_string(room.golden("two.json")).unwrap(), spelled);
     assert!(room.check(&|output| output).passed());
 }

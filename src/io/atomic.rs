@@ -1,6 +1,6 @@
 //! Whole files or none: every file of the program is written here.
 
-use crate::error::Problem;
+use crate::error::Error;
 use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -18,10 +18,7 @@ const BUFFER_BYTES: usize = 1 << 16;
 /// # Errors
 /// A directory that is missing or cannot be written, a file marked read-only, something at `path` that is no regular
 /// file, a full disk, and whatever `write` reports.
-pub fn write_atomically(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
-) -> Result<(), Problem> {
+pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), Error> {
     let target = replaceable(path)?;
     let directory = match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -62,7 +59,7 @@ fn link(unnamed: &File, name: &Path) -> io::Result<()> {
 ///
 /// # Errors
 /// Those of [`write_atomically`].
-pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Problem> {
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     write_atomically(path, |out| out.write_all(bytes))
 }
 
@@ -85,9 +82,9 @@ fn builder() -> tempfile::Builder<'static, 'static> {
 
 /// The path to replace: `path` itself, or what it links to. A device, a directory and a read-only file are refused,
 /// since a rename would quietly take their place.
-fn replaceable(path: &Path) -> Result<PathBuf, Problem> {
+fn replaceable(path: &Path) -> Result<PathBuf, Error> {
     if path.file_name().is_none() {
-        return Err(Problem::new(path.display(), "this names no file", "name a file to write"));
+        return Err(Error::new(path.display(), "this names no file", "name a file to write"));
     }
     let found = match std::fs::metadata(path) {
         Ok(found) => found,
@@ -96,10 +93,10 @@ fn replaceable(path: &Path) -> Result<PathBuf, Problem> {
     };
     if !found.is_file() {
         let kind = if found.is_dir() { "a directory" } else { "not a regular file" };
-        return Err(Problem::new(path.display(), format!("this is {kind}"), "name a regular file to write"));
+        return Err(Error::new(path.display(), format!("this is {kind}"), "name a regular file to write"));
     }
     if found.permissions().readonly() {
-        return Err(Problem::new(
+        return Err(Error::new(
             path.display(),
             "the file is marked read-only",
             "allow writing to it, or name another file",
@@ -109,7 +106,7 @@ fn replaceable(path: &Path) -> Result<PathBuf, Problem> {
 }
 
 /// What the user is told of a failed write, with the system's reason.
-fn explain(path: &Path, error: &io::Error) -> Problem {
+fn explain(path: &Path, error: &io::Error) -> Error {
     let there = path.parent().is_some_and(|directory| directory.as_os_str().is_empty() || directory.is_dir());
     let help = match error.kind() {
         ErrorKind::NotFound if there => "no file can be made in this directory; write to another one",
@@ -125,7 +122,7 @@ fn explain(path: &Path, error: &io::Error) -> Problem {
     // The name of the temporary file would say nothing.
     let told = error.to_string();
     let reason = told.split(" at path ").next().unwrap_or_default();
-    Problem::new(path.display(), format!("the file cannot be written: {reason}"), help)
+    Error::new(path.display(), format!("the file cannot be written: {reason}"), help)
 }
 
 #[cfg(test)]

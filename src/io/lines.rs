@@ -1,6 +1,6 @@
 //! A text read line by line, which knows where it is.
 
-use crate::error::Problem;
+use crate::error::Error;
 use glam::DVec3;
 use std::fmt::Display;
 use std::io::{BufRead, Read};
@@ -9,7 +9,7 @@ use std::io::{BufRead, Read};
 pub(super) const MAX_LINE: u64 = 4096;
 
 /// A text read line by line, which knows where it is.
-pub(super) struct Lines<'a, R> {
+pub(super) struct TextLines<'a, R> {
     /// The file, in messages.
     pub(super) name: &'a str,
     /// What has not been read yet.
@@ -22,9 +22,9 @@ pub(super) struct Lines<'a, R> {
     pub(super) limit: u64,
 }
 
-impl<R: BufRead> Lines<'_, R> {
+impl<R: BufRead> TextLines<'_, R> {
     /// The next line without its end, in `buffer`; `None` at the end of the input.
-    pub(super) fn next<'b>(&mut self, buffer: &'b mut Vec<u8>) -> Result<Option<&'b str>, Problem> {
+    pub(super) fn next<'b>(&mut self, buffer: &'b mut Vec<u8>) -> Result<Option<&'b str>, Error> {
         buffer.clear();
         self.line += 1;
         let read = (&mut self.input).take(MAX_LINE).read_until(b'\n', buffer);
@@ -46,19 +46,19 @@ impl<R: BufRead> Lines<'_, R> {
     }
 
     /// A problem at the line read last.
-    pub(super) fn problem(&self, rule: impl Into<String>, help: impl Into<String>) -> Problem {
-        Problem::new(format_args!("{}:{}", self.name, self.line), rule, help)
+    pub(super) fn problem(&self, rule: impl Into<String>, help: impl Into<String>) -> Error {
+        Error::new(format_args!("{}:{}", self.name, self.line), rule, help)
     }
 
     /// `value` as a finite number; `what` names it.
-    pub(super) fn number(&self, what: impl Display, value: &str) -> Result<f64, Problem> {
+    pub(super) fn number(&self, what: impl Display, value: &str) -> Result<f64, Error> {
         value.parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(|| {
             self.problem(format!("{what} is {value:?}, and must be a finite number"), "correct or remove the line")
         })
     }
 
     /// One more point, within the limit.
-    pub(super) fn push(&self, points: &mut Vec<DVec3>, point: DVec3) -> Result<(), Problem> {
+    pub(super) fn push(&self, points: &mut Vec<DVec3>, point: DVec3) -> Result<(), Error> {
         if points.len() as u64 == self.limit {
             return Err(self.problem(
                 format!("the file has more than {} points, which is the limit", self.limit),

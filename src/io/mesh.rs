@@ -1,9 +1,9 @@
 //! A surface of triangles from a file: PLY or OBJ.
 
-use super::lines::Lines;
-use super::ply::{Ply, Row};
+use super::lines::TextLines;
+use super::ply::{Ply, PlyRow};
 use super::point_cloud::finite_point;
-use crate::error::Problem;
+use crate::error::Error;
 use crate::surface::mesh::{Triangles, corner_normals};
 use glam::DVec3;
 use std::fs::File;
@@ -18,7 +18,7 @@ pub const MAX_COORDINATE_MM: f64 = 1e6;
 
 /// How the triangles are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
+pub enum MeshFormat {
     /// PLY 1.0, ascii or binary: the element `vertex` with x, y, z and, where they are known, the normal nx, ny, nz; then
     /// the element `face` with the list `vertex_indices`, of three or four corners each.
     Ply,
@@ -30,21 +30,21 @@ pub enum Format {
 /// are cut in two. Normals that the file does not give follow from the triangles ([`corner_normals`]).
 ///
 /// # Errors
-/// A [`Problem`] with file, line, value and rule when the file cannot be read, breaks its format, holds a number that is
+/// A [`Error`] with file, line, value and rule when the file cannot be read, breaks its format, holds a number that is
 /// not finite, names a corner that it has not, has no triangle or more than [`MAX_TRIANGLES`], goes beyond [`MAX_COORDINATE_MM`], or is
 /// no graph over (x, y).
-pub fn read_triangles(path: &Path) -> Result<Triangles, Problem> {
+pub fn read_triangles(path: &Path) -> Result<Triangles, Error> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let format = match extension.as_str() {
-        "ply" => Format::Ply,
-        "obj" => Format::Obj,
+        "ply" => MeshFormat::Ply,
+        "obj" => MeshFormat::Obj,
         _ => {
             let rule = format!("the extension is {extension:?}, and must be ply or obj");
-            return Err(Problem::new(path.display(), rule, "rename the file after its format, or convert it"));
+            return Err(Error::new(path.display(), rule, "rename the file after its format, or convert it"));
         }
     };
     let unreadable =
-        |e| Problem::new(path.display(), format!("cannot be read: {e}"), "check the path and its permissions");
+        |e| Error::new(path.display(), format!("cannot be read: {e}"), "check the path and its permissions");
     let file = File::open(path).map_err(unreadable)?;
     let bytes = file.metadata().map_err(unreadable)?.len();
     parse_triangles(&path.display().to_string(), format, BufReader::new(file), bytes)
@@ -54,20 +54,20 @@ pub fn read_triangles(path: &Path) -> Result<Triangles, Problem> {
 ///
 /// # Errors
 /// As [`read_triangles`].
-pub fn parse_triangles(name: &str, format: Format, input: impl BufRead, bytes: u64) -> Result<Triangles, Problem> {
-    let mut lines = Lines { name, input, line: 0, taken: 0, limit: MAX_TRIANGLES };
+pub fn parse_triangles(name: &str, format: MeshFormat, input: impl BufRead, bytes: u64) -> Result<Triangles, Error> {
+    let mut lines = TextLines { name, input, line: 0, taken: 0, limit: MAX_TRIANGLES };
     let (points_mm, normals, triangles) = match format {
-        Format::Ply => ply(&mut lines, bytes)?,
-        Format::Obj => obj(&mut lines)?,
+        MeshFormat::Ply => ply(&mut lines, bytes)?,
+        MeshFormat::Obj => obj(&mut lines)?,
     };
     if let Some(k) = points_mm.iter().position(|p| !p.abs().cmple(DVec3::splat(MAX_COORDINATE_MM)).all()) {
         let rule =
             format!("vertex {} is {:?}, and must be within {MAX_COORDINATE_MM:e} mm", k + 1, points_mm[k].to_array());
-        return Err(Problem::new(name, rule, "give the surface in mm, near the camera's axis"));
+        return Err(Error::new(name, rule, "give the surface in mm, near the camera's axis"));
     }
     if triangles.is_empty() {
         let help = "write the surface with its faces; points alone are a scene's `kind = \"point_cloud\"`";
-        return Err(Problem::new(name, "the file has no triangles", help));
+        return Err(Error::new(name, "the file has no triangles", help));
     }
     let point_normals = match normals {
         Some(normals) => normals,
@@ -77,7 +77,7 @@ pub fn parse_triangles(name: &str, format: Format, input: impl BufRead, bytes: u
                 k + 1,
                 points_mm[k]
             );
-            Problem::new(name, rule, "remove loose corners; a surface of a prism is a graph z(x, y)")
+            Error::new(name, rule, "remove loose corners; a surface of a prism is a graph z(x, y)")
         })?,
     };
     Ok(Triangles { points_mm, point_normals, triangles })
@@ -85,7 +85,7 @@ pub fn parse_triangles(name: &str, format: Format, input: impl BufRead, bytes: u
 
 type Parts = (Vec<DVec3>, Option<Vec<DVec3>>, Vec<[u32; 3]>);
 
-fn ply<R: BufRead>(lines: &mut Lines<R>, bytes: u64) -> Result<Parts, Problem> {
+fn ply<R: BufRead>(lines: &mut TextLines<R>, bytes: u64) -> Result<Parts, Error> {
     let mut ply = Ply::open(lines, bytes)?;
     let [x, y, z] = ply.columns(["x", "y", "z"]).unwrap_or_default();
     let normal_columns = ply.columns(["nx", "ny", "nz"]);
@@ -110,13 +110,13 @@ fn ply<R: BufRead>(lines: &mut Lines<R>, bytes: u64) -> Result<Parts, Problem> {
             return Err(ply.problem(rule, "write the file again as a mesh of triangles"));
         }
     }
-    ply.rows(|ply, i, Row { list, .. }| {
+    ply.rows(|ply, i, PlyRow { list, .. }| {
         push(&mut triangles, list, points.len()).map_err(|rule| ply.problem(format!("face {i} {rule}"), FACE_HELP))
     })?;
     Ok((points, normal_columns.is_some().then_some(normals), triangles))
 }
 
-fn obj<R: BufRead>(lines: &mut Lines<R>) -> Result<Parts, Problem> {
+fn obj<R: BufRead>(lines: &mut TextLines<R>) -> Result<Parts, Error> {
     let (mut points, mut triangles, mut buffer) = (Vec::new(), Vec::new(), Vec::new());
     while let Some(line) = lines.next(&mut buffer)? {
         let mut words = line.split_whitespace();
@@ -138,7 +138,7 @@ fn obj<R: BufRead>(lines: &mut Lines<R>) -> Result<Parts, Problem> {
                     Some(k) if k < 0 => Ok(points.len() as f64 + k as f64),
                     _ => Err(lines.problem(format!("the corner {word:?} is no number of a vertex"), FACE_HELP)),
                 };
-                let corners = words.map(corner).collect::<Result<Vec<f64>, Problem>>()?;
+                let corners = words.map(corner).collect::<Result<Vec<f64>, Error>>()?;
                 push(&mut triangles, &corners, points.len())
                     .map_err(|rule| lines.problem(format!("the face {rule}"), FACE_HELP))?;
                 if triangles.len() as u64 > lines.limit {

@@ -1,6 +1,6 @@
 //! What a picture file says besides its pixels, and the sizes that it may have.
 
-use crate::error::Problem;
+use crate::error::Error;
 use crate::raster::{MAX_PIXELS, MAX_SIDE_PX};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ pub(super) const KEY: &str = "biprism";
 ///
 /// # Errors
 /// A side of zero pixels, or more than [`MAX_SIDE_PX`] or [`MAX_PIXELS`].
-pub(super) fn checked_size(path: &Path, width: usize, height: usize) -> Result<(usize, usize), Problem> {
+pub(super) fn checked_size(path: &Path, width: usize, height: usize) -> Result<(usize, usize), Error> {
     let rule = if width == 0 || height == 0 {
         "at least one pixel each way".to_owned()
     } else if width > MAX_SIDE_PX || height > MAX_SIDE_PX {
@@ -52,5 +52,5 @@ pub(super) fn checked_size(path: &Path, width: usize, height: usize) -> Result<(
         return Ok((width, height));
     };
     let found = format!("the picture is {width} x {height}, and must have {rule}");
-    Err(Problem::new(path.display(), found, "use a picture of another size"))
+    Err(Error::new(path.display(), found, "use a picture of another size"))
 }

@@ -1,7 +1,7 @@
 //! What other programs and cameras write: JPEG, BMP and PNM, through the `image` library, to linear light.
 
 use super::metadata::{Metadata, checked_size};
-use crate::error::Problem;
+use crate::error::Error;
 use crate::raster::transfer::{Transfer, luminance};
 use crate::raster::{MAX_PIXELS, MAX_SIDE_PX, Raster};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
@@ -30,14 +30,14 @@ pub(super) fn read_from(
     source: impl BufRead + Seek,
     format: ImageFormat,
     stated: Option<Transfer>,
-) -> Result<(Raster<f32>, Metadata), Problem> {
+) -> Result<(Raster<f32>, Metadata), Error> {
     let damaged = |error: image::ImageError| {
         let rule = format!("the {} cannot be read: {error}", name(format));
-        Problem::new(path.display(), rule, "check that the file is whole, or convert it to PNG")
+        Error::new(path.display(), rule, "check that the file is whole, or convert it to PNG")
     };
     let Some(transfer) = stated else {
         let rule = format!("a {} does not say how its values became of light", name(format));
-        return Err(Problem::new(path.display(), rule, "state it: --transfer srgb for a photograph, or linear"));
+        return Err(Error::new(path.display(), rule, "state it: --transfer srgb for a photograph, or linear"));
     };
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_SIDE_PX as u32);
@@ -52,7 +52,7 @@ pub(super) fn read_from(
     let colour = decoder.color_type();
     if colour.has_alpha() {
         let rule = "the picture has an opacity, which has no meaning for light";
-        return Err(Problem::new(path.display(), rule, "save it without opacity"));
+        return Err(Error::new(path.display(), rule, "save it without opacity"));
     }
     let picture = DynamicImage::from_decoder(decoder).map_err(damaged)?;
     let light = |value: f32| transfer.decode(f64::from(value));

@@ -2,7 +2,7 @@
 
 use super::metadata::Metadata;
 use super::{exr, photo, png};
-use crate::error::Problem;
+use crate::error::Error;
 use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
 use std::fs::File;
@@ -17,7 +17,7 @@ use std::path::Path;
 /// # Errors
 /// A file that is missing, of another format, damaged, outside the limits of [`MAX_SIDE_PX`] and [`MAX_PIXELS`], not
 /// opaque, not finite, or that leaves the transfer curve to be guessed.
-pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Problem> {
+pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Error> {
     let mut file = open(path)?;
     let mut start = Vec::new();
     (&mut file)
@@ -35,19 +35,19 @@ pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metad
         let found =
             if start.is_empty() { "is empty".to_owned() } else { format!("begins with the bytes {start:02x?}") };
         let rule = format!("the file {found}, and must be a PNG, OpenEXR, JPEG, BMP or PNM picture");
-        Err(Problem::new(path.display(), rule, "convert it to PNG (16 bit, grey) or to OpenEXR"))
+        Err(Error::new(path.display(), rule, "convert it to PNG (16 bit, grey) or to OpenEXR"))
     }
 }
 
 /// Opens a regular file for reading.
-pub(super) fn open(path: &Path) -> Result<BufReader<File>, Problem> {
+pub(super) fn open(path: &Path) -> Result<BufReader<File>, Error> {
     let file = File::open(path).map_err(|error| unreadable(path, &error))?;
     if file.metadata().is_ok_and(|found| found.is_dir()) {
-        return Err(Problem::new(path.display(), "this is a directory", "name a PNG or EXR file"));
+        return Err(Error::new(path.display(), "this is a directory", "name a PNG or EXR file"));
     }
     Ok(BufReader::new(file))
 }
 
-pub(super) fn unreadable(path: &Path, error: &io::Error) -> Problem {
-    Problem::new(path.display(), format!("the file cannot be read: {error}"), "check the name and the right to read it")
+pub(super) fn unreadable(path: &Path, error: &io::Error) -> Error {
+    Error::new(path.display(), format!("the file cannot be read: {error}"), "check the name and the right to read it")
 }

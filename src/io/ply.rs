@@ -1,7 +1,7 @@
 //! The vertices and faces of a PLY file: ascii, or binary of either byte order.
 
-use super::lines::Lines;
-use crate::error::Problem;
+use super::lines::TextLines;
+use crate::error::Error;
 use std::io::BufRead;
 
 /// Most lines of a header.
@@ -11,7 +11,7 @@ const CUT_SHORT: &str = "the file is cut short, or its header is wrong: write it
 
 /// How the body of a PLY file is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Encoding {
+enum PlyEncoding {
     Ascii,
     LittleEndian,
     BigEndian,
@@ -69,11 +69,11 @@ impl Scalar {
         }
     }
 
-    fn read(self, input: &mut impl BufRead, encoding: Encoding) -> std::io::Result<f64> {
+    fn read(self, input: &mut impl BufRead, encoding: PlyEncoding) -> std::io::Result<f64> {
         let mut bytes = [0; 8];
         let own = &mut bytes[..self.bytes()];
         input.read_exact(own)?;
-        if encoding == Encoding::BigEndian {
+        if encoding == PlyEncoding::BigEndian {
             own.reverse();
         }
         Ok(self.value(bytes))
@@ -82,7 +82,7 @@ impl Scalar {
 
 /// What a property holds: one number, or a count and as many numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum PropertyKind {
     Scalar(Scalar),
     List { count: Scalar, item: Scalar },
 }
@@ -92,7 +92,7 @@ enum Kind {
 struct Element {
     name: String,
     count: u64,
-    properties: Vec<(String, Kind)>,
+    properties: Vec<(String, PropertyKind)>,
 }
 
 impl Element {
@@ -102,20 +102,20 @@ impl Element {
 
     /// Bytes that all rows need at the least. In ascii every value has a digit and a blank or an end of line, but for
     /// the last.
-    fn least_bytes(&self, encoding: Encoding) -> u64 {
+    fn least_bytes(&self, encoding: PlyEncoding) -> u64 {
         let row = self.properties.iter().map(|(_, kind)| match (encoding, kind) {
-            (Encoding::Ascii, _) => 2,
-            (_, Kind::Scalar(s) | Kind::List { count: s, .. }) => s.bytes() as u64,
+            (PlyEncoding::Ascii, _) => 2,
+            (_, PropertyKind::Scalar(s) | PropertyKind::List { count: s, .. }) => s.bytes() as u64,
         });
         let all = self.count.saturating_mul(row.sum());
-        if encoding == Encoding::Ascii { all.saturating_sub(1) } else { all }
+        if encoding == PlyEncoding::Ascii { all.saturating_sub(1) } else { all }
     }
 }
 
 /// A PLY file whose header has been read.
 pub(super) struct Ply<'a, 'b, R> {
-    lines: &'a mut Lines<'b, R>,
-    encoding: Encoding,
+    lines: &'a mut TextLines<'b, R>,
+    encoding: PlyEncoding,
     elements: Vec<Element>,
     /// Bytes of the file.
     bytes: u64,
@@ -125,7 +125,7 @@ pub(super) struct Ply<'a, 'b, R> {
 
 /// One row of an element: its numbers in the header's order (a list gives its length), and the items of its list.
 #[derive(Debug, Default)]
-pub(super) struct Row {
+pub(super) struct PlyRow {
     pub(super) values: Vec<f64>,
     pub(super) list: Vec<f64>,
 }
@@ -134,8 +134,8 @@ impl<'a, 'b, R: BufRead> Ply<'a, 'b, R> {
     /// Reads the header of a file of `bytes` bytes.
     ///
     /// # Errors
-    /// A [`Problem`] with the line.
-    pub(super) fn open(lines: &'a mut Lines<'b, R>, bytes: u64) -> Result<Self, Problem> {
+    /// A [`Error`] with the line.
+    pub(super) fn open(lines: &'a mut TextLines<'b, R>, bytes: u64) -> Result<Self, Error> {
         let (encoding, elements) = read_header(lines)?;
         Ok(Self { lines, encoding, elements, bytes, done: 0 })
     }
@@ -154,31 +154,28 @@ impl<'a, 'b, R: BufRead> Ply<'a, 'b, R> {
 
     /// Whether property `column` of the next element is its only list.
     pub(super) fn is_its_list(&self, column: usize) -> bool {
-        let is_list = |kind: &Kind| matches!(kind, Kind::List { .. });
+        let is_list = |kind: &PropertyKind| matches!(kind, PropertyKind::List { .. });
         let properties = self.elements.get(self.done).map_or(&[][..], |e| &e.properties);
         properties.iter().enumerate().all(|(k, (_, kind))| is_list(kind) == (k == column))
     }
 
     /// A problem with what was read last.
-    pub(super) fn problem(&self, rule: impl Into<String>, help: impl Into<String>) -> Problem {
-        if self.encoding == Encoding::Ascii {
+    pub(super) fn problem(&self, rule: impl Into<String>, help: impl Into<String>) -> Error {
+        if self.encoding == PlyEncoding::Ascii {
             return self.lines.problem(rule, help);
         }
-        Problem::new(self.lines.name, rule, help)
+        Error::new(self.lines.name, rule, help)
     }
 
     /// Gives the next element's rows to `each`, with their numbers from 1. The header's count is checked against the
     /// file's size before the first, so `each` may take memory for all.
     ///
     /// # Errors
-    /// A [`Problem`] with the line, or the number of the row in a binary body; and those of `each`.
-    pub(super) fn rows(
-        &mut self,
-        mut each: impl FnMut(&Self, u64, &Row) -> Result<(), Problem>,
-    ) -> Result<(), Problem> {
+    /// A [`Error`] with the line, or the number of the row in a binary body; and those of `each`.
+    pub(super) fn rows(&mut self, mut each: impl FnMut(&Self, u64, &PlyRow) -> Result<(), Error>) -> Result<(), Error> {
         let (count, needed, name, kinds) = {
             let element = &self.elements[self.done];
-            let kinds: Vec<Kind> = element.properties.iter().map(|p| p.1).collect();
+            let kinds: Vec<PropertyKind> = element.properties.iter().map(|p| p.1).collect();
             (element.count, element.least_bytes(self.encoding), element.name.clone(), kinds)
         };
         let left = self.bytes.saturating_sub(self.lines.taken);
@@ -188,15 +185,15 @@ impl<'a, 'b, R: BufRead> Ply<'a, 'b, R> {
                 format!("{count} {plural} need {needed} bytes or more after the header, and the file has {left}");
             return Err(self.lines.problem(rule, CUT_SHORT));
         }
-        let (mut row, mut buffer) = (Row::default(), Vec::new());
+        let (mut row, mut buffer) = (PlyRow::default(), Vec::new());
         for i in 1..=count {
             row.values.clear();
             row.list.clear();
             match self.encoding {
-                Encoding::Ascii => self.text_row(&kinds, &name, [i, count], &mut buffer, &mut row)?,
+                PlyEncoding::Ascii => self.text_row(&kinds, &name, [i, count], &mut buffer, &mut row)?,
                 _ => self.binary_row(&kinds, &mut row).map_err(|e| {
                     let rule = format!("{name} {i} of {count} cannot be read: {e}");
-                    Problem::new(self.lines.name, rule, CUT_SHORT)
+                    Error::new(self.lines.name, rule, CUT_SHORT)
                 })?,
             }
             each(self, i, &row)?;
@@ -207,12 +204,12 @@ impl<'a, 'b, R: BufRead> Ply<'a, 'b, R> {
 
     fn text_row(
         &mut self,
-        kinds: &[Kind],
+        kinds: &[PropertyKind],
         name: &str,
         [i, count]: [u64; 2],
         buffer: &mut Vec<u8>,
-        row: &mut Row,
-    ) -> Result<(), Problem> {
+        row: &mut PlyRow,
+    ) -> Result<(), Error> {
         let Some(line) = self.lines.next(buffer)? else {
             let rule = format!("the file ends after {} of {count} rows of {name:?}", i - 1);
             return Err(self.lines.problem(rule, CUT_SHORT));
@@ -231,7 +228,7 @@ impl<'a, 'b, R: BufRead> Ply<'a, 'b, R> {
         for kind in kinds {
             let value = number(wanted)?;
             row.values.push(value);
-            if let Kind::List { .. } = kind {
+            if let PropertyKind::List { .. } = kind {
                 // No more items than the line has words.
                 wanted += if value > 0.0 { (value as usize).min(given + 1) } else { 0 };
                 while (row.list.len() as f64) < value {
@@ -246,11 +243,11 @@ impl<'a, 'b, R: BufRead> Ply<'a, 'b, R> {
         Ok(())
     }
 
-    fn binary_row(&mut self, kinds: &[Kind], row: &mut Row) -> std::io::Result<()> {
+    fn binary_row(&mut self, kinds: &[PropertyKind], row: &mut PlyRow) -> std::io::Result<()> {
         for kind in kinds {
             match *kind {
-                Kind::Scalar(scalar) => row.values.push(scalar.read(&mut self.lines.input, self.encoding)?),
-                Kind::List { count, item } => {
+                PropertyKind::Scalar(scalar) => row.values.push(scalar.read(&mut self.lines.input, self.encoding)?),
+                PropertyKind::List { count, item } => {
                     let length = count.read(&mut self.lines.input, self.encoding)?;
                     row.values.push(length);
                     // Read one by one: a length that is not there ends the file, and takes no memory.
@@ -264,7 +261,7 @@ impl<'a, 'b, R: BufRead> Ply<'a, 'b, R> {
     }
 }
 
-fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<(Encoding, Vec<Element>), Problem> {
+fn read_header<R: BufRead>(lines: &mut TextLines<R>) -> Result<(PlyEncoding, Vec<Element>), Error> {
     let mut buffer = Vec::new();
     if lines.next(&mut buffer)? != Some("ply") {
         return Err(lines.problem("the first line is not `ply`", "check the file's format and extension"));
@@ -280,9 +277,9 @@ fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<(Encoding, Vec<Elemen
         match words[..] {
             ["format", name, "1.0"] => {
                 encoding = match name {
-                    "ascii" => Some(Encoding::Ascii),
-                    "binary_little_endian" => Some(Encoding::LittleEndian),
-                    "binary_big_endian" => Some(Encoding::BigEndian),
+                    "ascii" => Some(PlyEncoding::Ascii),
+                    "binary_little_endian" => Some(PlyEncoding::LittleEndian),
+                    "binary_big_endian" => Some(PlyEncoding::BigEndian),
                     _ => None,
                 };
             }
@@ -308,13 +305,13 @@ fn read_header<R: BufRead>(lines: &mut Lines<R>) -> Result<(Encoding, Vec<Elemen
                 let count = Scalar::named(count).ok_or_else(|| unknown_type(count, name))?;
                 let item = Scalar::named(item).ok_or_else(|| unknown_type(item, name))?;
                 if let Some(element) = elements.last_mut() {
-                    element.properties.push((name.to_owned(), Kind::List { count, item }));
+                    element.properties.push((name.to_owned(), PropertyKind::List { count, item }));
                 }
             }
             ["property", kind, name] if !elements.is_empty() => {
                 let scalar = Scalar::named(kind).ok_or_else(|| unknown_type(kind, name))?;
                 if let Some(element) = elements.last_mut() {
-                    element.properties.push((name.to_owned(), Kind::Scalar(scalar)));
+                    element.properties.push((name.to_owned(), PropertyKind::Scalar(scalar)));
                 }
             }
             ["end_header"] => {

@@ -1,8 +1,8 @@
 //! A point cloud from a file: CSV with named columns, PLY, or XYZ.
 
-use super::lines::Lines;
+use super::lines::TextLines;
 use super::ply::Ply;
-use crate::error::Problem;
+use crate::error::Error;
 use glam::DVec3;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -22,7 +22,7 @@ pub enum Surface {
 
 /// How the points are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
+pub enum PointFormat {
     /// Comma-separated values below a line of column names: `x_mm`, `y_mm`, `z_mm` or `x`, `y`, `z`, or those of
     /// [`crate::io::point_grid::CSV_HEADER`]. Other columns are ignored.
     Csv,
@@ -36,16 +36,16 @@ pub enum Format {
 /// CSV that holds both surfaces of a design gives those of `surface`.
 ///
 /// # Errors
-/// A [`Problem`] with file, line, value and rule when the file cannot be read, breaks its format, holds a number that is not
+/// A [`Error`] with file, line, value and rule when the file cannot be read, breaks its format, holds a number that is not
 /// finite, or has more than [`MAX_POINTS`].
-pub fn read_points(path: &Path, surface: Surface) -> Result<Vec<DVec3>, Problem> {
+pub fn read_points(path: &Path, surface: Surface) -> Result<Vec<DVec3>, Error> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let format = match extension.as_str() {
-        "csv" => Format::Csv,
-        "ply" => Format::Ply,
-        "xyz" | "txt" => Format::Xyz,
+        "csv" => PointFormat::Csv,
+        "ply" => PointFormat::Ply,
+        "xyz" | "txt" => PointFormat::Xyz,
         _ => {
-            return Err(Problem::new(
+            return Err(Error::new(
                 path.display(),
                 format!("the extension is {extension:?}, and must be csv, ply, xyz or txt"),
                 "rename the file after its format, or convert it",
@@ -53,7 +53,7 @@ pub fn read_points(path: &Path, surface: Surface) -> Result<Vec<DVec3>, Problem>
         }
     };
     let unreadable =
-        |e| Problem::new(path.display(), format!("cannot be read: {e}"), "check the path and its permissions");
+        |e| Error::new(path.display(), format!("cannot be read: {e}"), "check the path and its permissions");
     let file = File::open(path).map_err(unreadable)?;
     let bytes = file.metadata().map_err(unreadable)?.len();
     parse_points(&path.display().to_string(), format, BufReader::new(file), bytes, surface)
@@ -65,11 +65,11 @@ pub fn read_points(path: &Path, surface: Surface) -> Result<Vec<DVec3>, Problem>
 /// As [`read_points`].
 pub fn parse_points(
     name: &str,
-    format: Format,
+    format: PointFormat,
     input: impl BufRead,
     bytes: u64,
     surface: Surface,
-) -> Result<Vec<DVec3>, Problem> {
+) -> Result<Vec<DVec3>, Error> {
     parse_at_most(MAX_POINTS, name, format, input, bytes, surface)
 }
 
@@ -77,20 +77,20 @@ pub fn parse_points(
 fn parse_at_most(
     limit: u64,
     name: &str,
-    format: Format,
+    format: PointFormat,
     input: impl BufRead,
     bytes: u64,
     surface: Surface,
-) -> Result<Vec<DVec3>, Problem> {
-    let mut lines = Lines { name, input, line: 0, taken: 0, limit };
+) -> Result<Vec<DVec3>, Error> {
+    let mut lines = TextLines { name, input, line: 0, taken: 0, limit };
     match format {
-        Format::Csv => csv(&mut lines, surface),
-        Format::Xyz => xyz(&mut lines),
-        Format::Ply => ply_points(&mut lines, bytes),
+        PointFormat::Csv => csv(&mut lines, surface),
+        PointFormat::Xyz => xyz(&mut lines),
+        PointFormat::Ply => ply_points(&mut lines, bytes),
     }
 }
 
-fn csv<R: BufRead>(lines: &mut Lines<R>, surface: Surface) -> Result<Vec<DVec3>, Problem> {
+fn csv<R: BufRead>(lines: &mut TextLines<R>, surface: Surface) -> Result<Vec<DVec3>, Error> {
     let mut buffer = Vec::new();
     let header = lines.next(&mut buffer)?.unwrap_or_default();
     let names: Vec<String> = header.split(',').map(|n| n.trim().trim_matches('"').to_lowercase()).collect();
@@ -127,7 +127,7 @@ fn csv<R: BufRead>(lines: &mut Lines<R>, surface: Surface) -> Result<Vec<DVec3>,
     Ok(points)
 }
 
-fn xyz<R: BufRead>(lines: &mut Lines<R>) -> Result<Vec<DVec3>, Problem> {
+fn xyz<R: BufRead>(lines: &mut TextLines<R>) -> Result<Vec<DVec3>, Error> {
     let (mut points, mut buffer) = (Vec::new(), Vec::new());
     while let Some(line) = lines.next(&mut buffer)? {
         if line.trim_start().starts_with('#') || line.trim().is_empty() {
@@ -147,7 +147,7 @@ fn xyz<R: BufRead>(lines: &mut Lines<R>) -> Result<Vec<DVec3>, Problem> {
     Ok(points)
 }
 
-fn ply_points<R: BufRead>(lines: &mut Lines<R>, bytes: u64) -> Result<Vec<DVec3>, Problem> {
+fn ply_points<R: BufRead>(lines: &mut TextLines<R>, bytes: u64) -> Result<Vec<DVec3>, Error> {
     let mut ply = Ply::open(lines, bytes)?;
     let (_, count) = ply.next_element().unwrap_or_default();
     let [x, y, z] = ply.columns(["x", "y", "z"]).unwrap_or_default();
@@ -162,7 +162,7 @@ fn ply_points<R: BufRead>(lines: &mut Lines<R>, bytes: u64) -> Result<Vec<DVec3>
 }
 
 /// A vertex of a PLY file, the `i`-th of it.
-pub(super) fn finite_point<R: BufRead>(ply: &Ply<R>, i: u64, xyz: [f64; 3]) -> Result<DVec3, Problem> {
+pub(super) fn finite_point<R: BufRead>(ply: &Ply<R>, i: u64, xyz: [f64; 3]) -> Result<DVec3, Error> {
     let point = DVec3::from_array(xyz);
     if point.is_finite() {
         return Ok(point);

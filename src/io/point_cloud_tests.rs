@@ -5,7 +5,7 @@ use crate::io::point_grid::tests::small_cloud;
 use crate::io::point_grid::{write_csv, write_ply};
 use proptest::prelude::*;
 
-fn parse(format: Format, bytes: &[u8]) -> Result<Vec<DVec3>, Problem> {
+fn parse(format: PointFormat, bytes: &[u8]) -> Result<Vec<DVec3>, Error> {
     parse_points("cloud", format, bytes, bytes.len() as u64, Surface::Front)
 }
 
@@ -33,8 +33,8 @@ fn a_written_cloud_reads_back_bit_for_bit() {
         write_csv(&cloud, &mut csv).unwrap();
         write_ply(&cloud, surface, &mut ply).unwrap();
         let read = |format, bytes: &[u8]| parse_points("cloud", format, bytes, bytes.len() as u64, surface).unwrap();
-        assert_eq!(read(Format::Csv, &csv), expected);
-        assert_eq!(read(Format::Ply, &ply), expected);
+        assert_eq!(read(PointFormat::Csv, &csv), expected);
+        assert_eq!(read(PointFormat::Ply, &ply), expected);
     }
 }
 
@@ -52,12 +52,12 @@ fn a_file_is_read_by_its_extension() {
 fn texts_by_other_hands_are_read() {
     let expected = [DVec3::new(1.0, -2.0, 3e-3), DVec3::new(4.0, 5.0, 6.0)];
     let xyz = "# by hand\n1 -2\t3e-3 extra\n\n  4,5 , 6\n";
-    assert_eq!(parse(Format::Xyz, xyz.as_bytes()).unwrap(), expected);
+    assert_eq!(parse(PointFormat::Xyz, xyz.as_bytes()).unwrap(), expected);
     let csv = "\u{feff}z, \"X\",name,y_mm\r\n3e-3,1,a,-2\r\n6,4,b,5";
-    assert_eq!(parse(Format::Csv, csv.as_bytes()).unwrap(), expected);
+    assert_eq!(parse(PointFormat::Csv, csv.as_bytes()).unwrap(), expected);
     let ascii = ply_text("ascii", "2", XYZ, b"1 -2 0.003\n4 5 6");
-    assert_eq!(parse(Format::Ply, &ascii).unwrap(), expected);
-    assert_eq!(parse(Format::Xyz, b"").unwrap(), []);
+    assert_eq!(parse(PointFormat::Ply, &ascii).unwrap(), expected);
+    assert_eq!(parse(PointFormat::Xyz, b"").unwrap(), []);
 }
 
 #[test]
@@ -76,24 +76,24 @@ fn ply_bodies_of_either_byte_order_and_any_type_are_read() {
     };
     for (format, little) in [("binary_little_endian", true), ("binary_big_endian", false)] {
         let file = ply_text(format, "1", properties, &vertex(little));
-        assert_eq!(parse(Format::Ply, &file).unwrap(), [DVec3::new(1.1, 2.5, -300.0)]);
+        assert_eq!(parse(PointFormat::Ply, &file).unwrap(), [DVec3::new(1.1, 2.5, -300.0)]);
     }
 }
 
 #[test]
 fn a_wrong_text_is_a_problem_with_line_value_and_rule() {
     let long = format!("1 2 {}\n", "3".repeat(5000));
-    let cases: [(Format, &[u8], &str, &str); 10] = [
-        (Format::Xyz, b"1 2 3\n4 5\n", "cloud:2", "\"4 5\""),
-        (Format::Xyz, b"1 2 3\n\n1 2 nan\n", "cloud:3", "z is \"nan\""),
-        (Format::Xyz, b"1 2 1e999\n", "cloud:1", "z is \"1e999\""),
-        (Format::Xyz, b"1 2 3\n\xff\xfe\n", "cloud:2", "UTF-8"),
-        (Format::Xyz, long.as_bytes(), "cloud:1", "4096"),
-        (Format::Csv, b"", "cloud:1", "x_mm"),
-        (Format::Csv, b"1,2,3\n4,5,6\n", "cloud:1", "x_mm"),
-        (Format::Csv, b"x,y,z\n1,2,3\n1,2\n", "cloud:3", "2 values"),
-        (Format::Csv, b"x,y,z\n1,two,3\n", "cloud:2", "y is \"two\""),
-        (Format::Csv, b"x,y\n1,2\n", "cloud:1", "z_mm"),
+    let cases: [(PointFormat, &[u8], &str, &str); 10] = [
+        (PointFormat::Xyz, b"1 2 3\n4 5\n", "cloud:2", "\"4 5\""),
+        (PointFormat::Xyz, b"1 2 3\n\n1 2 nan\n", "cloud:3", "z is \"nan\""),
+        (PointFormat::Xyz, b"1 2 1e999\n", "cloud:1", "z is \"1e999\""),
+        (PointFormat::Xyz, b"1 2 3\n\xff\xfe\n", "cloud:2", "UTF-8"),
+        (PointFormat::Xyz, long.as_bytes(), "cloud:1", "4096"),
+        (PointFormat::Csv, b"", "cloud:1", "x_mm"),
+        (PointFormat::Csv, b"1,2,3\n4,5,6\n", "cloud:1", "x_mm"),
+        (PointFormat::Csv, b"x,y,z\n1,2,3\n1,2\n", "cloud:3", "2 values"),
+        (PointFormat::Csv, b"x,y,z\n1,two,3\n", "cloud:2", "y is \"two\""),
+        (PointFormat::Csv, b"x,y\n1,2\n", "cloud:1", "z_mm"),
     ];
     for (format, bytes, place, rule) in cases {
         let problem = parse(format, bytes).unwrap_err();
@@ -128,7 +128,7 @@ fn a_wrong_ply_is_a_problem_before_memory_is_taken() {
         (b"solid\n".to_vec(), "not `ply`"),
     ];
     for (file, rule) in cases {
-        let problem = parse(Format::Ply, &file).unwrap_err();
+        let problem = parse(PointFormat::Ply, &file).unwrap_err();
         assert!(problem.rule.contains(rule), "{rule}: {problem:?}");
     }
 }
@@ -139,7 +139,8 @@ fn more_points_than_the_limit_are_refused() {
         |limit, format, bytes: &[u8]| parse_at_most(limit, "cloud", format, bytes, bytes.len() as u64, Surface::Front);
     let csv = b"x,y,z\n1,2,3\n1,2,3\n1,2,3\n";
     let ply = ply_text("ascii", "3", XYZ, b"1 2 3\n1 2 3\n1 2 3\n");
-    let cases = [(Format::Xyz, &b"1 2 3\n1 2 3\n1 2 3\n"[..], 3), (Format::Csv, csv, 4), (Format::Ply, &ply, 4)];
+    let cases =
+        [(PointFormat::Xyz, &b"1 2 3\n1 2 3\n1 2 3\n"[..], 3), (PointFormat::Csv, csv, 4), (PointFormat::Ply, &ply, 4)];
     for (format, bytes, line) in cases {
         assert_eq!(at_most(3, format, bytes).unwrap().len(), 3);
         assert_eq!(at_most(2, format, bytes).unwrap_err().place, format!("cloud:{line}"));
@@ -151,7 +152,7 @@ proptest! {
     fn no_bytes_make_it_panic(bytes in proptest::collection::vec(any::<u8>(), 0..300), head in 0..3usize) {
         let head = [&b""[..], b"ply\nformat ascii 1.0\nelement vertex 3\n", b"x,y,z\n"][head];
         let file = [head, &bytes].concat();
-        for format in [Format::Csv, Format::Ply, Format::Xyz] {
+        for format in [PointFormat::Csv, PointFormat::Ply, PointFormat::Xyz] {
             let _ = parse(format, &file);
         }
     }
@@ -164,7 +165,7 @@ proptest! {
         "end_header\n", "front", "back", "\u{feff}",
     ]), 0..40), head in 0..4usize) {
         let file = [["", "x,y,z\n", "front_x_mm,front_y_mm,front_z_mm\n", "ply\nformat ascii 1.0\n"][head], &pieces.concat()].concat();
-        for format in [Format::Csv, Format::Ply, Format::Xyz] {
+        for format in [PointFormat::Csv, PointFormat::Ply, PointFormat::Xyz] {
             let _ = parse(format, file.as_bytes());
         }
     }

@@ -1,7 +1,7 @@
 //! The point cloud of a design to a file, as a table or for a viewer of point clouds.
 
 use super::point_cloud::Surface;
-use crate::design::point_grid::Cloud;
+use crate::design::point_grid::PointGrid;
 use std::io::{self, BufWriter, Write};
 
 /// The columns of [`write_csv`].
@@ -15,7 +15,7 @@ pub const CSV_HEADER: &str = "u_px,v_px,front_x_mm,front_y_mm,front_z_mm,back_x_
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_csv(cloud: &Cloud, out: impl Write) -> io::Result<()> {
+pub fn write_csv(cloud: &PointGrid, out: impl Write) -> io::Result<()> {
     let mut out = BufWriter::new(out);
     writeln!(out, "{CSV_HEADER}")?;
     for p in cloud.points() {
@@ -31,7 +31,7 @@ pub fn write_csv(cloud: &Cloud, out: impl Write) -> io::Result<()> {
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_ply(cloud: &Cloud, surface: Surface, out: impl Write) -> io::Result<()> {
+pub fn write_ply(cloud: &PointGrid, surface: Surface, out: impl Write) -> io::Result<()> {
     let mut out = BufWriter::new(out);
     let name = match surface {
         Surface::Front => "front surface (faces the camera)",
@@ -65,20 +65,20 @@ pub fn write_ply(cloud: &Cloud, surface: Surface, out: impl Write) -> io::Result
 pub(crate) mod tests {
     use super::*;
     use crate::design::{DesignInput, freeform};
-    use crate::scene::{Biprism, Body, Camera, DesignSettings, MarchOrder, Method};
+    use crate::scene::{BiprismSpec, CameraSpec, DesignSettings, GlassSpec, MarchOrder, Method};
     use glam::DVec3;
 
     /// The paper's design on a sensor of few, large pixels.
-    pub(crate) fn small_cloud() -> Cloud {
-        let camera = Camera {
+    pub(crate) fn small_cloud() -> PointGrid {
+        let camera = CameraSpec {
             position_mm: DVec3::ZERO,
             focal_length_mm: 35.0,
             width_px: 48,
             height_px: 30,
             pitch_mm: 0.0055 * 40.0,
         };
-        let prism = Biprism {
-            body: Body::new(1.48, 1.0),
+        let prism = BiprismSpec {
+            body: GlassSpec::new(1.48, 1.0),
             ridge_distance_mm: 78.472,
             thickness_mm: 8.545,
             facet_angle_rad: None,

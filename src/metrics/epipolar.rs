@@ -16,7 +16,7 @@ pub const POINTS_PER_CURVE: usize = 3;
 
 /// One epipolar curve against its line of total least squares. Frame: raw half image, px.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
+pub struct EpipolarCurve {
     /// The best line, each sample with the same weight. Sample at equal steps of 1/depth to weigh equal disparities.
     pub line: Line,
     /// Signed perpendicular distance of each sample from the line, in px.
@@ -30,11 +30,11 @@ pub struct Curve {
 /// # Errors
 /// [`Unmeasurable::TooFew`] below [`POINTS_PER_CURVE`] samples, [`Unmeasurable::NotFinite`],
 /// [`Unmeasurable::Degenerate`] when the samples single out no direction.
-pub fn curve(samples: &[DVec2]) -> Result<Curve, Unmeasurable> {
+pub fn curve(samples: &[DVec2]) -> Result<EpipolarCurve, Unmeasurable> {
     at_least("points on an epipolar curve", samples.len(), POINTS_PER_CURVE)?;
     let line = Line::through(samples)?;
     let departures_px = samples.iter().map(|p| line.distance(*p)).collect();
-    Ok(Curve { line, departures_px, extent_px: line.extent(samples) })
+    Ok(EpipolarCurve { line, departures_px, extent_px: line.extent(samples) })
 }
 
 /// Many epipolar curves.

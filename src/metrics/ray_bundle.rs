@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
 /// A pixel and the line on which it sees the world, beyond all glass.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sighting {
+pub struct PixelRay {
     /// The pixel position, in px from the half's own origin.
     pub image_px: DVec2,
     /// The line, in the world; it is extended backwards where a figure needs it.
@@ -41,13 +41,13 @@ pub struct PlaneDeviation {
 /// # Errors
 /// [`Unmeasurable::TooFew`] of none, [`Unmeasurable::NotFinite`], [`Unmeasurable::Parallel`] to the plane,
 /// [`Unmeasurable::Degenerate`] for the plane z = 0, in which every ideal point is the centre itself.
-pub fn on_plane(designed: &Pinhole, sightings: &[Sighting], plane_z_mm: f64) -> Result<PlaneDeviation, Unmeasurable> {
+pub fn on_plane(designed: &Pinhole, sightings: &[PixelRay], plane_z_mm: f64) -> Result<PlaneDeviation, Unmeasurable> {
     at_least("sightings", sightings.len(), 1)?;
     all_finite("sighting", sightings, |s| s.image_px.is_finite() && finite(&s.ray))?;
     if !plane_z_mm.is_finite() || plane_z_mm == 0.0 {
         return Err(Unmeasurable::Degenerate("a virtual image plane needs a finite distance from the centre"));
     }
-    let residual = |(index, s): (usize, &Sighting)| {
+    let residual = |(index, s): (usize, &PixelRay)| {
         let ray = s.ray.moved(&designed.camera_from_world);
         let t = (plane_z_mm - ray.origin.z) / ray.direction.z;
         let pierced = if t.is_finite() { ray.at(t) } else { return Err(Unmeasurable::Parallel { index }) };
@@ -62,7 +62,7 @@ pub fn on_plane(designed: &Pinhole, sightings: &[Sighting], plane_z_mm: f64) -> 
 
 /// How far rays pass by a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Misses {
+pub struct RayMisses {
     /// N, the count of rays.
     pub n: usize,
     /// sqrt(sum d^2 / N) of the shortest distances, in mm.
@@ -75,11 +75,11 @@ pub struct Misses {
 ///
 /// # Errors
 /// [`Unmeasurable::TooFew`] of none, [`Unmeasurable::NotFinite`].
-pub fn misses(rays: &[Ray], point_mm: DVec3) -> Result<Misses, Unmeasurable> {
+pub fn misses(rays: &[Ray], point_mm: DVec3) -> Result<RayMisses, Unmeasurable> {
     at_least("rays", rays.len(), 1)?;
     all_finite("ray", rays, |r| finite(r) && point_mm.is_finite())?;
     let distances: Vec<f64> = rays.iter().map(|r| off_line(r, point_mm).length()).collect();
-    Ok(Misses { n: rays.len(), rms_mm: rms(&distances), max_mm: max_abs(&distances) })
+    Ok(RayMisses { n: rays.len(), rms_mm: rms(&distances), max_mm: max_abs(&distances) })
 }
 
 /// The point nearest to all rays.
@@ -88,7 +88,7 @@ pub struct CommonPoint {
     /// Least sum of squared distances from the rays, taken as whole lines; in mm.
     pub point_mm: DVec3,
     /// The distances of the rays from it.
-    pub misses: Misses,
+    pub misses: RayMisses,
 }
 
 /// The best common point of rays: the centre of projection they would have, and by how much they have none.
@@ -181,7 +181,7 @@ pub fn rays_from_depths(
     depths: &[Vec<Observation>],
     image_px: &[DVec2],
     degree: usize,
-) -> Result<Vec<Sighting>, Unmeasurable> {
+) -> Result<Vec<PixelRay>, Unmeasurable> {
     at_least("depths", depths.len(), 2)?;
     let fit = |observations: &Vec<Observation>, value: &dyn Fn(DVec3) -> DVec2| {
         let sample = |o: &Observation| Correspondence { image_px: o.image_px, value: value(o.point_mm) };
@@ -198,7 +198,7 @@ pub fn rays_from_depths(
     };
     let covered: Vec<_> = image_px.iter().filter_map(points).collect();
     at_least("pixels covered at every depth", covered.len(), 1)?;
-    covered.into_iter().map(|(image_px, points)| Ok(Sighting { image_px, ray: ray_through(&points)? })).collect()
+    covered.into_iter().map(|(image_px, points)| Ok(PixelRay { image_px, ray: ray_through(&points)? })).collect()
 }
 
 /// The line of total least squares through points, pointing from the first towards the last.
@@ -246,15 +246,15 @@ mod tests {
     }
 
     /// What a camera whose centre lies at `centre` sees, its rays starting at z = 90 mm, as behind a prism.
-    fn bundle(centre: DVec3) -> Vec<Sighting> {
+    fn bundle(centre: DVec3) -> Vec<PixelRay> {
         let ray = |image_px| {
             let direction = designed().at_depth(image_px, 1.0).normalize();
             Ray { origin: centre + direction * ((90.0 - centre.z) / direction.z), direction }
         };
-        pixels().map(|image_px| Sighting { image_px, ray: ray(image_px) }).collect()
+        pixels().map(|image_px| PixelRay { image_px, ray: ray(image_px) }).collect()
     }
 
-    fn rays(sightings: &[Sighting]) -> Vec<Ray> {
+    fn rays(sightings: &[PixelRay]) -> Vec<Ray> {
         sightings.iter().map(|s| s.ray).collect()
     }
 

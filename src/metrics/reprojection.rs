@@ -76,7 +76,7 @@ pub const ALL: [Parameter; 10] =
 
 /// A fitted pinhole.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Fit {
+pub struct PinholeFit {
     /// The pinhole of least sum |e|^2.
     pub pinhole: Pinhole,
     /// Observed minus projected, for each observation, in px.
@@ -100,17 +100,17 @@ pub struct Fit {
 /// [`Unmeasurable::TooFew`] unless 2N > the count of free parameters, [`Unmeasurable::NotFinite`],
 /// [`Unmeasurable::BehindCamera`] at the start, and [`Unmeasurable::Fit`]: `Singular` when the points leave a parameter
 /// free (all on one line, or focal length and distance for a board exactly parallel to the image).
-pub fn fit(start: &Pinhole, free: &[Parameter], observations: &[Observation]) -> Result<Fit, Unmeasurable> {
+pub fn fit(start: &Pinhole, free: &[Parameter], observations: &[Observation]) -> Result<PinholeFit, Unmeasurable> {
     at_least("observed points", observations.len(), free.len() / 2 + 1)?;
     start.residuals_px(observations)?;
     let evaluate = |camera: &Pinhole| derivatives(camera, free, observations);
-    let minimum = lsq::levenberg_marquardt(*start, lsq::Settings::default(), evaluate, |camera, step| {
+    let minimum = lsq::levenberg_marquardt(*start, lsq::SearchSettings::default(), evaluate, |camera, step| {
         free.iter().zip(step.iter()).fold(*camera, |camera, (parameter, &by)| moved(camera, *parameter, by))
     })?;
     let residuals_px = minimum.state.residuals_px(observations)?;
     let deviation = Deviation::of(&residuals_px)?;
     let covariance = minimum.covariance.expect("2N > p was checked, so there is a variance");
-    Ok(Fit { pinhole: minimum.state, residuals_px, deviation, covariance, iterations: minimum.iterations })
+    Ok(PinholeFit { pinhole: minimum.state, residuals_px, deviation, covariance, iterations: minimum.iterations })
 }
 
 /// Residuals (observed minus projected, x and y in turn) and their derivatives by the free parameters.

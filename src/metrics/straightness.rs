@@ -16,7 +16,7 @@ pub struct IndexedCorner {
 
 /// Which line a row is held against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reference {
+pub enum StraightnessReference {
     /// The chord of the row's first and last corner; distances of the corners between (ROS `linear_error`).
     Chord,
     /// The line of total least squares; distances of all corners. Less at the mercy of two corners' noise.
@@ -52,7 +52,10 @@ pub struct RowsAndColumns {
 /// # Errors
 /// [`Unmeasurable::TooFew`] when no row, or no column, has 3 corners, [`Unmeasurable::NotFinite`],
 /// [`Unmeasurable::Degenerate`] when the corners of a line coincide.
-pub fn straightness(corners: &[IndexedCorner], reference: Reference) -> Result<RowsAndColumns, Unmeasurable> {
+pub fn straightness(
+    corners: &[IndexedCorner],
+    reference: StraightnessReference,
+) -> Result<RowsAndColumns, Unmeasurable> {
     all_finite("corner", corners, |c| c.image_px.is_finite())?;
     let rows = distances(corners, 1, reference)?;
     let columns = distances(corners, 0, reference)?;
@@ -65,7 +68,11 @@ pub fn straightness(corners: &[IndexedCorner], reference: Reference) -> Result<R
 }
 
 /// The distances of each line's corners; lines are the corners that share `index[fixed]`.
-fn distances(corners: &[IndexedCorner], fixed: usize, reference: Reference) -> Result<Vec<Vec<f64>>, Unmeasurable> {
+fn distances(
+    corners: &[IndexedCorner],
+    fixed: usize,
+    reference: StraightnessReference,
+) -> Result<Vec<Vec<f64>>, Unmeasurable> {
     let mut lines: BTreeMap<i32, BTreeMap<i32, DVec2>> = BTreeMap::new();
     for c in corners {
         lines.entry(c.index[fixed]).or_default().insert(c.index[1 - fixed], c.image_px);
@@ -74,8 +81,8 @@ fn distances(corners: &[IndexedCorner], fixed: usize, reference: Reference) -> R
         let points: Vec<DVec2> = line.into_values().collect();
         let inner = 1..points.len() - 1;
         let (line, judged) = match reference {
-            Reference::Chord => (Line::chord(points[0], points[inner.end])?, &points[inner]),
-            Reference::TotalLeastSquares => (Line::through(&points)?, &points[..]),
+            StraightnessReference::Chord => (Line::chord(points[0], points[inner.end])?, &points[inner]),
+            StraightnessReference::TotalLeastSquares => (Line::through(&points)?, &points[..]),
         };
         Ok(judged.iter().map(|p| line.distance(*p)).collect())
     };
@@ -102,7 +109,7 @@ mod tests {
     #[test]
     fn a_homography_keeps_lines_straight() {
         let view = board(|x, y| DVec2::new(3.0 * x + y, 5.0 * y - x + 2.0) * 40.0 / (1.0 + 0.02 * x - 0.01 * y));
-        for reference in [Reference::Chord, Reference::TotalLeastSquares] {
+        for reference in [StraightnessReference::Chord, StraightnessReference::TotalLeastSquares] {
             let s = straightness(&view, reference).unwrap();
             assert!(s.both.max_px < 1e-11, "{s:?}");
             assert_eq!((s.rows.lines, s.columns.lines, s.both.lines), (7, 9, 16));
@@ -113,13 +120,13 @@ mod tests {
     fn bent_rows_have_their_closed_form() {
         // y bends by x (8 - x) / 16: rows are parabolas of sagitta 1 px about their chord; columns stay straight.
         let view = board(|x, y| DVec2::new(50.0 * x, 50.0 * y + x * (8.0 - x) / 16.0));
-        let s = straightness(&view, Reference::Chord).unwrap();
+        let s = straightness(&view, StraightnessReference::Chord).unwrap();
         let sagitta: Vec<f64> = (1..8).map(|x| f64::from(x * (8 - x)) / 16.0).collect();
         assert_eq!((s.rows.n, s.columns.n, s.both.n), (49, 45, 94));
         assert!((s.rows.rms_px - crate::num::stats::rms(&sagitta)).abs() < 1e-12);
         assert!((s.rows.max_px - 1.0).abs() < 1e-12 && s.columns.max_px < 1e-12);
         assert!((s.both.rms_px - s.rows.rms_px * (49.0f64 / 94.0).sqrt()).abs() < 1e-12);
-        let t = straightness(&view, Reference::TotalLeastSquares).unwrap();
+        let t = straightness(&view, StraightnessReference::TotalLeastSquares).unwrap();
         assert_eq!(t.rows.n, 63);
         assert!(t.rows.rms_px < s.rows.rms_px);
     }
@@ -128,16 +135,16 @@ mod tests {
     fn short_lines_are_left_out_and_none_is_a_reason() {
         let view = board(|x, y| DVec2::new(10.0 * x, 10.0 * y));
         let gap: Vec<_> = view.iter().copied().filter(|c| c.index[1] != 2 || c.index[0] < 2).collect();
-        assert_eq!(straightness(&gap, Reference::Chord).unwrap().rows.lines, 6);
+        assert_eq!(straightness(&gap, StraightnessReference::Chord).unwrap().rows.lines, 6);
         let row: Vec<_> = view.iter().copied().filter(|c| c.index[1] == 0).collect();
-        let reason = straightness(&row, Reference::Chord);
+        let reason = straightness(&row, StraightnessReference::Chord);
         assert_eq!(reason, Err(Unmeasurable::TooFew { what: "columns of 3 corners", found: 0, needed: 1 }));
-        assert!(matches!(straightness(&[], Reference::Chord), Err(Unmeasurable::TooFew { found: 0, .. })));
+        assert!(matches!(straightness(&[], StraightnessReference::Chord), Err(Unmeasurable::TooFew { found: 0, .. })));
         let coincident = board(|_, _| DVec2::ONE);
-        assert!(matches!(straightness(&coincident, Reference::Chord), Err(Unmeasurable::Degenerate(_))));
+        assert!(matches!(straightness(&coincident, StraightnessReference::Chord), Err(Unmeasurable::Degenerate(_))));
         let mut bad = view;
         bad[3].image_px.x = f64::NAN;
-        let reason = straightness(&bad, Reference::Chord);
+        let reason = straightness(&bad, StraightnessReference::Chord);
         assert_eq!(reason, Err(Unmeasurable::NotFinite { what: "corner", index: 3 }));
     }
 
@@ -151,7 +158,7 @@ mod tests {
             let moved = board(|x, y| DVec2::new(cos, sin).rotate(bent(x, y)) + DVec2::from(shift));
             let moved: Vec<_> = moved.into_iter()
                 .map(|c| IndexedCorner { index: [c.index[0] + offset, c.index[1] - offset], ..c }).rev().collect();
-            for reference in [Reference::Chord, Reference::TotalLeastSquares] {
+            for reference in [StraightnessReference::Chord, StraightnessReference::TotalLeastSquares] {
                 let a = straightness(&board(bent), reference).unwrap().both;
                 let b = straightness(&moved, reference).unwrap().both;
                 prop_assert!((a.rms_px - b.rms_px).abs() < 1e-9 && (a.max_px - b.max_px).abs() < 1e-9);

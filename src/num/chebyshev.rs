@@ -15,7 +15,7 @@ pub fn points(n: usize) -> Vec<f64> {
 
 /// sum over k, l of c_kl T_k(s) T_l(t).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+pub struct ChebyshevSeries {
     /// c_kl in row k, column l.
     c: DMatrix<f64>,
 }
@@ -35,9 +35,9 @@ impl Interpolation {
     }
 
     /// The series that has `value(i, j)` at (s_i, t_j).
-    pub fn series(&self, value: impl FnMut(usize, usize) -> f64) -> Series {
+    pub fn series(&self, value: impl FnMut(usize, usize) -> f64) -> ChebyshevSeries {
         let values = DMatrix::from_fn(self.inverse_s.ncols(), self.inverse_t.ncols(), value);
-        Series { c: &self.inverse_s * values * self.inverse_t.transpose() }
+        ChebyshevSeries { c: &self.inverse_s * values * self.inverse_t.transpose() }
     }
 }
 
@@ -50,7 +50,7 @@ fn chebyshev(k: usize, x: f64) -> f64 {
     a
 }
 
-impl Series {
+impl ChebyshevSeries {
     /// The sum of the magnitudes of all coefficients of a degree above `s` in the first or above `t` in the second
     /// variable: what leaving them out changes nowhere by more.
     pub fn beyond(&self, s: usize, t: usize) -> f64 {
@@ -104,7 +104,7 @@ fn power_table(degree: usize) -> DMatrix<f64> {
 mod tests {
     use super::*;
 
-    fn through(n: usize, f: impl Fn(f64, f64) -> f64) -> Series {
+    fn through(n: usize, f: impl Fn(f64, f64) -> f64) -> ChebyshevSeries {
         let p = points(n);
         Interpolation::new(&p, &p).expect("the points differ").series(|i, j| f(p[i], p[j]))
     }

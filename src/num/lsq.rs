@@ -15,14 +15,14 @@ const LARGEST_DAMPING: f64 = 1e15;
 
 /// When a search ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
+pub struct SearchSettings {
     /// Done when the undamped step would change the residuals by less than this (root mean square, unit of a residual).
     pub tolerance: f64,
     /// Steps tried, accepted or not, before giving up.
     pub max_iterations: usize,
 }
 
-impl Default for Settings {
+impl Default for SearchSettings {
     /// For residuals in px: 1e-9 px is far below what a fit can mean and far above the rounding of positions.
     fn default() -> Self {
         Self { tolerance: 1e-9, max_iterations: 200 }
@@ -106,7 +106,7 @@ pub fn linear(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<DMatrix<f64>, Failur
 /// residuals.
 pub fn levenberg_marquardt<S>(
     start: S,
-    settings: Settings,
+    settings: SearchSettings,
     evaluate: impl Fn(&S) -> Option<(DVector<f64>, DMatrix<f64>)>,
     step: impl Fn(&S, &DVector<f64>) -> S,
 ) -> Result<Minimum<S>, Failure> {
@@ -223,7 +223,7 @@ mod tests {
     #[test]
     fn finds_the_bottom_of_rosenbrocks_valley() {
         let start = DVector::from_vec(vec![-1.2, 1.0]);
-        let end = levenberg_marquardt(start, Settings::default(), rosenbrock, |x, h| x + h).unwrap();
+        let end = levenberg_marquardt(start, SearchSettings::default(), rosenbrock, |x, h| x + h).unwrap();
         assert!((end.state - DVector::from_vec(vec![1.0, 1.0])).norm() < 1e-8);
         assert_eq!(end.covariance, None, "two residuals for two parameters leave no variance to estimate");
     }
@@ -235,7 +235,7 @@ mod tests {
         let y = [1.0, 3.5, 4.5, 7.5, 8.5];
         let design = DMatrix::from_fn(5, 2, |i, k| if k == 0 { 1.0 } else { x[i] });
         let evaluate = |s: &DVector<f64>| Some((&design * s - DVector::from_row_slice(&y), design.clone()));
-        let end = levenberg_marquardt(DVector::zeros(2), Settings::default(), evaluate, |s, h| s + h).unwrap();
+        let end = levenberg_marquardt(DVector::zeros(2), SearchSettings::default(), evaluate, |s, h| s + h).unwrap();
         let (mean_x, mean_y, sxx) = (2.0, 5.0, 10.0);
         let b = x.iter().zip(y).map(|(x, y)| (x - mean_x) * (y - mean_y)).sum::<f64>() / sxx;
         let a = mean_y - b * mean_x;
@@ -267,7 +267,7 @@ mod tests {
                 DMatrix::from_row_slice(3, 2, &[1., 1., 2., 2., 0., 0.]),
             ))
         };
-        let end = levenberg_marquardt(DVector::zeros(2), Settings::default(), evaluate, |s, h| s + h);
+        let end = levenberg_marquardt(DVector::zeros(2), SearchSettings::default(), evaluate, |s, h| s + h);
         assert!(matches!(end, Err(Failure::Singular { .. })), "{end:?}");
         let zeros = linear(&DMatrix::zeros(3, 2), &DMatrix::zeros(3, 1));
         assert_eq!(zeros, Err(Failure::Singular { reciprocal_condition: 0.0 }));
@@ -278,11 +278,11 @@ mod tests {
         let nan = |_: &DVector<f64>| Some((DVector::from_element(2, f64::NAN), DMatrix::zeros(2, 1)));
         let few = |_: &DVector<f64>| Some((DVector::zeros(1), DMatrix::zeros(1, 2)));
         let add = |s: &DVector<f64>, h: &DVector<f64>| s + h;
-        let end = levenberg_marquardt(DVector::zeros(1), Settings::default(), nan, add);
+        let end = levenberg_marquardt(DVector::zeros(1), SearchSettings::default(), nan, add);
         assert_eq!(end, Err(Failure::NoStart));
-        let end = levenberg_marquardt(DVector::zeros(2), Settings::default(), few, add);
+        let end = levenberg_marquardt(DVector::zeros(2), SearchSettings::default(), few, add);
         assert_eq!(end, Err(Failure::TooFew { residuals: 1, parameters: 2 }));
-        let tired = Settings { max_iterations: 3, ..Settings::default() };
+        let tired = SearchSettings { max_iterations: 3, ..SearchSettings::default() };
         let end = levenberg_marquardt(DVector::from_vec(vec![-1.2, 1.0]), tired, rosenbrock, add);
         assert_eq!(end, Err(Failure::NotConverged { iterations: 3 }));
     }

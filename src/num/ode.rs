@@ -17,7 +17,7 @@ pub enum Integrator {
 
 /// Why an integration ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop<E> {
+pub enum OdeError<E> {
     /// The right-hand side refused a point.
     Refused(E),
     /// Adaptive steps fell below 1e-10 of the interval or were more than 10 000: the solution has a singularity, or the
@@ -25,7 +25,7 @@ pub enum Stop<E> {
     NoProgress,
 }
 
-impl<E> From<E> for Stop<E> {
+impl<E> From<E> for OdeError<E> {
     fn from(e: E) -> Self {
         Self::Refused(e)
     }
@@ -41,7 +41,7 @@ impl Integrator {
     /// y(t + h) from y(t) = `y`; h may be negative.
     ///
     /// # Errors
-    /// [`Stop`] when `f` refuses a point or an adaptive step shrinks to nothing.
+    /// [`OdeError`] when `f` refuses a point or an adaptive step shrinks to nothing.
     #[inline]
     pub fn advance<const N: usize, E>(
         self,
@@ -49,7 +49,7 @@ impl Integrator {
         t: f64,
         y: [f64; N],
         h: f64,
-    ) -> Result<[f64; N], Stop<E>> {
+    ) -> Result<[f64; N], OdeError<E>> {
         Ok(match self {
             Self::Euler => plus(y, [(h, f(t, y)?)]),
             Self::Midpoint => {
@@ -98,7 +98,7 @@ fn dormand_prince<const N: usize, E>(
     y0: [f64; N],
     span: f64,
     tolerance: f64,
-) -> Result<[f64; N], Stop<E>> {
+) -> Result<[f64; N], OdeError<E>> {
     let (mut done, mut y, mut step) = (0.0, y0, 1.0);
     let mut k1 = f(t0, y)?;
     // `done` and `step` are fractions of the span, so that the end is reached exactly.
@@ -122,7 +122,7 @@ fn dormand_prince<const N: usize, E>(
             break;
         }
     }
-    Err(Stop::NoProgress)
+    Err(OdeError::NoProgress)
 }
 
 /// One step of the pair from y(t) = `y` with slope `k1`: the result of fifth order, the slope there, and the largest
@@ -255,10 +255,10 @@ mod tests {
     fn a_singularity_or_no_tolerance_stops_the_adaptive_steps() {
         // tan has its pole at 1.5708; the solution grows without bound before the end at 2.
         let stop = Integrator::DormandPrince(1e-9).advance(&tangent, 0.0, [0.0, 1.0], 2.0);
-        assert_eq!(stop, Err(Stop::NoProgress));
+        assert_eq!(stop, Err(OdeError::NoProgress));
         for tolerance in [0.0, -1.0, f64::NAN] {
             let stop = Integrator::DormandPrince(tolerance).advance(&tangent, 0.0, [0.0, 1.0], 1.0);
-            assert_eq!(stop, Err(Stop::NoProgress));
+            assert_eq!(stop, Err(OdeError::NoProgress));
         }
     }
 
@@ -266,7 +266,7 @@ mod tests {
     fn a_refused_point_is_handed_on() {
         let wall = |_, y: [f64; 1]| if y[0] < 0.5 { Ok([1.0]) } else { Err("wall") };
         for integrator in [Integrator::Midpoint, Integrator::Rk4, Integrator::DormandPrince(1e-6)] {
-            assert_eq!(integrator.advance(&wall, 0.0, [0.0], 1.0), Err(Stop::Refused("wall")));
+            assert_eq!(integrator.advance(&wall, 0.0, [0.0], 1.0), Err(OdeError::Refused("wall")));
         }
     }
 

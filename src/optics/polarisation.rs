@@ -17,7 +17,7 @@ pub struct Beam {
 
 /// Which light counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Light {
+pub enum PolarisationState {
     /// All of it.
     Unpolarised,
     /// What a polariser in front of the lens lets through, its electric field along the image's x.
@@ -37,14 +37,14 @@ pub struct Split {
 
 impl Beam {
     /// Light of power 1 along the unit vector `direction`.
-    pub fn new(direction: DVec3, light: Light) -> Self {
+    pub fn new(direction: DVec3, light: PolarisationState) -> Self {
         // The axes of the image, turned onto the ray: x loses its part along the ray, y is across both.
         let x = (DVec3::X - direction * direction.x).try_normalize().unwrap_or(DVec3::Z);
         let y = direction.cross(x);
         let fields = match light {
-            Light::Unpolarised => [x * 0.5f64.sqrt(), y * 0.5f64.sqrt()],
-            Light::X => [x, DVec3::ZERO],
-            Light::Y => [y, DVec3::ZERO],
+            PolarisationState::Unpolarised => [x * 0.5f64.sqrt(), y * 0.5f64.sqrt()],
+            PolarisationState::X => [x, DVec3::ZERO],
+            PolarisationState::Y => [y, DVec3::ZERO],
         };
         Self { fields: fields.map(|field| [field, DVec3::ZERO]) }
     }
@@ -79,7 +79,7 @@ impl Beam {
     ) -> Split {
         let [s, p] = amplitudes(interface, normal, incoming, refracted);
         let across = across(incoming, normal);
-        let frame = Frame { across, p_in: across.cross(incoming) };
+        let frame = PolarisationFrame { across, p_in: across.cross(incoming) };
         let transmitted = match refracted {
             Some(refracted) => self.sent([s.transmitted, p.transmitted], &frame, across.cross(refracted)),
             None => Self { fields: [[DVec3::ZERO; 2]; 2] },
@@ -92,12 +92,12 @@ impl Beam {
     pub fn through(&self, interface: &Interface, normal: DVec3, incoming: DVec3, refracted: DVec3) -> Self {
         let [s, p] = amplitudes(interface, normal, incoming, Some(refracted));
         let across = across(incoming, normal);
-        let frame = Frame { across, p_in: across.cross(incoming) };
+        let frame = PolarisationFrame { across, p_in: across.cross(incoming) };
         self.sent([s.transmitted, p.transmitted], &frame, across.cross(refracted))
     }
 
     /// The fields times the amplitudes of s and p, the latter along `p_out` afterwards.
-    fn sent(&self, [s, p]: [Complex<f64>; 2], frame: &Frame, p_out: DVec3) -> Self {
+    fn sent(&self, [s, p]: [Complex<f64>; 2], frame: &PolarisationFrame, p_out: DVec3) -> Self {
         let field = |field: &[DVec3; 2]| {
             let along = |axis: DVec3| Complex::new(field[0].dot(axis), field[1].dot(axis));
             let (s, p) = (along(frame.across) * s, along(frame.p_in) * p);
@@ -108,7 +108,7 @@ impl Beam {
 }
 
 /// The directions of s and p of light that comes in.
-struct Frame {
+struct PolarisationFrame {
     across: DVec3,
     p_in: DVec3,
 }
@@ -146,7 +146,7 @@ mod tests {
     fn unpolarised_light_is_the_mean_of_both() {
         let (incoming, normal) = (DVec3::new(0.3, -0.5, 0.8).normalize(), DVec3::new(-0.2, 0.1, 1.0).normalize());
         let interface = Interface::bare(1.0, 1.48);
-        let parts = split(&Beam::new(incoming, Light::Unpolarised), &interface, incoming, normal);
+        let parts = split(&Beam::new(incoming, PolarisationState::Unpolarised), &interface, incoming, normal);
         let mean = interface.unpolarised(incoming.dot(normal));
         assert!((parts.reflected.power() - mean.reflected).abs() < 1e-15);
         assert!((parts.transmitted.power() - mean.transmitted).abs() < 1e-15);
@@ -157,7 +157,8 @@ mod tests {
     fn the_axes_of_the_image_are_s_and_p_in_the_middle_row() {
         let (incoming, normal) = (DVec3::new(0.3, 0.0, 1.0).normalize(), DVec3::Z);
         let interface = Interface::bare(1.0, 1.6);
-        for (light, polarisation) in [(Light::X, Polarisation::P), (Light::Y, Polarisation::S)] {
+        for (light, polarisation) in [(PolarisationState::X, Polarisation::P), (PolarisationState::Y, Polarisation::S)]
+        {
             let parts = split(&Beam::new(incoming, light), &interface, incoming, normal);
             let wanted = interface.shares(polarisation, incoming.z);
             assert!((parts.transmitted.power() - wanted.transmitted).abs() < 1e-15, "{light:?}");
@@ -180,7 +181,7 @@ mod tests {
             let incoming = DVec3::new(sine * libm::cos(azimuth), sine * libm::sin(azimuth), cos);
             let layer = Some((crate::optics::fresnel::Layer { index: 1.38, thickness_nm: 100.0 }, 550.0));
             for interface in [Interface::bare(eta, 1.0), Interface { n_in: eta, n_out: 1.0, layer }] {
-                let parts = split(&Beam::new(incoming, Light::Unpolarised), &interface, incoming, DVec3::Z);
+                let parts = split(&Beam::new(incoming, PolarisationState::Unpolarised), &interface, incoming, DVec3::Z);
                 let sum = parts.reflected.power() + parts.transmitted.power();
                 prop_assert!((sum - 1.0).abs() < 1e-14, "{sum}");
             }
@@ -190,7 +191,7 @@ mod tests {
         #[test]
         fn power_is_kept_near_the_normal(normal in unit(), lean in unit(), exponent in -18.0..-6.0f64) {
             let incoming = (normal + lean * libm::pow(10.0, exponent)).normalize();
-            let parts = split(&Beam::new(incoming, Light::Unpolarised), &Interface::bare(1.0, 1.5), incoming, normal);
+            let parts = split(&Beam::new(incoming, PolarisationState::Unpolarised), &Interface::bare(1.0, 1.5), incoming, normal);
             prop_assert!((parts.reflected.power() - 0.04).abs() < 1e-12, "{}", parts.reflected.power());
             prop_assert!((parts.transmitted.power() - 0.96).abs() < 1e-12);
             for part in parts.transmitted.fields.iter().flatten() {
@@ -201,7 +202,7 @@ mod tests {
         /// No power is lost, whatever became of the beam before: through five surfaces in a row.
         #[test]
         fn power_is_kept(start in unit(), normals in prop::collection::vec(unit(), 5), n in 1.0..3.0f64, back in any::<bool>()) {
-            let (mut direction, mut beam) = (start, Beam::new(start, Light::Unpolarised));
+            let (mut direction, mut beam) = (start, Beam::new(start, PolarisationState::Unpolarised));
             for (k, normal) in normals.into_iter().enumerate() {
                 let ratio = if k % 2 == 0 { (1.0, n) } else { (n, 1.0) };
                 let interface = Interface::bare(ratio.0, ratio.1);

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 /// A ray refracted at a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Crossing {
+pub struct Refraction {
     /// Unit direction before the surface.
     pub incoming: DVec3,
     /// Unit direction behind it.

@@ -4,18 +4,18 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 /// The light that a scene is seen by.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Light {
+pub enum LightSource {
     /// Sharp lines.
-    Lines(Vec<Line>),
+    Lines(Vec<SpectralLine>),
     /// The same power at every wavelength of a band.
-    Band(Band),
+    Band(WavelengthBand),
     /// A standard illuminant, seen through a band.
-    Illuminant(Illuminant, Band),
+    Illuminant(Illuminant, WavelengthBand),
 }
 
 /// A sharp line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
+pub struct SpectralLine {
     /// Its wavelength in vacuum, in nm.
     pub wavelength_nm: f64,
     /// Its power, in any unit.
@@ -24,7 +24,7 @@ pub struct Line {
 
 /// A stretch of wavelengths.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Band {
+pub struct WavelengthBand {
     /// Its shortest wavelength, in nm.
     pub from_nm: f64,
     /// Its longest, in nm.
@@ -60,7 +60,7 @@ pub struct Sensitivity {
 
 /// A wavelength that stands for a part of the spectrum.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Node {
+pub struct SpectrumNode {
     /// The wavelength in vacuum, in nm.
     pub wavelength_nm: f64,
     /// Its share of what red, green and blue receive; all three are the same where there is one channel.
@@ -76,7 +76,7 @@ pub struct Dark {
 }
 
 /// Wavelengths, in nm, over which [`Illuminant::D65`] and the shipped responses are given.
-pub const VISIBLE_NM: Band = Band { from_nm: 380.0, to_nm: 780.0 };
+pub const VISIBLE_NM: WavelengthBand = WavelengthBand { from_nm: 380.0, to_nm: 780.0 };
 
 /// CIE standard illuminant D65, relative power from 380 to 780 nm at every 10 nm (CIE 15:2018, Table 1; ISO 11664-2), which
 /// is linear in between by its definition.
@@ -165,14 +165,16 @@ impl Response {
     }
 }
 
-impl Light {
+impl LightSource {
     /// The wavelengths between which all of the light lies.
-    pub fn band(&self) -> Band {
+    pub fn band(&self) -> WavelengthBand {
         match self {
             Self::Lines(lines) => {
-                lines.iter().fold(Band { from_nm: f64::INFINITY, to_nm: f64::NEG_INFINITY }, |band, line| Band {
-                    from_nm: band.from_nm.min(line.wavelength_nm),
-                    to_nm: band.to_nm.max(line.wavelength_nm),
+                lines.iter().fold(WavelengthBand { from_nm: f64::INFINITY, to_nm: f64::NEG_INFINITY }, |band, line| {
+                    WavelengthBand {
+                        from_nm: band.from_nm.min(line.wavelength_nm),
+                        to_nm: band.to_nm.max(line.wavelength_nm),
+                    }
                 })
             }
             Self::Band(band) | Self::Illuminant(_, band) => *band,
@@ -196,16 +198,16 @@ impl Light {
 ///
 /// # Errors
 /// [`Dark`] when a channel receives nothing.
-pub fn nodes(light: &Light, response: &Response, count: usize) -> Result<Vec<Node>, Dark> {
+pub fn nodes(light: &LightSource, response: &Response, count: usize) -> Result<Vec<SpectrumNode>, Dark> {
     let parts: Vec<Part> = match light {
-        Light::Lines(lines) => {
-            let part = |line: &Line| {
+        LightSource::Lines(lines) => {
+            let part = |line: &SpectralLine| {
                 let power = response.at(line.wavelength_nm).map(|r| r * line.power);
                 Part { power, moment: power.map(|p| p * line.wavelength_nm), middle_nm: line.wavelength_nm }
             };
             lines.iter().map(part).collect()
         }
-        Light::Band(band) | Light::Illuminant(_, band) => {
+        LightSource::Band(band) | LightSource::Illuminant(_, band) => {
             let cuts = cuts(light, response);
             let count = count.max(1);
             let end = |k: usize| band.from_nm + (band.to_nm - band.from_nm) * (k as f64 / count as f64);
@@ -223,7 +225,7 @@ pub fn nodes(light: &Light, response: &Response, count: usize) -> Result<Vec<Nod
         let share = |values: [f64; 3]| -> f64 { (0..3).map(|c| values[c] / total[c]).sum() };
         let (power, moment) = (share(part.power), share(part.moment));
         let wavelength_nm = if power > 0.0 { moment / power } else { part.middle_nm };
-        Node { wavelength_nm, weights: [0, 1, 2].map(|c| part.power[c] / total[c]) }
+        SpectrumNode { wavelength_nm, weights: [0, 1, 2].map(|c| part.power[c] / total[c]) }
     };
     Ok(parts.into_iter().map(node).collect())
 }
@@ -236,11 +238,11 @@ struct Part {
 }
 
 /// Wavelengths at which light or response change their slope.
-fn cuts(light: &Light, response: &Response) -> Vec<f64> {
+fn cuts(light: &LightSource, response: &Response) -> Vec<f64> {
     let mut cuts: Vec<f64> = match light {
         // A is smooth: its cuts keep the stretches short.
-        Light::Illuminant(..) => (20..=250).map(|k| 10.0 * f64::from(k)).collect(),
-        Light::Lines(_) | Light::Band(_) => Vec::new(),
+        LightSource::Illuminant(..) => (20..=250).map(|k| 10.0 * f64::from(k)).collect(),
+        LightSource::Lines(_) | LightSource::Band(_) => Vec::new(),
     };
     if let Response::Rgb(rows) = response {
         cuts.extend(rows.iter().map(|row| row.wavelength_nm));
@@ -251,7 +253,7 @@ fn cuts(light: &Light, response: &Response) -> Vec<f64> {
 
 /// The integrals over one stretch, cut where the integrand has kinks; between them a moment is a cubic, for which two Gauss
 /// points are exact, and illuminant A is off by less than 1e-8 of itself from 380 nm on.
-fn part(light: &Light, response: &Response, cuts: &[f64], from_nm: f64, to_nm: f64) -> Part {
+fn part(light: &LightSource, response: &Response, cuts: &[f64], from_nm: f64, to_nm: f64) -> Part {
     let mut part = Part { power: [0.0; 3], moment: [0.0; 3], middle_nm: 0.5 * (from_nm + to_nm) };
     let inner = cuts.iter().copied().filter(|nm| *nm > from_nm && *nm < to_nm);
     let mut start = from_nm;
@@ -275,7 +277,7 @@ fn part(light: &Light, response: &Response, cuts: &[f64], from_nm: f64, to_nm: f
 mod tests {
     use super::*;
 
-    const WHOLE: Band = Band { from_nm: 400.0, to_nm: 700.0 };
+    const WHOLE: WavelengthBand = WavelengthBand { from_nm: 400.0, to_nm: 700.0 };
 
     /// CIE 15:2018, Table 1.
     #[test]
@@ -294,9 +296,11 @@ mod tests {
 
     #[test]
     fn weights_add_up_to_one_and_wavelengths_rise() {
-        for light in
-            [Light::Band(WHOLE), Light::Illuminant(Illuminant::A, WHOLE), Light::Illuminant(Illuminant::D65, WHOLE)]
-        {
+        for light in [
+            LightSource::Band(WHOLE),
+            LightSource::Illuminant(Illuminant::A, WHOLE),
+            LightSource::Illuminant(Illuminant::D65, WHOLE),
+        ] {
             for response in [Response::Flat, Response::nikon_d5100()] {
                 for count in [1, 2, 7, 64] {
                     let nodes = nodes(&light, &response, count).expect("all channels see the whole band");
@@ -314,21 +318,21 @@ mod tests {
     /// A linear picture is summed exactly, with one wavelength or with many.
     #[test]
     fn one_wavelength_has_the_mean_of_the_light() {
-        let light = Light::Illuminant(Illuminant::D65, WHOLE);
+        let light = LightSource::Illuminant(Illuminant::D65, WHOLE);
         let mean = |count| -> f64 {
             let nodes = nodes(&light, &Response::Flat, count).expect("light");
             nodes.iter().map(|n| n.weights[1] * n.wavelength_nm).sum()
         };
         assert!((mean(1) - mean(1000)).abs() < 1e-10);
         // Of an even band it is the middle.
-        let even = nodes(&Light::Band(WHOLE), &Response::Flat, 1).expect("light");
+        let even = nodes(&LightSource::Band(WHOLE), &Response::Flat, 1).expect("light");
         assert!((even[0].wavelength_nm - 550.0).abs() < 1e-12);
     }
 
     /// A picture that bends over the wavelengths: the error falls by four when the count doubles.
     #[test]
     fn the_error_falls_as_the_square_of_the_count() {
-        let light = Light::Illuminant(Illuminant::D65, WHOLE);
+        let light = LightSource::Illuminant(Illuminant::D65, WHOLE);
         let response = Response::nikon_d5100();
         let seen = |count, c: usize| -> f64 {
             let nodes = nodes(&light, &response, count).expect("light");
@@ -345,12 +349,12 @@ mod tests {
 
     #[test]
     fn lines_keep_their_places_and_powers() {
-        let lines = [(486.1, 1.0), (587.6, 3.0)].map(|(wavelength_nm, power)| Line { wavelength_nm, power });
-        let light = Light::Lines(lines.to_vec());
+        let lines = [(486.1, 1.0), (587.6, 3.0)].map(|(wavelength_nm, power)| SpectralLine { wavelength_nm, power });
+        let light = LightSource::Lines(lines.to_vec());
         let n = nodes(&light, &Response::Flat, 9).expect("light");
         assert_eq!(n.iter().map(|n| n.weights[0]).collect::<Vec<_>>(), [0.25, 0.75]);
         assert!((n[0].wavelength_nm - 486.1).abs() < 1e-12 && (n[1].wavelength_nm - 587.6).abs() < 1e-12);
-        assert_eq!(light.band(), Band { from_nm: 486.1, to_nm: 587.6 });
+        assert_eq!(light.band(), WavelengthBand { from_nm: 486.1, to_nm: 587.6 });
     }
 
     #[test]
@@ -367,7 +371,7 @@ mod tests {
 
     #[test]
     fn a_channel_in_the_dark_is_named() {
-        let infrared = Light::Band(Band { from_nm: 800.0, to_nm: 900.0 });
+        let infrared = LightSource::Band(WavelengthBand { from_nm: 800.0, to_nm: 900.0 });
         assert_eq!(nodes(&infrared, &Response::nikon_d5100(), 4), Err(Dark { channel: 0 }));
         assert_eq!(Dark { channel: 2 }.to_string(), "the blue channel responds to no wavelength of the light");
     }

@@ -3,7 +3,7 @@
 use super::axis::{Axis, Scale};
 use super::colour::{GREY, INK, Map};
 use super::drawing::{Drawing, Item, Stroke};
-use super::frame::{Frame, Grows, Style};
+use super::frame::{Grows, PlotFrame, Style};
 use super::text::{Align, CAP_HEIGHT, Font, LINE_HEIGHT};
 use super::{axis, colour_bar, picture, text};
 use crate::geom::Rect;
@@ -83,7 +83,7 @@ pub fn draw_quiver(input: &QuiverInput) -> Drawing {
     for (k, panel) in panels.iter().enumerate() {
         let left = em + k as f64 * (f64::from(width_px) - em) / columns as f64 + page.style.room_left(&y, plot.y);
         let min = DVec2::new(left, top).round();
-        let frame = Frame { area: Rect { min, max: min + plot }, x: &x, y: &y, grows: Grows::Down };
+        let frame = PlotFrame { area: Rect { min, max: min + plot }, x: &x, y: &y, grows: Grows::Down };
         quiver_panel(&mut page.drawing, &page.style, &frame, panel, &area, &errors, &input.unit);
     }
     page.y = top + plot.y + page.style.room_below() + 2.4 * em;
@@ -110,7 +110,7 @@ pub fn draw_heat_map(input: &HeatMapInput) -> Drawing {
     let room = f64::from(width_px) - left - 2.0 * em;
     let plot = fitted(area.size(), DVec2::new(room, 1.2 * room));
     let min = DVec2::new(left, page.y).round();
-    let frame = Frame { area: Rect { min, max: min + plot }, x: &x, y: &y, grows: Grows::Down };
+    let frame = PlotFrame { area: Rect { min, max: min + plot }, x: &x, y: &y, grows: Grows::Down };
     let shares = thinned(input.values, plot).map(|v| colours.share(v).unwrap_or(f64::NAN));
     page.drawing.push(Item::Picture(frame.area, picture::mapped(&shares, input.map)));
     frame.draw(&mut page.drawing, &page.style, &input.axes[0], &input.axes[1]);
@@ -169,7 +169,7 @@ impl Page {
 fn quiver_panel(
     drawing: &mut Drawing,
     style: &Style,
-    frame: &Frame,
+    frame: &PlotFrame,
     panel: &QuiverPanel,
     area: &Rect,
     errors: &Axis,

@@ -56,7 +56,7 @@ impl Style {
 
 /// A plot's area and its axes.
 #[derive(Debug)]
-pub(super) struct Frame<'a> {
+pub(super) struct PlotFrame<'a> {
     /// Where the plot is drawn, in px.
     pub(super) area: Rect,
     /// The horizontal axis.
@@ -67,7 +67,7 @@ pub(super) struct Frame<'a> {
     pub(super) grows: Grows,
 }
 
-impl Frame<'_> {
+impl PlotFrame<'_> {
     /// Where (x, y) is drawn, possibly beyond the area; `None` when an axis has no place for it.
     pub(super) fn place(&self, x: f64, y: f64) -> Option<DVec2> {
         Some(self.at(DVec2::new(self.x.share(x)?, self.y.share(y)?)))

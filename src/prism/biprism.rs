@@ -2,18 +2,18 @@
 
 use super::finish::{Finish, Unideal};
 use super::first_face::RIDGE_ROUNDINGS;
-use super::packet::Biprism;
-use super::payload::Carry;
+use super::packet::PackedBiprism;
+use super::payload::Payload;
 use super::refract_at::pass;
 use super::surface_modifier::Relief;
 use crate::design::{DesignInput, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::Effects;
-use crate::error::Problem;
+use crate::error::Error;
 use crate::geom::{Pose, Ray, Rect};
 use crate::optics::fate::Fate;
-use crate::surface::hit::Meeting;
+use crate::surface::hit::Hit;
 use crate::surface::mesh::Mesh;
-use crate::surface::shape::{Freeform, Surface};
+use crate::surface::shape::{PolynomialSurface, Surface};
 use crate::{design, scene};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -22,7 +22,7 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// When Eq. 5 has no solution for these media and this camera.
-pub fn facet_angle_rad(flat: &scene::Biprism, camera: &scene::Camera) -> Result<f64, Problem> {
+pub fn facet_angle_rad(flat: &scene::BiprismSpec, camera: &scene::CameraSpec) -> Result<f64, Error> {
     match flat.facet_angle_rad {
         Some(angle) => Ok(angle),
         None => design::angle::facet_angle_rad(flat.body.index / flat.body.outer_index, camera.half_centre_rad()),
@@ -63,11 +63,15 @@ impl Prism {
     ///
     /// # Errors
     /// When a design is asked for that does not exist.
-    pub fn build(prism: &scene::Prism, camera: &scene::Camera, effects: &Effects) -> Result<Option<Self>, Problem> {
+    pub fn build(
+        prism: &scene::PrismSpec,
+        camera: &scene::CameraSpec,
+        effects: &Effects,
+    ) -> Result<Option<Self>, Error> {
         match prism {
-            scene::Prism::None => Ok(None),
-            scene::Prism::Flat(flat) => Self::flat(flat, camera).map(Some),
-            scene::Prism::Freeform(flat, settings) => {
+            scene::PrismSpec::None => Ok(None),
+            scene::PrismSpec::Flat(flat) => Self::flat(flat, camera).map(Some),
+            scene::PrismSpec::Freeform(flat, settings) => {
                 let input = DesignInput {
                     camera: *camera,
                     prism: *flat,
@@ -83,13 +87,14 @@ impl Prism {
                 }
                 Ok(Some(Self::polynomial(&prism)))
             }
-            scene::Prism::Polynomial(p) => Ok(Some(Self::polynomial(p))),
-            scene::Prism::PointCloud(clouds) => {
-                let patch = |cloud: &scene::Cloud| Ok(design::fit::fit(&cloud.points_mm, cloud.degree, None)?.patch);
+            scene::PrismSpec::Polynomial(p) => Ok(Some(Self::polynomial(p))),
+            scene::PrismSpec::PointCloud(clouds) => {
+                let patch =
+                    |cloud: &scene::CloudSpec| Ok(design::fit::fit(&cloud.points_mm, cloud.degree, None)?.patch);
                 let (front, back) = (patch(&clouds.front)?, patch(&clouds.back)?);
-                Ok(Some(Self::polynomial(&scene::PolynomialPrism { body: clouds.body, front, back })))
+                Ok(Some(Self::polynomial(&scene::PolynomialSpec { body: clouds.body, front, back })))
             }
-            scene::Prism::Mesh(m) => {
+            scene::PrismSpec::Mesh(m) => {
                 let meshes = [&m.front, &m.back].map(|t| Arc::new(Mesh::new(t.clone(), m.normals)));
                 let side = |mirrored| meshes.clone().map(|mesh| Surface::Mesh { mesh, mirrored });
                 Ok(Some(Self::new(&m.body, [side(true), side(false)])))
@@ -97,7 +102,7 @@ impl Prism {
         }
     }
 
-    fn flat(flat: &scene::Biprism, camera: &scene::Camera) -> Result<Self, Problem> {
+    fn flat(flat: &scene::BiprismSpec, camera: &scene::CameraSpec) -> Result<Self, Error> {
         let (sin, cos) = libm::sincos(facet_angle_rad(flat, camera)?);
         let ridge = DVec3::new(0.0, 0.0, flat.ridge_distance_mm);
         let base = Surface::Plane {
@@ -109,12 +114,13 @@ impl Prism {
         Ok(Self::new(&flat.body, [[facet(-1.0), base.clone()], [facet(1.0), base]]))
     }
 
-    fn polynomial(p: &scene::PolynomialPrism) -> Self {
-        let side = |mirrored| [&p.front, &p.back].map(|patch| Surface::Freeform(Freeform::new(patch, mirrored)));
+    fn polynomial(p: &scene::PolynomialSpec) -> Self {
+        let side =
+            |mirrored| [&p.front, &p.back].map(|patch| Surface::Freeform(PolynomialSurface::new(patch, mirrored)));
         Self::new(&p.body, [side(true), side(false)])
     }
 
-    fn new(body: &scene::Body, sides: [[Surface; 2]; 2]) -> Self {
+    fn new(body: &scene::GlassSpec, sides: [[Surface; 2]; 2]) -> Self {
         let pose = body.world_from_prism;
         let poses = (!pose.is_identity()).then(|| [pose, pose.inverse()]);
         let indices = [body.outer_index, body.index];
@@ -177,16 +183,16 @@ impl Prism {
 
     /// The prism for packets of rays, each surface laid out by `shape`; `None` where `shape` is for some surface, where a
     /// part of the surfaces is clipped or rough, or where glass and surroundings have one index, which refraction treats apart.
-    pub fn for_packets<S>(&self, shape: impl Fn(&Surface) -> Option<S>) -> Option<Biprism<S>> {
+    pub fn for_packets<S>(&self, shape: impl Fn(&Surface) -> Option<S>) -> Option<PackedBiprism<S>> {
         let side = |[front, back]: &[Surface; 2]| Some([shape(front)?, shape(back)?]);
         let sides = [side(&self.sides[0])?, side(&self.sides[1])?];
         let eta = [self.eta_in, self.eta_out];
-        (eta != [1.0, 1.0] && self.finish.is_none()).then_some(Biprism { poses: self.poses, sides, eta })
+        (eta != [1.0, 1.0] && self.finish.is_none()).then_some(PackedBiprism { poses: self.poses, sides, eta })
     }
 
     /// The ray behind the prism and the side that it passed, both in the world.
     #[inline(always)]
-    pub fn pass<C: Carry>(&self, ray: &Ray, residual_mm: f64, carry: &mut C) -> Result<(Ray, Side), Fate> {
+    pub fn pass<C: Payload>(&self, ray: &Ray, residual_mm: f64, carry: &mut C) -> Result<(Ray, Side), Fate> {
         match &self.finish {
             None => self.pass_finished(ray, residual_mm, carry, &()),
             Some(finish) => self.pass_unideal(ray, residual_mm, carry, finish),
@@ -195,7 +201,7 @@ impl Prism {
 
     /// Apart, so that the way of a ray through ideal surfaces is as short as if there were no others.
     #[inline(never)]
-    fn pass_unideal<C: Carry>(
+    fn pass_unideal<C: Payload>(
         &self,
         ray: &Ray,
         residual_mm: f64,
@@ -206,7 +212,7 @@ impl Prism {
     }
 
     #[inline(always)]
-    fn pass_finished<C: Carry>(
+    fn pass_finished<C: Payload>(
         &self,
         ray: &Ray,
         residual_mm: f64,
@@ -225,14 +231,20 @@ impl Prism {
     }
 
     /// The normal by which the front (0) or the back (1) refracts.
-    pub(crate) fn normal(&self, which: usize, meeting: &Meeting) -> DVec3 {
+    pub(crate) fn normal(&self, which: usize, meeting: &Hit) -> DVec3 {
         self.finish.as_ref().map_or(meeting.normal, |finish| finish.relief(which).normal(meeting))
     }
 
     /// The ray behind the prism when it passes `side`, whether or not it meets that side of the ridge, and unclipped.
-    pub fn pass_through<C: Carry>(&self, ray: &Ray, side: Side, residual_mm: f64, carry: &mut C) -> Result<Ray, Fate> {
+    pub fn pass_through<C: Payload>(
+        &self,
+        ray: &Ray,
+        side: Side,
+        residual_mm: f64,
+        carry: &mut C,
+    ) -> Result<Ray, Fate> {
         let own = self.enter(ray, carry);
-        let meeting = self.sides[side as usize][0].meet(&own, residual_mm)?;
+        let meeting = self.sides[side as usize][0].intersect(&own, residual_mm)?;
         match &self.finish {
             None => self.refract(&own, side, &meeting, residual_mm, carry, &()),
             Some(finish) => {
@@ -245,7 +257,7 @@ impl Prism {
     /// Where a ray of the world meets the front of a side, in the prism's frame, in mm.
     pub(crate) fn met_mm(&self, ray: &Ray, side: Side, residual_mm: f64) -> Option<DVec3> {
         let own = self.enter(ray, &mut ());
-        self.sides[side as usize][0].meet(&own, residual_mm).ok().map(|met| own.at(met.t_mm))
+        self.sides[side as usize][0].intersect(&own, residual_mm).ok().map(|met| own.at(met.t_mm))
     }
 
     /// The front (0) or back (1) surface of a side, in the prism's frame.
@@ -253,25 +265,25 @@ impl Prism {
         &self.sides[side as usize][which]
     }
 
-    /// The ray behind the prism when other shapes stand in for the surfaces of `side`: `meet` says where a ray, in the
+    /// The ray behind the prism when other shapes stand in for the surfaces of `side`: `intersect` says where a ray, in the
     /// prism's frame, meets the front (0) or the back (1).
     pub fn pass_shapes(
         &self,
         ray: &Ray,
         side: Side,
-        mut meet: impl FnMut(usize, &Ray) -> Result<Meeting, Fate>,
+        mut intersect: impl FnMut(usize, &Ray) -> Result<Hit, Fate>,
     ) -> Result<Ray, Fate> {
         let own = self.enter(ray, &mut ());
         let [front, back] = &self.sides[side as usize];
-        let met = meet(0, &own)?;
+        let met = intersect(0, &own)?;
         let inside = pass(&own, front, &(), &met, self.eta_in, &mut ())?;
-        let met = meet(1, &inside)?;
+        let met = intersect(1, &inside)?;
         let out = pass(&inside, back, &(), &met, self.eta_out, &mut ())?;
         Ok(self.poses.map_or(out, |[world_from_prism, _]| out.moved(&world_from_prism)))
     }
 
     #[inline(always)]
-    fn enter<C: Carry>(&self, ray: &Ray, carry: &mut C) -> Ray {
+    fn enter<C: Payload>(&self, ray: &Ray, carry: &mut C) -> Ray {
         match &self.poses {
             None => *ray,
             Some([_, prism_from_world]) => {
@@ -283,17 +295,17 @@ impl Prism {
 
     /// The side whose facet the ray (in the prism's frame) meets first, on that side's own half.
     #[inline(always)]
-    fn first_facet(&self, ray: &Ray, residual_mm: f64) -> Result<(Side, Meeting), Fate> {
+    fn first_facet(&self, ray: &Ray, residual_mm: f64) -> Result<(Side, Hit), Fate> {
         let (x, dx) = (ray.origin.x, ray.direction.x);
         // A ray that never changes the sign of x can meet one side only.
         if x >= 0.0 && dx >= 0.0 {
-            return self.sides[1][0].meet(ray, residual_mm).map(|m| (Side::Right, m));
+            return self.sides[1][0].intersect(ray, residual_mm).map(|m| (Side::Right, m));
         }
         if x <= 0.0 && dx < 0.0 {
-            return self.sides[0][0].meet(ray, residual_mm).map(|m| (Side::Left, m));
+            return self.sides[0][0].intersect(ray, residual_mm).map(|m| (Side::Left, m));
         }
-        let right = self.sides[1][0].meet(ray, residual_mm).map(|m| (Side::Right, m));
-        let left = self.sides[0][0].meet(ray, residual_mm).map(|m| (Side::Left, m));
+        let right = self.sides[1][0].intersect(ray, residual_mm).map(|m| (Side::Right, m));
+        let left = self.sides[0][0].intersect(ray, residual_mm).map(|m| (Side::Left, m));
         let right_is_own = right.is_ok_and(|(_, m)| ray.at(m.t_mm).x >= 0.0);
         let left_is_own = left.is_ok_and(|(_, m)| ray.at(m.t_mm).x < 0.0);
         match (left_is_own, right_is_own) {
@@ -310,18 +322,18 @@ impl Prism {
     }
 
     #[inline(always)]
-    fn refract<C: Carry>(
+    fn refract<C: Payload>(
         &self,
         ray: &Ray,
         side: Side,
-        front: &Meeting,
+        front: &Hit,
         residual_mm: f64,
         carry: &mut C,
         finish: &impl Finish,
     ) -> Result<Ray, Fate> {
         let [facet, base] = &self.sides[side as usize];
         let out = pass(ray, facet, &finish.relief(0), front, self.eta_in, carry).and_then(|inside| {
-            let meeting = base.meet(&inside, residual_mm)?;
+            let meeting = base.intersect(&inside, residual_mm)?;
             finish.keep(1, &inside, &meeting)?;
             pass(&inside, base, &finish.relief(1), &meeting, self.eta_out, carry)
         });

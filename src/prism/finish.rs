@@ -4,7 +4,7 @@ use super::surface_modifier::{Relief, Slope};
 use crate::effect::Clipping;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
-use crate::surface::hit::Meeting;
+use crate::surface::hit::Hit;
 use glam::{DVec2, DVec3};
 
 /// What the front (0) and the back (1) of a prism do to rays besides refracting them by their shapes; `()` is nothing, and
@@ -13,7 +13,7 @@ pub(super) trait Finish {
     /// What tilts the normals of a surface.
     type Relief: Relief;
     /// Whether a ray (in the prism's frame) goes on where it is met.
-    fn keep(&self, which: usize, ray: &Ray, meeting: &Meeting) -> Result<(), Fate>;
+    fn keep(&self, which: usize, ray: &Ray, meeting: &Hit) -> Result<(), Fate>;
     /// What lies on the front or the back.
     fn relief(&self, which: usize) -> Self::Relief;
 }
@@ -22,7 +22,7 @@ impl Finish for () {
     type Relief = ();
 
     #[inline(always)]
-    fn keep(&self, _: usize, _: &Ray, _: &Meeting) -> Result<(), Fate> {
+    fn keep(&self, _: usize, _: &Ray, _: &Hit) -> Result<(), Fate> {
         Ok(())
     }
 
@@ -49,7 +49,7 @@ impl Unideal {
 impl Finish for Unideal {
     type Relief = Slope;
 
-    fn keep(&self, which: usize, ray: &Ray, meeting: &Meeting) -> Result<(), Fate> {
+    fn keep(&self, which: usize, ray: &Ray, meeting: &Hit) -> Result<(), Fate> {
         if self.passes_at(which, ray.at(meeting.t_mm)) { Ok(()) } else { Err(Fate::Clipped) }
     }
 

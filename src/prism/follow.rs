@@ -1,9 +1,9 @@
 //! The prism as a piece of glass whose surfaces reflect: light that does not go straight through.
 
-use super::reflections::{Account, Body, Exit, Face, Limits, Solid};
+use super::reflections::{Exit, Face, GlassBody, Limits, PowerBudget, ReflectionTracer};
 use crate::geom::Ray;
 use crate::optics::polarisation::Beam;
-use crate::surface::hit::Meeting;
+use crate::surface::hit::Hit;
 use crate::system::Prism;
 use glam::DVec3;
 
@@ -15,17 +15,17 @@ impl Prism {
         &self,
         ray: &Ray,
         start: Beam,
-        body: Body,
+        body: GlassBody,
         limits: Limits,
         residual_mm: f64,
         leave: &mut impl FnMut(&Exit),
-    ) -> Account {
-        let meet = |face: Face, ray: &Ray| {
-            let met = self.sides[face.side][face.which].meet(ray, residual_mm)?;
-            Ok(Meeting { normal: self.normal(face.which, &met), ..met })
+    ) -> PowerBudget {
+        let intersect = |face: Face, ray: &Ray| {
+            let met = self.sides[face.side][face.which].intersect(ray, residual_mm)?;
+            Ok(Hit { normal: self.normal(face.which, &met), ..met })
         };
         let passes = |face: Face, at_mm: DVec3| self.passes_at(face.which, at_mm);
-        let solid = Solid { body, meet, passes };
+        let solid = ReflectionTracer { body, intersect, passes };
         match &self.poses {
             None => solid.follow(ray, start, limits, leave),
             Some([world_from_prism, prism_from_world]) => {

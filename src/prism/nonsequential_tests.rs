@@ -5,15 +5,15 @@ use crate::geom::{Ray, Rect};
 use crate::num::poly2::Poly2;
 use crate::optics::fate::Fate;
 use crate::optics::fresnel::{Interface, Layer, Polarisation, left_after};
-use crate::optics::polarisation::{Beam, Light};
-use crate::surface::hit::Meeting;
+use crate::optics::polarisation::{Beam, PolarisationState};
+use crate::surface::hit::Hit;
 use crate::surface::mesh::{Mesh, Normals, Triangles};
-use crate::surface::shape::{Freeform, Patch, Surface};
+use crate::surface::shape::{PolynomialPatch, PolynomialSurface, Surface};
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
-const GLASS: Body =
-    Body { n_outer: 1.0, n_glass: 1.48, layers: [None; 2], wavelength_nm: 550.0, absorption_per_mm: 0.0 };
+const GLASS: GlassBody =
+    GlassBody { n_outer: 1.0, n_glass: 1.48, layers: [None; 2], wavelength_nm: 550.0, absorption_per_mm: 0.0 };
 const ALL: Limits = Limits { bounces: 80, least_power: 0.0 };
 
 /// A biprism with its ridge at (0, 0, 80), 8 mm thick.
@@ -24,19 +24,29 @@ fn faces(facet_rad: f64) -> [[Surface; 2]; 2] {
     [[facet(-1.0), back.clone()], [facet(1.0), back]]
 }
 
-fn meet(faces: &[[Surface; 2]; 2]) -> impl Fn(Face, &Ray) -> Result<Meeting, Fate> {
-    move |face, ray| faces[face.side][face.which].meet(ray, 1e-12)
+fn intersect(faces: &[[Surface; 2]; 2]) -> impl Fn(Face, &Ray) -> Result<Hit, Fate> {
+    move |face, ray| faces[face.side][face.which].intersect(ray, 1e-12)
 }
 
 fn towards(x: f64, y: f64) -> Ray {
     Ray { origin: DVec3::ZERO, direction: DVec3::new(x, y, 80.0).normalize() }
 }
 
-fn exits(body: Body, faces: &[[Surface; 2]; 2], ray: &Ray, light: Light, limits: Limits) -> (Account, Vec<Exit>) {
+fn exits(
+    body: GlassBody,
+    faces: &[[Surface; 2]; 2],
+    ray: &Ray,
+    light: PolarisationState,
+    limits: Limits,
+) -> (PowerBudget, Vec<Exit>) {
     let mut found = Vec::new();
     let start = Beam::new(ray.direction, light);
-    let account = Solid { body, meet: meet(faces), passes: |_, _| true }
-        .follow(ray, start, limits, &mut |exit| found.push(*exit));
+    let account = ReflectionTracer { body, intersect: intersect(faces), passes: |_, _| true }.follow(
+        ray,
+        start,
+        limits,
+        &mut |exit| found.push(*exit),
+    );
     (account, found)
 }
 
@@ -45,7 +55,7 @@ fn exits(body: Body, faces: &[[Surface; 2]; 2], ray: &Ray, light: Light, limits:
 #[test]
 fn ghosts_of_a_plate_have_their_closed_form() {
     let ray = towards(0.0, 30.0);
-    let (account, found) = exits(GLASS, &faces(0.0), &ray, Light::X, ALL);
+    let (account, found) = exits(GLASS, &faces(0.0), &ray, PolarisationState::X, ALL);
     let cos_in = ray.direction.z;
     // The plane of incidence is y-z, so that light along x is s.
     let shares = Interface::bare(1.0, 1.48).shares(Polarisation::S, cos_in);
@@ -70,9 +80,9 @@ fn ghosts_of_a_plate_have_their_closed_form() {
 /// An absorbing plate met along its normal: A = (1 - R) (1 - e) / (1 - R e), with e left after one way.
 #[test]
 fn an_absorbing_plate_has_its_closed_form() {
-    let body = Body { absorption_per_mm: 0.05, ..GLASS };
+    let body = GlassBody { absorption_per_mm: 0.05, ..GLASS };
     let ray = towards(0.0, 0.0);
-    let (account, _) = exits(body, &faces(0.0), &ray, Light::Unpolarised, ALL);
+    let (account, _) = exits(body, &faces(0.0), &ray, PolarisationState::Unpolarised, ALL);
     let (r, e): (f64, f64) = ((0.48f64 / 2.48) * (0.48 / 2.48), left_after(0.05, 8.0));
     assert!((account.absorbed - (1.0 - r) * (1.0 - e) / (1.0 - r * e)).abs() < 1e-14);
     let back = r + (1.0 - r) * (1.0 - r) * r * e * e / (1.0 - r * r * e * e);
@@ -85,7 +95,7 @@ fn an_absorbing_plate_has_its_closed_form() {
 #[test]
 fn the_ghost_of_a_wedge_is_turned_by_twice_its_angle() {
     let a = 0.1545;
-    let (_, found) = exits(GLASS, &faces(a), &towards(4.0, 0.0), Light::Y, Limits { bounces: 2, ..ALL });
+    let (_, found) = exits(GLASS, &faces(a), &towards(4.0, 0.0), PolarisationState::Y, Limits { bounces: 2, ..ALL });
     let through: Vec<&Exit> = found.iter().filter(|e| e.face.which == 1).collect();
     let inner = |exit: &Exit| libm::asin(exit.ray.direction.x / 1.48);
     assert_eq!(through.iter().map(|e| e.bounces).collect::<Vec<_>>(), [0, 2]);
@@ -97,8 +107,8 @@ fn the_ghost_of_a_wedge_is_turned_by_twice_its_angle() {
 #[test]
 fn total_reflection_keeps_the_power() {
     // Steep facets turn the light so far that the back reflects it whole.
-    let body = Body { n_glass: 1.9, ..GLASS };
-    let (account, found) = exits(body, &faces(1.2), &towards(1.0, 0.5), Light::Unpolarised, ALL);
+    let body = GlassBody { n_glass: 1.9, ..GLASS };
+    let (account, found) = exits(body, &faces(1.2), &towards(1.0, 0.5), PolarisationState::Unpolarised, ALL);
     assert!(found.iter().all(|e| !(e.face.which == 1 && e.bounces == 0)), "the first meeting with the back is total");
     assert!((account.escaped + account.absorbed + account.dropped - 1.0).abs() < 1e-13);
     assert!(account.escaped > 1.0 - 1e-12, "it finds its way out: {account:?}");
@@ -108,10 +118,12 @@ fn total_reflection_keeps_the_power() {
 fn limits_give_up_light_and_say_how_much() {
     let faces = faces(0.15);
     let ray = towards(5.0, 1.0);
-    let (none, found) = exits(GLASS, &faces, &ray, Light::Unpolarised, Limits { bounces: 0, least_power: 0.0 });
+    let (none, found) =
+        exits(GLASS, &faces, &ray, PolarisationState::Unpolarised, Limits { bounces: 0, least_power: 0.0 });
     assert_eq!(found.len(), 1, "only the light that is never reflected");
     assert!((none.escaped - found[0].power).abs() < 1e-16 && (none.escaped + none.dropped - 1.0).abs() < 1e-15);
-    let (few, kept) = exits(GLASS, &faces, &ray, Light::Unpolarised, Limits { bounces: 80, least_power: 1e-4 });
+    let (few, kept) =
+        exits(GLASS, &faces, &ray, PolarisationState::Unpolarised, Limits { bounces: 80, least_power: 1e-4 });
     assert!(kept.iter().all(|e| e.power >= 1e-4) && few.dropped > 0.0 && few.dropped < 1e-3);
 }
 
@@ -120,7 +132,7 @@ fn limits_give_up_light_and_say_how_much() {
 fn no_light_slips_through_the_ridge() {
     for angle in [0.15, -0.15, 0.6] {
         for x in [0.0, 1e-16, -1e-16, 1e-13, -1e-13, 0.2, -0.2] {
-            let (account, found) = exits(GLASS, &faces(angle), &towards(x, 0.3), Light::Unpolarised, ALL);
+            let (account, found) = exits(GLASS, &faces(angle), &towards(x, 0.3), PolarisationState::Unpolarised, ALL);
             // A wedge lets go of all light: 80 reflections of 15 % or less are left. A groove widens, and may trap what it
             // has reflected twice, by 5 % or less each time.
             let bound = if angle > 0.0 { 1e-60 } else { 2.5e-3 };
@@ -146,15 +158,15 @@ fn a_mesh_of_planes_gives_the_light_of_planes() {
             Mesh::new(Triangles::over(domain, 17, height), Normals::Flat)
         })
     });
-    let meet = |face: Face, ray: &Ray| meshes[face.side][face.which].meet(ray);
-    let solid = Solid { body: GLASS, meet, passes: |_, _| true };
+    let intersect = |face: Face, ray: &Ray| meshes[face.side][face.which].intersect(ray);
+    let solid = ReflectionTracer { body: GLASS, intersect, passes: |_, _| true };
     let limits = Limits { bounces: 4, least_power: 1e-9 };
     let mut compared = 0;
     for k in 0..300 {
         let ray = towards(9.0 * libm::sin(1.7 * k as f64), 7.0 * libm::cos(0.9 * k as f64));
-        let (account, wanted) = exits(GLASS, &exact, &ray, Light::Unpolarised, limits);
+        let (account, wanted) = exits(GLASS, &exact, &ray, PolarisationState::Unpolarised, limits);
         let mut found = Vec::new();
-        let start = Beam::new(ray.direction, Light::Unpolarised);
+        let start = Beam::new(ray.direction, PolarisationState::Unpolarised);
         let by_mesh = solid.follow(&ray, start, limits, &mut |exit| found.push(*exit));
         assert_eq!(found.len(), wanted.len(), "{ray:?}");
         for (a, b) in found.iter().zip(&wanted) {
@@ -177,10 +189,11 @@ fn bent() -> [[Surface; 2]; 2] {
             (2, 0) | (0, 2) => bend,
             _ => 0.0,
         });
-        Patch { sag, domain }
+        PolynomialPatch { sag, domain }
     };
     [true, false].map(|mirrored| {
-        [sheet(80.0, 0.15, 1e-3), sheet(88.0, 0.0, -7e-4)].map(|p| Surface::Freeform(Freeform::new(&p, mirrored)))
+        [sheet(80.0, 0.15, 1e-3), sheet(88.0, 0.0, -7e-4)]
+            .map(|p| Surface::Freeform(PolynomialSurface::new(&p, mirrored)))
     })
 }
 
@@ -200,11 +213,11 @@ proptest! {
         curved in any::<bool>(),
     ) {
         let layer = layer.map(|(index, thickness_nm)| Layer { index, thickness_nm });
-        let body = Body { n_outer, n_glass, layers: [layer; 2], wavelength_nm: 550.0, absorption_per_mm };
+        let body = GlassBody { n_outer, n_glass, layers: [layer; 2], wavelength_nm: 550.0, absorption_per_mm };
         let faces = if curved { bent() } else { faces(angle) };
         let limits = Limits { bounces, least_power: libm::pow(10.0, exponent) };
-        let (account, found) = exits(body, &faces, &towards(x, y), Light::Unpolarised, limits);
-        let Account { escaped, absorbed, dropped } = account;
+        let (account, found) = exits(body, &faces, &towards(x, y), PolarisationState::Unpolarised, limits);
+        let PowerBudget { escaped, absorbed, dropped } = account;
         prop_assert!((escaped + absorbed + dropped - 1.0).abs() < 1e-12, "{account:?}");
         prop_assert!(escaped >= 0.0 && absorbed >= 0.0 && dropped >= 0.0);
         let sum: f64 = found.iter().map(|e| e.power).sum();

@@ -8,7 +8,7 @@ use crate::geom::{Pose, Rect};
 use crate::num::poly2::Poly2;
 use crate::num::simd::{Lanes, Mask};
 use crate::optics::snell::CAREFUL_BELOW;
-use crate::surface::shape::{FULL_WAYS_PER_MM, Freeform};
+use crate::surface::shape::{FULL_WAYS_PER_MM, PolynomialSurface};
 use glam::{DMat3, DVec3};
 
 /// A vector in every lane.
@@ -85,7 +85,7 @@ impl Rays {
 
 /// Where rays meet a surface.
 #[derive(Debug, Clone, Copy)]
-pub struct Meetings {
+pub struct Hits {
     t_mm: Lanes,
     normal: Vectors,
     /// Lanes that surely met it.
@@ -93,9 +93,9 @@ pub struct Meetings {
 }
 
 /// A shape that a packet of rays can meet.
-pub trait Shape {
+pub trait PacketSurface {
     /// Where the rays first meet it, for a solver that stops at `residual_mm`.
-    fn meet(&self, rays: &Rays, residual_mm: f64) -> Meetings;
+    fn intersect(&self, rays: &Rays, residual_mm: f64) -> Hits;
     /// Which rays surely do not meet it; nothing is said of the others.
     fn misses(&self, rays: &Rays) -> Mask;
 }
@@ -109,20 +109,20 @@ pub struct Plane {
     pub normal: DVec3,
 }
 
-impl Shape for Plane {
+impl PacketSurface for Plane {
     #[inline(always)]
-    fn meet(&self, rays: &Rays, _: f64) -> Meetings {
+    fn intersect(&self, rays: &Rays, _: f64) -> Hits {
         let (point, normal) = (Vectors::splat(self.point), Vectors::splat(self.normal));
         let o = rays.origin;
         let to_point = Vectors { x: point.x - o.x, y: point.y - o.y, z: point.z - o.z };
         let t_mm = to_point.dot(normal) / rays.direction.dot(normal);
         let met = Lanes::splat(0.0).lt(t_mm) & t_mm.lt(Lanes::splat(f64::INFINITY));
-        Meetings { t_mm, normal, met }
+        Hits { t_mm, normal, met }
     }
 
     #[inline(always)]
     fn misses(&self, rays: &Rays) -> Mask {
-        !self.meet(rays, 0.0).met
+        !self.intersect(rays, 0.0).met
     }
 }
 
@@ -133,7 +133,7 @@ pub struct Table<const N: usize, const EVEN: bool> {
     rows: [[f64; N]; N],
 }
 
-/// The polynomial of a [`Sheet`].
+/// The polynomial of a [`PackedPolynomial`].
 pub trait Polynomial {
     /// p, dp/dX, dp/dY at (X, Y), in scaled coordinates.
     fn gradient(&self, x: Lanes, y: Lanes) -> [Lanes; 3];
@@ -205,9 +205,9 @@ impl Polynomial for Poly2 {
     }
 }
 
-/// A polynomial sheet z(x, y) over a rectangle, or its mirror image z(-x, y): a [`Freeform`] for packets.
+/// A polynomial sheet z(x, y) over a rectangle, or its mirror image z(-x, y): a [`PolynomialSurface`] for packets.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sheet<P> {
+pub struct PackedPolynomial<P> {
     polynomial: P,
     centre: [f64; 2],
     inverse_scale: [f64; 2],
@@ -218,9 +218,9 @@ pub struct Sheet<P> {
     mirrored: bool,
 }
 
-impl<P> Sheet<P> {
+impl<P> PackedPolynomial<P> {
     /// The sheet `freeform`, whose polynomial is laid out as `polynomial`.
-    pub fn new(freeform: &Freeform, polynomial: P) -> Self {
+    pub fn new(freeform: &PolynomialSurface, polynomial: P) -> Self {
         Self {
             polynomial,
             centre: freeform.sag().centre(),
@@ -237,9 +237,9 @@ impl<P> Sheet<P> {
 /// Steps of Newton's method before a lane is handed back.
 const MAX_STEPS: usize = 6;
 
-impl<P: Polynomial> Shape for Sheet<P> {
+impl<P: Polynomial> PacketSurface for PackedPolynomial<P> {
     #[inline(always)]
-    fn meet(&self, rays: &Rays, residual_mm: f64) -> Meetings {
+    fn intersect(&self, rays: &Rays, residual_mm: f64) -> Hits {
         let own = |v: Vectors| Vectors { x: v.x.negated_where(Mask::splat(self.mirrored)), ..v };
         let (o, d) = (own(rays.origin), own(rays.direction));
         let [x0, y0] = self.centre.map(Lanes::splat);
@@ -279,7 +279,7 @@ impl<P: Polynomial> Shape for Sheet<P> {
         }
         let normal = Vectors { x: -zx_met, y: -zy_met, z: Lanes::splat(1.0) }.normalize();
         let met = inside & t_mm.abs().lt(Lanes::splat(f64::INFINITY));
-        Meetings { t_mm, normal: own(normal), met }
+        Hits { t_mm, normal: own(normal), met }
     }
 
     /// The rays that pass by the box about the sheet.
@@ -303,7 +303,7 @@ impl<P: Polynomial> Shape for Sheet<P> {
 
 /// The rays behind a surface, met at `meetings`, with `eta` = n_in / n_out; false where refraction needs care.
 #[inline(always)]
-fn pass(rays: &Rays, meetings: &Meetings, eta: f64) -> (Rays, Mask) {
+fn pass(rays: &Rays, meetings: &Hits, eta: f64) -> (Rays, Mask) {
     let incoming = rays.direction;
     let along = meetings.normal.dot(incoming);
     let turned = Lanes::splat(0.0).lt(along);
@@ -322,7 +322,7 @@ fn pass(rays: &Rays, meetings: &Meetings, eta: f64) -> (Rays, Mask) {
 
 /// Both sides of a prism, left first, between media of unlike index.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Biprism<S> {
+pub struct PackedBiprism<S> {
     /// From the world to the prism's frame and back; `None` where they are the same.
     pub poses: Option<[Pose; 2]>,
     /// Front and back of the left, then of the right side.
@@ -356,7 +356,7 @@ impl Glass for () {
     }
 }
 
-impl<S: Shape> Glass for Biprism<S> {
+impl<S: PacketSurface> Glass for PackedBiprism<S> {
     #[inline(always)]
     fn pass(&self, rays: &Rays, residual_mm: f64) -> Passed {
         let own = match &self.poses {
@@ -365,7 +365,7 @@ impl<S: Shape> Glass for Biprism<S> {
         };
         let (side, front) = self.first_facet(&own, residual_mm);
         let (inside, in_glass) = pass(&own, &front, self.eta[0]);
-        let back = self.sides[side][1].meet(&inside, residual_mm);
+        let back = self.sides[side][1].intersect(&inside, residual_mm);
         let (out, left_glass) = pass(&inside, &back, self.eta[1]);
         let rays = match &self.poses {
             None => out,
@@ -375,21 +375,22 @@ impl<S: Shape> Glass for Biprism<S> {
     }
 }
 
-impl<S: Shape> Biprism<S> {
+impl<S: PacketSurface> PackedBiprism<S> {
     /// The side that the rays meet first, on that side's own half; lanes of another side are not met.
     #[inline(always)]
-    fn first_facet(&self, rays: &Rays, residual_mm: f64) -> (usize, Meetings) {
+    fn first_facet(&self, rays: &Rays, residual_mm: f64) -> (usize, Hits) {
         let zero = Lanes::splat(0.0);
         let (x, dx) = (rays.origin.x, rays.direction.x);
         let only_right = zero.le(x) & zero.le(dx);
         if only_right.all() {
-            return (1, self.sides[1][0].meet(rays, residual_mm));
+            return (1, self.sides[1][0].intersect(rays, residual_mm));
         }
         let only_left = x.le(zero) & dx.lt(zero);
         if only_left.all() {
-            return (0, self.sides[0][0].meet(rays, residual_mm));
+            return (0, self.sides[0][0].intersect(rays, residual_mm));
         }
-        let (left, right) = (self.sides[0][0].meet(rays, residual_mm), self.sides[1][0].meet(rays, residual_mm));
+        let (left, right) =
+            (self.sides[0][0].intersect(rays, residual_mm), self.sides[1][0].intersect(rays, residual_mm));
         let on_right = right.met & zero.le(rays.at(right.t_mm).x);
         let on_left = left.met & rays.at(left.t_mm).x.lt(zero);
         // On one side's own half, and surely not on the other's.
@@ -398,6 +399,6 @@ impl<S: Shape> Biprism<S> {
         let free = !only_right & !only_left;
         let is_right = right.met & (only_right | (free & on_right & not_left));
         let is_left = left.met & (only_left | (free & on_left & not_right));
-        if is_left.none() { (1, Meetings { met: is_right, ..right }) } else { (0, Meetings { met: is_left, ..left }) }
+        if is_left.none() { (1, Hits { met: is_right, ..right }) } else { (0, Hits { met: is_left, ..left }) }
     }
 }

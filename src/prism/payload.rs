@@ -2,21 +2,21 @@
 
 use super::surface_modifier::Relief;
 use crate::geom::{Pose, Ray};
-use crate::optics::refraction::Crossing;
+use crate::optics::refraction::Refraction;
 use crate::optics::snell::Refracted;
-use crate::surface::hit::Meeting;
+use crate::surface::hit::Hit;
 use crate::surface::shape::Surface;
 use glam::DVec3;
 
 /// Something that follows a ray from surface to surface.
-pub trait Carry {
+pub trait Payload {
     /// The ray, as it came in, met `surface` under `relief` and was refracted with `eta` = n_in / n_out.
     fn refracted(
         &mut self,
         ray: &Ray,
         surface: &Surface,
         relief: &impl Relief,
-        meeting: &Meeting,
+        meeting: &Hit,
         eta: f64,
         out: &Refracted,
     );
@@ -24,9 +24,9 @@ pub trait Carry {
     fn moved(&mut self, a_from_b: &Pose);
 }
 
-impl Carry for () {
+impl Payload for () {
     #[inline(always)]
-    fn refracted(&mut self, _: &Ray, _: &Surface, _: &impl Relief, _: &Meeting, _: f64, _: &Refracted) {}
+    fn refracted(&mut self, _: &Ray, _: &Surface, _: &impl Relief, _: &Hit, _: f64, _: &Refracted) {}
     #[inline(always)]
     fn moved(&mut self, _: &Pose) {}
 }
@@ -55,14 +55,14 @@ impl Differentials {
     }
 }
 
-impl Carry for Differentials {
+impl Payload for Differentials {
     #[inline(always)]
     fn refracted(
         &mut self,
         ray: &Ray,
         surface: &Surface,
         relief: &impl Relief,
-        meeting: &Meeting,
+        meeting: &Hit,
         eta: f64,
         out: &Refracted,
     ) {
@@ -95,8 +95,8 @@ pub struct Path {
     pub directions: Vec<DVec3>,
 }
 
-impl Carry for Path {
-    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Meeting, _: f64, out: &Refracted) {
+impl Payload for Path {
+    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Hit, _: f64, out: &Refracted) {
         self.points.push(ray.at(meeting.t_mm));
         self.directions.push(out.direction);
     }
@@ -110,21 +110,21 @@ impl Carry for Path {
 /// The two refractions of a way through a prism; in the prism's frame on the way, in the world once the ray has left or
 /// ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Trip {
-    crossings: [Option<Crossing>; 2],
+pub struct Refractions {
+    crossings: [Option<Refraction>; 2],
 }
 
-impl Trip {
+impl Refractions {
     /// The crossings, from the camera on; none where the ray met no glass or ended in it.
-    pub fn crossings(&self) -> Option<[Crossing; 2]> {
+    pub fn crossings(&self) -> Option<[Refraction; 2]> {
         let [first, second] = self.crossings;
         first.zip(second).map(|(a, b)| [a, b])
     }
 }
 
-impl Carry for Trip {
-    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Meeting, eta: f64, out: &Refracted) {
-        let crossing = Crossing {
+impl Payload for Refractions {
+    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Hit, eta: f64, out: &Refracted) {
+        let crossing = Refraction {
             incoming: ray.direction,
             outgoing: out.direction,
             normal: out.normal,

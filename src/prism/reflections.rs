@@ -7,7 +7,7 @@ use crate::optics::fate::Fate;
 use crate::optics::fresnel::{Interface, Layer, left_after};
 use crate::optics::polarisation::Beam;
 use crate::optics::snell::refract;
-use crate::surface::hit::Meeting;
+use crate::surface::hit::Hit;
 use glam::DVec3;
 
 /// A surface of a biprism, each a graph z(x, y) in the prism's frame.
@@ -21,7 +21,7 @@ pub struct Face {
 
 /// What the glass is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Body {
+pub struct GlassBody {
     /// Refractive index of the surroundings.
     pub n_outer: f64,
     /// Refractive index of the glass.
@@ -60,7 +60,7 @@ pub struct Exit {
 
 /// What became of the power that came in; the three add up to it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Account {
+pub struct PowerBudget {
     /// Left the glass for good, either way.
     pub escaped: f64,
     /// Absorbed in the glass.
@@ -69,18 +69,18 @@ pub struct Account {
     pub dropped: f64,
 }
 
-/// A piece of glass between four faces, of which `meet` says where a ray first meets one.
+/// A piece of glass between four faces, of which `intersect` says where a ray first meets one.
 ///
 /// The right face counts where x >= 0, the left one where x <= 0. A back counts everywhere for light that met a facet of its
 /// own side last, as it does for light that passes in sequence; where that back is not given, reflected light meets the
 /// other one, which counts on its own half. A face never sees itself: it is less bent than the light on
-/// it is inclined, as it is where [`crate::surface::shape::Freeform`] knows that a ray crosses it once.
+/// it is inclined, as it is where [`crate::surface::shape::PolynomialSurface`] knows that a ray crosses it once.
 #[derive(Debug)]
-pub struct Solid<M, P> {
+pub struct ReflectionTracer<M, P> {
     /// What it is made of.
-    pub body: Body,
+    pub body: GlassBody,
     /// Where a ray in the prism's frame first meets a face, with the normal in either orientation.
-    pub meet: M,
+    pub intersect: M,
     /// Whether light goes on from a place of a face, or is lost there.
     pub passes: P,
 }
@@ -101,26 +101,26 @@ struct Branch {
 
 /// What a ray comes to next.
 enum Next {
-    Meets(Face, Meeting),
+    Meets(Face, Hit),
     Escapes,
     Lost,
 }
 
-impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>, P: Fn(Face, DVec3) -> bool> Solid<M, P> {
+impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> ReflectionTracer<M, P> {
     /// Follows light of power 1 that comes along `ray` towards the facets: `leave` hears of all that leaves the glass,
     /// in a fixed order.
     ///
     /// `start` is the beam along the ray. The glass is met again by light that left a facet towards the camera and
     /// meets the other facet; light that has left through a back is gone.
-    pub fn follow(&self, ray: &Ray, start: Beam, limits: Limits, leave: &mut impl FnMut(&Exit)) -> Account {
-        let mut account = Account::default();
+    pub fn follow(&self, ray: &Ray, start: Beam, limits: Limits, leave: &mut impl FnMut(&Exit)) -> PowerBudget {
+        let mut account = PowerBudget::default();
         let side = usize::from(ray.direction.x >= 0.0);
         let branch = Branch { ray: *ray, beam: start, bounces: 0, from: None, inside: false, side, route: 0 };
         self.walk(branch, limits, &mut account, leave);
         account
     }
 
-    fn walk(&self, branch: Branch, limits: Limits, account: &mut Account, leave: &mut impl FnMut(&Exit)) {
+    fn walk(&self, branch: Branch, limits: Limits, account: &mut PowerBudget, leave: &mut impl FnMut(&Exit)) {
         let power = branch.beam.power();
         if branch.bounces > limits.bounces || power < limits.least_power {
             account.dropped += power;
@@ -172,7 +172,7 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>, P: Fn(Face, DVec3) -> bool> Sol
 
     /// The face as light meets it from inside or outside.
     fn interface(&self, face: Face, inside: bool) -> Interface {
-        let Body { n_outer, n_glass, layers, wavelength_nm, .. } = self.body;
+        let GlassBody { n_outer, n_glass, layers, wavelength_nm, .. } = self.body;
         let (n_in, n_out) = if inside { (n_glass, n_outer) } else { (n_outer, n_glass) };
         Interface { n_in, n_out, layer: layers[face.which].map(|layer| (layer, wavelength_nm)) }
     }
@@ -184,7 +184,7 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>, P: Fn(Face, DVec3) -> bool> Sol
         }
         // The nearest face on its own half, the right one at the same distance; a ray through the ridge itself, which to
         // within rounding is on neither half, meets the right one.
-        let mut nearest: Option<(Half, Face, Meeting)> = None;
+        let mut nearest: Option<(FacePart, Face, Hit)> = None;
         let back = |side: usize| Face { side, which: 1 };
         let faces = [Face { side: 1, which: 0 }, Face { side: 0, which: 0 }, back(branch.side), back(1 - branch.side)];
         let mut own_back = false;
@@ -198,7 +198,7 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>, P: Fn(Face, DVec3) -> bool> Sol
             if itself {
                 continue;
             }
-            let meeting = match (self.meet)(*face, &branch.ray) {
+            let meeting = match (self.intersect)(*face, &branch.ray) {
                 Ok(meeting) => meeting,
                 Err(Fate::NotConverged) => return Next::Lost,
                 Err(_) => continue,
@@ -206,9 +206,9 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>, P: Fn(Face, DVec3) -> bool> Sol
             let Some(half) = half(&branch.ray, branch.inside, *face, other_back, &meeting) else { continue };
             own_back |= face.which == 1;
             let nearer = nearest.is_none_or(|(other, met, m)| match (other, half) {
-                (Half::Ridge, Half::Own) if met.which == face.which => true,
-                (Half::Own, Half::Ridge) if met.which == face.which => false,
-                (Half::Ridge, Half::Ridge) => false,
+                (FacePart::Ridge, FacePart::Own) if met.which == face.which => true,
+                (FacePart::Own, FacePart::Ridge) if met.which == face.which => false,
+                (FacePart::Ridge, FacePart::Ridge) => false,
                 _ => meeting.t_mm < m.t_mm,
             });
             if nearer {
@@ -226,7 +226,7 @@ impl<M: Fn(Face, &Ray) -> Result<Meeting, Fate>, P: Fn(Face, DVec3) -> bool> Sol
 
 /// Where a face was met.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Half {
+enum FacePart {
     /// Where it counts.
     Own,
     /// In the ridge, to within rounding.
@@ -237,7 +237,7 @@ enum Half {
 /// keeps light from meeting again what it has just left.
 ///
 /// A facet counts on its own half, and so does a back if `on_its_half`.
-fn half(ray: &Ray, inside: bool, face: Face, on_its_half: bool, meeting: &Meeting) -> Option<Half> {
+fn half(ray: &Ray, inside: bool, face: Face, on_its_half: bool, meeting: &Hit) -> Option<FacePart> {
     let upwards: DVec3 = meeting.normal * meeting.normal.z.signum();
     let along = ray.direction.dot(upwards);
     // Glass is behind the facets, in +z, and in front of the backs.
@@ -252,5 +252,5 @@ fn half(ray: &Ray, inside: bool, face: Face, on_its_half: bool, meeting: &Meetin
         _ => x < 0.0,
     };
     let slack = RIDGE_ROUNDINGS * (ray.origin.x.abs() + meeting.t_mm);
-    if own { Some(Half::Own) } else { (x.abs() <= slack).then_some(Half::Ridge) }
+    if own { Some(FacePart::Own) } else { (x.abs() <= slack).then_some(FacePart::Ridge) }
 }

@@ -1,20 +1,20 @@
 //! A ray through a known sequence of surfaces.
 
-use super::payload::Carry;
+use super::payload::Payload;
 use super::surface_modifier::Relief;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
 use crate::optics::snell::refract;
-use crate::surface::hit::Meeting;
+use crate::surface::hit::Hit;
 use crate::surface::shape::Surface;
 
 /// The ray behind `surface`, met at `meeting` and refracted by the normal of `relief`, with `eta` = n_in / n_out.
 #[inline(always)]
-pub fn pass<C: Carry>(
+pub fn pass<C: Payload>(
     ray: &Ray,
     surface: &Surface,
     relief: &impl Relief,
-    meeting: &Meeting,
+    meeting: &Hit,
     eta: f64,
     carry: &mut C,
 ) -> Result<Ray, Fate> {

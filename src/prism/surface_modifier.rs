@@ -1,27 +1,27 @@
 //! Structure on a surface that is too fine to be met, and tilts the normal by which it refracts; `()` is none, and costs
 //! nothing.
 
-use crate::surface::hit::Meeting;
+use crate::surface::hit::Hit;
 use crate::surface::shape::Surface;
 use glam::{DVec2, DVec3};
 
 /// What lies on a surface.
 pub trait Relief {
     /// The unit normal by which a ray is refracted where it meets the surface.
-    fn normal(&self, meeting: &Meeting) -> DVec3;
+    fn normal(&self, meeting: &Hit) -> DVec3;
     /// How `normal`, which is that of [`Relief::normal`] or its opposite, turns when `point`, where the ray meets `surface`,
     /// moves by `step` along it.
-    fn normal_change(&self, surface: &Surface, meeting: &Meeting, point: DVec3, normal: DVec3, step: DVec3) -> DVec3;
+    fn normal_change(&self, surface: &Surface, meeting: &Hit, point: DVec3, normal: DVec3, step: DVec3) -> DVec3;
 }
 
 impl Relief for () {
     #[inline(always)]
-    fn normal(&self, meeting: &Meeting) -> DVec3 {
+    fn normal(&self, meeting: &Hit) -> DVec3 {
         meeting.normal
     }
 
     #[inline(always)]
-    fn normal_change(&self, surface: &Surface, meeting: &Meeting, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
+    fn normal_change(&self, surface: &Surface, meeting: &Hit, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
         surface.normal_change(meeting, point, normal, step)
     }
 }
@@ -31,7 +31,7 @@ impl Relief for () {
 pub struct Slope(pub DVec2);
 
 impl Relief for Slope {
-    fn normal(&self, meeting: &Meeting) -> DVec3 {
+    fn normal(&self, meeting: &Hit) -> DVec3 {
         if self.0 == DVec2::ZERO {
             return meeting.normal;
         }
@@ -39,7 +39,7 @@ impl Relief for Slope {
         DVec3::new(-slope.x, -slope.y, 1.0).normalize()
     }
 
-    fn normal_change(&self, surface: &Surface, meeting: &Meeting, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
+    fn normal_change(&self, surface: &Surface, meeting: &Hit, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
         if self.0 == DVec2::ZERO {
             return surface.normal_change(meeting, point, normal, step);
         }

@@ -2,7 +2,7 @@
 
 use super::pixels::Raster;
 use super::transfer::Transfer;
-use crate::error::Problem;
+use crate::error::Error;
 use crate::num::stats;
 use image::{GrayImage, Luma};
 use imageproc::region_labelling::{Connectivity, connected_components};
@@ -30,12 +30,12 @@ pub struct Difference {
     /// Pairs that cannot be subtracted, since one value is not finite and the other is another value.
     pub not_finite: usize,
     /// Connected regions of pixels over the threshold, the largest first, ten at most.
-    pub regions: Vec<Region>,
+    pub regions: Vec<ConnectedRegion>,
 }
 
 /// A connected region of a picture.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Region {
+pub struct ConnectedRegion {
     /// Its pixels.
     pub pixels: usize,
     /// First column and row of its bounding box.
@@ -55,11 +55,11 @@ impl Difference {
 ///
 /// # Errors
 /// Pictures of different sizes.
-pub fn compare(expected: &Raster<f32>, actual: &Raster<f32>, threshold: f64) -> Result<Difference, Problem> {
+pub fn compare(expected: &Raster<f32>, actual: &Raster<f32>, threshold: f64) -> Result<Difference, Error> {
     if (expected.width(), expected.height()) != (actual.width(), actual.height()) {
         let size = |picture: &Raster<f32>| format!("{} x {}", picture.width(), picture.height());
         let rule = format!("the pictures are {} and {} px, and must have one size", size(expected), size(actual));
-        return Err(Problem::new("the pictures to compare", rule, "compare pictures of one sensor"));
+        return Err(Error::new("the pictures to compare", rule, "compare pictures of one sensor"));
     }
     let mut found = Difference {
         pixels: expected.data().len(),
@@ -108,17 +108,17 @@ pub fn compare(expected: &Raster<f32>, actual: &Raster<f32>, threshold: f64) -> 
 }
 
 /// The regions of pixels that are not 0, corners counted as neighbours, in a picture with a border of one pixel.
-fn regions(over: &GrayImage) -> Vec<Region> {
+fn regions(over: &GrayImage) -> Vec<ConnectedRegion> {
     let labels = connected_components(over, Connectivity::Eight, Luma([0]));
-    let mut found: BTreeMap<u32, Region> = BTreeMap::new();
+    let mut found: BTreeMap<u32, ConnectedRegion> = BTreeMap::new();
     for (x, y, Luma([label])) in labels.enumerate_pixels().filter(|(_, _, pixel)| pixel.0 != [0]) {
         let px = [x as usize - 1, y as usize - 1];
-        let region = found.entry(*label).or_insert(Region { pixels: 0, first_px: px, last_px: px });
+        let region = found.entry(*label).or_insert(ConnectedRegion { pixels: 0, first_px: px, last_px: px });
         region.pixels += 1;
         region.first_px = std::array::from_fn(|axis| region.first_px[axis].min(px[axis]));
         region.last_px = std::array::from_fn(|axis| region.last_px[axis].max(px[axis]));
     }
-    let mut regions: Vec<Region> = found.into_values().collect();
+    let mut regions: Vec<ConnectedRegion> = found.into_values().collect();
     regions.sort_by_key(|r| std::cmp::Reverse(r.pixels));
     regions.truncate(10);
     regions
@@ -126,7 +126,7 @@ fn regions(over: &GrayImage) -> Vec<Region> {
 
 /// `expected | difference | actual`, side by side as an sRGB figure.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Strip {
+pub struct ComparisonStrip {
     /// The figure.
     pub figure: Raster<[u8; 3]>,
     /// What a difference is multiplied by. The colour goes from white (none) to full red (actual brighter) or full
@@ -141,7 +141,7 @@ const GAP_PX: usize = 4;
 const MID_GREY: [u8; 3] = [128; 3];
 
 /// Draws the strip of two pictures, which may differ in size; pixels of only one of them show no difference.
-pub fn strip(expected: &Raster<f32>, actual: &Raster<f32>) -> Strip {
+pub fn strip(expected: &Raster<f32>, actual: &Raster<f32>) -> ComparisonStrip {
     let (width, height) = (expected.width().max(actual.width()), expected.height().max(actual.height()));
     let difference = |i: usize, j: usize| Some(f64::from(at(actual, i, j)?) - f64::from(at(expected, i, j)?));
     let pixels = || (0..height).flat_map(move |j| (0..width).map(move |i| (i, j)));
@@ -162,7 +162,7 @@ pub fn strip(expected: &Raster<f32>, actual: &Raster<f32>) -> Strip {
             figure.data_mut()[row + panel * step + i] = colour.unwrap_or(MID_GREY);
         }
     }
-    Strip { figure, gain }
+    ComparisonStrip { figure, gain }
 }
 
 fn at(picture: &Raster<f32>, i: usize, j: usize) -> Option<f32> {
@@ -204,7 +204,7 @@ mod tests {
             rms: 0.078_125f64.sqrt(),
             worst_px: Some([3, 0]),
             not_finite: 0,
-            regions: vec![Region { pixels: 1, first_px: [3, 0], last_px: [3, 0] }],
+            regions: vec![ConnectedRegion { pixels: 1, first_px: [3, 0], last_px: [3, 0] }],
         };
         assert_eq!(found, expected);
         assert!(!found.passes());
@@ -239,8 +239,8 @@ mod tests {
             actual.data_mut()[at] = 1.0;
         }
         let found = compare(&expected, &actual, 0.5).unwrap().regions;
-        let diagonal = Region { pixels: 3, first_px: [3, 2], last_px: [5, 4] };
-        assert_eq!(found, [diagonal, Region { pixels: 1, first_px: [15, 8], last_px: [15, 8] }]);
+        let diagonal = ConnectedRegion { pixels: 3, first_px: [3, 2], last_px: [5, 4] };
+        assert_eq!(found, [diagonal, ConnectedRegion { pixels: 1, first_px: [15, 8], last_px: [15, 8] }]);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The picture of an instrument with ray effects: a mean over passes, each the picture of a plain instrument.
 
 use super::bands::picture;
-use super::film::{Account, Film, Wanted};
+use super::film::{AccuracyReport, Film, Outputs};
 use super::ghosts;
 use super::plan::Plan;
 use super::work::Work;
@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const BLOCK: usize = 16;
 
 /// A picture in f64.
-struct Sums {
+struct RunningMean {
     grey: Raster<f64>,
     colour: Option<Raster<[f64; 3]>>,
 }
@@ -27,7 +27,7 @@ struct Sums {
 pub(super) fn mean(
     system: &System,
     set: &dyn Fn(usize) -> Vec<Variant>,
-    wanted: Wanted,
+    wanted: Outputs,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Film {
     let most_sets = system.effects.sets();
@@ -39,7 +39,7 @@ pub(super) fn mean(
     let mut account = own.account(0.0);
     let first = set(0);
     let heard = AtomicUsize::new(0);
-    let mut total = None::<Sums>;
+    let mut total = None::<RunningMean>;
     // Sums of squared deviations from the mean so far, by Welford's recurrence (Technometrics 4, 1962, 419).
     let mut squares = (most_sets > 1).then(|| Raster::filled(width, height, 0.0f64));
     let mut sets = 0;
@@ -73,7 +73,8 @@ pub(super) fn mean(
     progress(width * height - heard.load(Ordering::Relaxed) / all);
     let squares = squares.filter(|_| sets > 1);
     account.noise = squares.as_ref().map(|squares| worst_error(squares, sets));
-    let Sums { grey, colour } = total.unwrap_or(Sums { grey: Raster::filled(width, height, 0.0), colour: None });
+    let RunningMean { grey, colour } =
+        total.unwrap_or(RunningMean { grey: Raster::filled(width, height, 0.0), colour: None });
     let nothing = || (Raster::from_data(0, 0, Vec::new()), Raster::from_data(0, 0, Vec::new()));
     let (class, board_mm) = truth.map_or_else(nothing, |film| (film.class, film.board_mm));
     Film {
@@ -92,17 +93,17 @@ fn sum(
     system: &System,
     variants: &[Variant],
     work: &mut Work,
-    account: &mut Account,
+    account: &mut AccuracyReport,
     progress: &(dyn Fn(usize) + Sync),
-) -> Sums {
+) -> RunningMean {
     let [width, height] = system.camera.size_px();
     let mut grey = Raster::filled(width, height, 0.0f64);
     let in_colour = variants.iter().all(|variant| variant.colour.is_some());
     let mut colour = in_colour.then(|| Raster::filled(width, height, [0.0f64; 3]));
     for variant in variants {
-        let varied = system.varied(variant);
-        let mut film = picture(&Plan::new(&varied), Wanted { truth: false }, progress);
-        ghosts::add(&varied, &mut film);
+        let instrument = system.variant(variant);
+        let mut film = picture(&Plan::new(&instrument), Outputs { truth: false }, progress);
+        ghosts::add(&instrument, &mut film);
         let values = film.radiance.data();
         (grey.data_mut().par_iter_mut().zip(values)).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));
         if let (Some(colour), Some(shares)) = (&mut colour, variant.colour) {
@@ -113,10 +114,10 @@ fn sum(
         *work += Work { counts: film.counts, bend_px: film.account.bend_px };
         *account = account.with(&film.account);
     }
-    Sums { grey, colour }
+    RunningMean { grey, colour }
 }
 
-impl Sums {
+impl RunningMean {
     /// Makes this mean of `sets` - 1 sets one of `sets`, and `squares` the sums of squared deviations from it.
     fn add(&mut self, one: &Self, squares: &mut Raster<f64>, sets: usize) {
         let share = 1.0 / sets as f64;
@@ -152,7 +153,7 @@ fn worst_error(squares: &Raster<f64>, sets: usize) -> f64 {
     standard_error(blocks.map(|(x, y)| block(x, y)).fold(0.0, f64::max), sets)
 }
 
-impl Account {
+impl AccuracyReport {
     /// The account of this picture and `other` together: the worse of both.
     fn with(self, other: &Self) -> Self {
         Self {

@@ -1,7 +1,7 @@
 //! The picture of one pass, made band by band by any number of threads.
 
 use super::band::{Band, Truth};
-use super::film::{Class, Film, Strip, Wanted};
+use super::film::{Class, Film, Outputs, Strip};
 use super::plan::{BAND_ROWS, Plan};
 use super::region::Region;
 use super::work::Work;
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// The picture of a plan, one pass without film effects, with what is wanted of it; `progress` as in [`render`].
-pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
+pub fn picture(plan: &Plan, wanted: Outputs, progress: &(dyn Fn(usize) + Sync)) -> Film {
     let [_, height] = plan.system.camera.size_px();
     let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, progress);
     let mut work = plan.work();
@@ -25,7 +25,7 @@ pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -
 pub(super) fn rows(
     plan: &Plan,
     rows: Range<usize>,
-    wanted: Wanted,
+    wanted: Outputs,
     progress: &(dyn Fn(usize) + Sync),
 ) -> (Strip, Work) {
     let [width, _] = plan.system.camera.size_px();

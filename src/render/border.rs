@@ -1,9 +1,9 @@
 //! Pixels that the ridge or the border of a fate passes through or by.
 
-use super::centre_rays::alone;
+use super::centre_rays::trace_scalar;
 use super::film::Class;
-use super::pixel::{dark, mean_of_parts, part, settled, square, whole_pixel};
-use super::pixel_mean::Jet;
+use super::pixel::{adaptive, ended_ray_radiance, mean_of_parts, part, square, whole_pixel};
+use super::pixel_mean::Taylor2;
 use super::plan::Plan;
 use super::work::Work;
 use crate::system::Side;
@@ -21,20 +21,20 @@ const INSET_PX: f64 = 1e-9;
 /// line through the places where its outline changes class, and each piece is seen by itself.
 pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) -> f64 {
     let corners = square(0.5 * plan.active);
-    let looks = corners.map(|c| alone(plan.system, px + c * (1.0 - 2.0 * INSET_PX)));
+    let looks = corners.map(|c| trace_scalar(plan.system, px + c * (1.0 - 2.0 * INSET_PX)));
     let classes = looks.map(|(_, class)| class);
     work.counts.rays += 4;
-    let parts = |work: &mut Work| mean_of_parts(plan, px, 16, |at| plan.gain(at), work);
+    let parts = |work: &mut Work| mean_of_parts(plan, px, 16, |at| plan.throughput(at), work);
     let changes: Vec<usize> = (0..4).filter(|&k| classes[k] != classes[(k + 1) % 4]).collect();
     match changes[..] {
         [] if own.side().is_none() || classes[0] != own => {
             // A fate all over, or an island of one class within another: seen part by part.
-            if classes[0] == own { dark(plan, own) * plan.gain(px) } else { parts(work) }
+            if classes[0] == own { ended_ray_radiance(plan, own) * plan.throughput(px) } else { parts(work) }
         }
-        [] => match plain_between(plan, alone(plan.system, px).0, &looks.map(|(seen_mm, _)| seen_mm)) {
-            Some(value) => value * plan.gain(px),
+        [] => match plain_between(plan, trace_scalar(plan.system, px).0, &looks.map(|(seen_mm, _)| seen_mm)) {
+            Some(value) => value * plan.throughput(px),
             None => match jet_within(plan, px, work) {
-                Some(jet) => whole_pixel(plan, px, &jet, work) * plan.gain(px),
+                Some(jet) => whole_pixel(plan, px, &jet, work) * plan.throughput(px),
                 None => parts(work),
             },
         },
@@ -58,7 +58,7 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
                     Some(value) => value * share(plan, &outline),
                     None => weighted(plan, px, &outline, work),
                 };
-                mean * plan.gain(px + middle(&outline))
+                mean * plan.throughput(px + middle(&outline))
             };
             piece(first, second, begin_a, end_b) + piece(second, first + 4, begin_b, end_a)
         }
@@ -89,7 +89,7 @@ fn plain(plan: &Plan, px: DVec2, outline: &[DVec2], class: Class, work: &mut Wor
     let mut see = |at: DVec2| {
         work.counts.rays += 1;
         let ray = plan.system.exit_ray_through(px + at, side).ok()?;
-        plan.system.board.meet(&ray).ok().map(|(board_mm, _)| board_mm)
+        plan.system.board.intersect(&ray).ok().map(|(board_mm, _)| board_mm)
     };
     let corners_mm = outline.iter().map(|at| see(*at)).collect::<Option<Vec<_>>>()?;
     plain_between(plan, see(middle(outline))?, &corners_mm)
@@ -97,7 +97,7 @@ fn plain(plan: &Plan, px: DVec2, outline: &[DVec2], class: Class, work: &mut Wor
 
 /// The jet of a pixel from inside it alone: its neighbours see through another side or nothing. `None` where it sees
 /// nothing itself.
-fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Jet> {
+fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Taylor2> {
     work.counts.rays += 5;
     let reach = 0.5 * plan.active - INSET_PX;
     let scale = plan.pattern.squares_per_mm();
@@ -107,7 +107,7 @@ fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Jet> {
     let along_x = (jacobian(x)? - jacobian(-x)?) * (0.5 / reach);
     let along_y = (jacobian(y)? - jacobian(-y)?) * (0.5 / reach);
     let tangent = here.jacobian * scale;
-    let jet = Jet {
+    let jet = Taylor2 {
         seen: here.sight.board_mm * scale,
         dx: tangent.x_axis,
         dy: tangent.y_axis,
@@ -132,7 +132,7 @@ fn border(plan: &Plan, px: DVec2, [a, b]: [DVec2; 2], classes: [Class; 2], work:
             return (near, far);
         }
         work.counts.rays += 1;
-        if alone(plan.system, at(share)).1 == classes[0] { (share, far) } else { (near, share) }
+        if trace_scalar(plan.system, at(share)).1 == classes[0] { (share, far) } else { (near, share) }
     };
     if let Some(share) = on_ridge {
         narrowed = ask(narrowed, share - 0.5 * BORDER_SHARE);
@@ -170,7 +170,7 @@ fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
         }
         parts.iter().map(|p| convex(plan, px, p, work)).sum()
     };
-    settled(&plan.system.accuracy, &mut by_parts, work)
+    adaptive(&plan.system.accuracy, &mut by_parts, work)
 }
 
 /// The mean of the corners.

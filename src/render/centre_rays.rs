@@ -3,9 +3,9 @@
 use super::film::Class;
 use crate::num::poly2::Poly2;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
-use crate::prism::packet::{Biprism, Glass, Plane, Polynomial, Sheet, Table};
-use crate::surface::shape::{Freeform, Surface};
-use crate::system::{Prism, Side, Sight, System};
+use crate::prism::packet::{Glass, PackedBiprism, PackedPolynomial, Plane, Polynomial, Table};
+use crate::surface::shape::{PolynomialSurface, Surface};
+use crate::system::{BoardHit, Prism, Side, System};
 use glam::DVec2;
 
 /// What a run of positions sees: board positions in mm, and classes; (0, 0) where the class is no side.
@@ -19,96 +19,99 @@ pub(super) struct Run<'a> {
 /// The glass of a system, laid out for the loops.
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "there is one for a whole picture, and a box would cost the loops a jump")]
-enum Layout {
+enum GlassLayout {
     /// Each ray by itself.
-    Alone,
+    Scalar,
     Nothing,
-    Planes(Biprism<Plane>),
-    Even5(Biprism<Sheet<Table<6, true>>>),
-    Even8(Biprism<Sheet<Table<9, true>>>),
-    Full5(Biprism<Sheet<Table<6, false>>>),
-    AnyDegree(Biprism<Sheet<Poly2>>),
+    Planes(PackedBiprism<Plane>),
+    Even5(PackedBiprism<PackedPolynomial<Table<6, true>>>),
+    Even8(PackedBiprism<PackedPolynomial<Table<9, true>>>),
+    Full5(PackedBiprism<PackedPolynomial<Table<6, false>>>),
+    AnyDegree(PackedBiprism<PackedPolynomial<Poly2>>),
 }
 
 /// Looks along rows of an instrument's picture.
 #[derive(Debug)]
-pub(super) struct Looker<'a> {
+pub(super) struct CentreTracer<'a> {
     system: &'a System,
-    layout: Layout,
+    layout: GlassLayout,
 }
 
-impl<'a> Looker<'a> {
+impl<'a> CentreTracer<'a> {
     /// By packets of rays where `packets`, else ray by ray: the bits are the same.
     pub(super) fn new(system: &'a System, packets: bool) -> Self {
         let layout = match &system.prism {
             // Packets know neither stops nor the halves of a camera whose rays are parallel.
-            _ if !packets || system.stop.is_some() => Layout::Alone,
-            None if system.camera.tangent_per_px().is_none() => Layout::Alone,
-            None => Layout::Nothing,
+            _ if !packets || system.stop.is_some() => GlassLayout::Scalar,
+            None if system.camera.tangent_per_px().is_none() => GlassLayout::Scalar,
+            None => GlassLayout::Nothing,
             Some(prism) => layout(prism),
         };
         Self { system, layout }
     }
 
     /// What `start` and the positions to its right see, one px apart, for as many as `out` holds.
-    pub(super) fn look(&self, start: DVec2, out: Run<'_>) {
+    pub(super) fn trace(&self, start: DVec2, out: Run<'_>) {
         let system = self.system;
         match &self.layout {
-            Layout::Alone => {
+            GlassLayout::Scalar => {
                 for i in 0..out.class.len() {
-                    let (board_mm, class) = alone(system, start + DVec2::new(i as f64, 0.0));
+                    let (board_mm, class) = trace_scalar(system, start + DVec2::new(i as f64, 0.0));
                     (out.x_mm[i], out.y_mm[i], out.class[i]) = (board_mm.x, board_mm.y, class);
                 }
             }
-            Layout::Nothing => widest(Row { system, glass: &(), start, out }),
-            Layout::Planes(glass) => widest(Row { system, glass, start, out }),
-            Layout::Even5(glass) => widest(Row { system, glass, start, out }),
-            Layout::Even8(glass) => widest(Row { system, glass, start, out }),
-            Layout::Full5(glass) => widest(Row { system, glass, start, out }),
-            Layout::AnyDegree(glass) => widest(Row { system, glass, start, out }),
+            GlassLayout::Nothing => widest(RowTrace { system, glass: &(), start, out }),
+            GlassLayout::Planes(glass) => widest(RowTrace { system, glass, start, out }),
+            GlassLayout::Even5(glass) => widest(RowTrace { system, glass, start, out }),
+            GlassLayout::Even8(glass) => widest(RowTrace { system, glass, start, out }),
+            GlassLayout::Full5(glass) => widest(RowTrace { system, glass, start, out }),
+            GlassLayout::AnyDegree(glass) => widest(RowTrace { system, glass, start, out }),
         }
     }
 }
 
 /// The tightest layout that holds the prism.
-fn layout(prism: &Prism) -> Layout {
+fn layout(prism: &Prism) -> GlassLayout {
     fn plane(surface: &Surface) -> Option<Plane> {
         match *surface {
             Surface::Plane { point, normal } => Some(Plane { point, normal }),
             _ => None,
         }
     }
-    fn sheets<P: Polynomial>(prism: &Prism, table: fn(&Poly2) -> Option<P>) -> Option<Biprism<Sheet<P>>> {
-        let sheet = |f: &Freeform| Some(Sheet::new(f, table(f.sag())?));
+    fn sheets<P: Polynomial>(
+        prism: &Prism,
+        table: fn(&Poly2) -> Option<P>,
+    ) -> Option<PackedBiprism<PackedPolynomial<P>>> {
+        let sheet = |f: &PolynomialSurface| Some(PackedPolynomial::new(f, table(f.sag())?));
         prism.for_packets(|surface| match surface {
             Surface::Freeform(f) => sheet(f),
             _ => None,
         })
     }
-    (prism.for_packets(plane).map(Layout::Planes))
-        .or_else(|| sheets(prism, Table::new).map(Layout::Even5))
-        .or_else(|| sheets(prism, Table::new).map(Layout::Full5))
-        .or_else(|| sheets(prism, Table::new).map(Layout::Even8))
-        .or_else(|| sheets(prism, |p| Some(p.clone())).map(Layout::AnyDegree))
-        .unwrap_or(Layout::Alone)
+    (prism.for_packets(plane).map(GlassLayout::Planes))
+        .or_else(|| sheets(prism, Table::new).map(GlassLayout::Even5))
+        .or_else(|| sheets(prism, Table::new).map(GlassLayout::Full5))
+        .or_else(|| sheets(prism, Table::new).map(GlassLayout::Even8))
+        .or_else(|| sheets(prism, |p| Some(p.clone())).map(GlassLayout::AnyDegree))
+        .unwrap_or(GlassLayout::Scalar)
 }
 
 /// One position by the scalar trace.
-pub(super) fn alone(system: &System, px: DVec2) -> (DVec2, Class) {
-    match system.look(px) {
-        Ok(Sight { board_mm, side }) => (board_mm, side.into()),
+pub(super) fn trace_scalar(system: &System, px: DVec2) -> (DVec2, Class) {
+    match system.trace(px) {
+        Ok(BoardHit { board_mm, side }) => (board_mm, side.into()),
         Err(fate) => (DVec2::ZERO, fate.into()),
     }
 }
 
-struct Row<'a, 'b, G> {
+struct RowTrace<'a, 'b, G> {
     system: &'a System,
     glass: &'a G,
     start: DVec2,
     out: Run<'b>,
 }
 
-impl<G: Glass> Kernel for Row<'_, '_, G> {
+impl<G: Glass> Kernel for RowTrace<'_, '_, G> {
     type Out = ();
 
     #[inline(always)]
@@ -122,7 +125,7 @@ impl<G: Glass> Kernel for Row<'_, '_, G> {
         for first in (0..count).step_by(LANES) {
             let x = Lanes::of(|k| start.x + (first + k) as f64);
             let passed = glass.pass(&camera.rays([x, y]), residual_mm);
-            let (seen, met) = system.board.meet_all(&passed.rays);
+            let (seen, met) = system.board.intersect_all(&passed.rays);
             let sure = passed.sure & met;
             let n = LANES.min(count - first);
             let side = passed.right.0.map(|right| if right != 0 { Class::Right } else { Class::Left });
@@ -137,7 +140,7 @@ impl<G: Glass> Kernel for Row<'_, '_, G> {
             }
             if !sure.all() {
                 for k in (0..n).filter(|&k| sure.0[k] == 0) {
-                    let (board_mm, class) = alone(system, DVec2::new(x.0[k], start.y));
+                    let (board_mm, class) = trace_scalar(system, DVec2::new(x.0[k], start.y));
                     let i = first + k;
                     (out.x_mm[i], out.y_mm[i], out.class[i]) = (board_mm.x, board_mm.y, class);
                 }

@@ -5,7 +5,7 @@
 //! pieces of the polygon's edges between the lines of the pattern. Exact for any polygon, however many squares it holds.
 
 use crate::num::simd::{Lanes, Mask};
-use crate::scene::Board;
+use crate::scene::BoardSpec;
 use glam::DVec2;
 
 /// Beyond this many squares across, the squares are replaced by their mean: in each row of squares the two colours differ by
@@ -67,7 +67,7 @@ impl Squares {
 
 /// The radiance of a checkerboard. Positions are in squares from its centre, where nothing else is said.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pattern {
+pub struct Checkerboard {
     squares_per_mm: f64,
     /// Moves the origin to the centre of a square: half a square for even counts.
     shift: DVec2,
@@ -82,9 +82,9 @@ pub struct Pattern {
     background: f64,
 }
 
-impl Pattern {
+impl Checkerboard {
     /// The radiance of `board`.
-    pub fn new(board: &Board) -> Self {
+    pub fn new(board: &BoardSpec) -> Self {
         let count = DVec2::new(board.columns as f64, board.rows as f64);
         let even = |n: usize| if n.is_multiple_of(2) { 0.5 } else { 0.0 };
         // The square at the origin is column (columns - 1)/2 rounded down, row likewise; the top left one is black.
@@ -211,7 +211,7 @@ impl Pattern {
         let squares = if many {
             0.0
         } else {
-            let region = Region { half: self.half, count: 2.0 * self.half };
+            let region = RuledRect { half: self.half, count: 2.0 * self.half };
             let (g, h) = (|u| self.wave(u) - self.wave(middle.x), |v| self.sign(v, self.shift.y));
             sum(&|a, b| Self::edge(a, b, &region, g, h))
         };
@@ -219,7 +219,7 @@ impl Pattern {
             if low.x >= -half.x && low.y >= -half.y && high.x <= half.x && high.y <= half.y {
                 return 1.0;
             }
-            let region = Region { half, count: DVec2::ONE };
+            let region = RuledRect { half, count: DVec2::ONE };
             sum(&|a, b| Self::edge(a, b, &region, |u| u - middle.x.clamp(-half.x, half.x), |_| 1.0)) / area
         };
         let (board, plate) = (share(self.half), share(self.plate));
@@ -243,7 +243,7 @@ impl Pattern {
         sign(whole(u + shift))
     }
 
-    /// The antiderivative of [`Pattern::sign`] along x: a triangular wave.
+    /// The antiderivative of [`Checkerboard::sign`] along x: a triangular wave.
     #[inline(always)]
     fn wave(&self, u: f64) -> f64 {
         let k = whole(u + self.shift.x);
@@ -253,15 +253,15 @@ impl Pattern {
     /// The integral of G(clamp(u)) h(v) dv along a -> b over |v| <= region.half.y, with G linear and h constant between
     /// the lines of `region`. Changing the direction changes the sign and no other bit.
     #[inline]
-    fn edge(a: DVec2, b: DVec2, region: &Region, g: impl Fn(f64) -> f64, h: impl Fn(f64) -> f64) -> f64 {
+    fn edge(a: DVec2, b: DVec2, region: &RuledRect, g: impl Fn(f64) -> f64, h: impl Fn(f64) -> f64) -> f64 {
         let (low, high, sign) = if a.y <= b.y { (a, b, 1.0) } else { (b, a, -1.0) };
         let step = high - low;
         if step.y == 0.0 {
             return 0.0;
         }
         let g = |u: f64| g(u.clamp(-region.half.x, region.half.x));
-        let mut across = Lines::new(low.x, high.x, region.half.x, region.count.x);
-        let mut along = Lines::new(low.y, high.y, region.half.y, region.count.y);
+        let mut across = LineCrossings::new(low.x, high.x, region.half.x, region.count.x);
+        let mut along = LineCrossings::new(low.y, high.y, region.half.y, region.count.y);
         let (mut sum, mut p, mut g_p) = (0.0, low, g(low.x));
         let mut t = 0.0;
         loop {
@@ -288,7 +288,7 @@ impl Pattern {
 
 /// A rectangle about the origin, cut by equidistant lines.
 #[derive(Debug, Clone, Copy)]
-struct Region {
+struct RuledRect {
     half: DVec2,
     /// Intervals between lines on each axis.
     count: DVec2,
@@ -296,7 +296,7 @@ struct Region {
 
 /// The lines of a region that a path crosses along one axis, in order. The axis is turned so that the path rises, which
 /// makes mirrored paths meet their lines at the same parameters, bit for bit.
-struct Lines {
+struct LineCrossings {
     from: f64,
     rise: f64,
     first: f64,
@@ -305,7 +305,7 @@ struct Lines {
     last: f64,
 }
 
-impl Lines {
+impl LineCrossings {
     #[inline]
     fn new(from: f64, to: f64, half: f64, count: f64) -> Self {
         let (from, to) = if from <= to { (from, to) } else { (-from, -to) };

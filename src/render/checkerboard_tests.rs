@@ -1,8 +1,8 @@
 use super::*;
 use crate::geom::Pose;
 
-fn board(columns: usize, rows: usize) -> Board {
-    Board {
+fn board(columns: usize, rows: usize) -> BoardSpec {
+    BoardSpec {
         columns,
         rows,
         square_mm: 10.0,
@@ -21,7 +21,7 @@ fn square(centre: DVec2, half: f64) -> [DVec2; 4] {
 #[test]
 fn top_left_square_is_black_and_its_neighbour_white() {
     for (columns, rows) in [(3, 3), (4, 4), (4, 3), (5, 2)] {
-        let p = Pattern::new(&board(columns, rows));
+        let p = Checkerboard::new(&board(columns, rows));
         let corner = DVec2::new(columns as f64, rows as f64) * -0.5;
         assert_eq!(p.radiance(corner + 0.1), 0.0, "{columns} x {rows}");
         assert_eq!(p.radiance(corner + DVec2::new(1.1, 0.1)), 1.0);
@@ -32,7 +32,7 @@ fn top_left_square_is_black_and_its_neighbour_white() {
 
 #[test]
 fn a_window_over_a_corner_is_half_and_half() {
-    let p = Pattern::new(&board(4, 4));
+    let p = Checkerboard::new(&board(4, 4));
     // The corner at the origin; moved by a quarter of the window, 3/4 x 3/4 + 1/4 x 1/4 of it has one colour.
     let mean = |c: DVec2| p.mean_over(&square(c, 0.2)).expect("not degenerate");
     assert!((mean(DVec2::ZERO) - 0.5).abs() < 1e-15);
@@ -41,7 +41,7 @@ fn a_window_over_a_corner_is_half_and_half() {
 
 #[test]
 fn a_window_over_everything_sees_every_share() {
-    let p = Pattern::new(&board(3, 3));
+    let p = Checkerboard::new(&board(3, 3));
     // 4 white squares of 9, the margin 40^2 - 30^2, the rest of 100^2 background.
     let mean = p.mean_over(&square(DVec2::new(0.3, -0.7), 5.0)).expect("not degenerate");
     let expected = (400.0 + (1600.0 - 900.0) + 0.25 * (10000.0 - 1600.0)) / 10000.0;
@@ -50,7 +50,7 @@ fn a_window_over_everything_sees_every_share() {
 
 #[test]
 fn constant_agrees_with_the_integral_and_with_points() {
-    let p = Pattern::new(&board(4, 3));
+    let p = Checkerboard::new(&board(4, 3));
     for k in 0..4000 {
         let centre = DVec2::new((k % 83) as f64 * 0.061 - 2.5, (k / 83) as f64 * 0.083 - 2.0);
         if let Some(value) = p.constant(centre, DVec2::splat(0.07)) {
@@ -63,7 +63,7 @@ fn constant_agrees_with_the_integral_and_with_points() {
 
 #[test]
 fn a_slanted_polygon_agrees_with_a_million_points() {
-    let p = Pattern::new(&board(4, 3));
+    let p = Checkerboard::new(&board(4, 3));
     let (c, a, b) = (DVec2::new(1.3, -0.9), DVec2::new(1.7, 0.4), DVec2::new(-0.5, 1.2));
     let polygon = [c - a / 2.0 - b / 2.0, c + a / 2.0 - b / 2.0, c + a / 2.0 + b / 2.0, c - a / 2.0 + b / 2.0];
     let n = 1000;
@@ -76,7 +76,7 @@ fn a_slanted_polygon_agrees_with_a_million_points() {
 
 #[test]
 fn mirrored_polygons_have_the_same_bits() {
-    let p = Pattern::new(&board(5, 5));
+    let p = Checkerboard::new(&board(5, 5));
     for k in 0..500 {
         let c = DVec2::new(libm::sin(k as f64) * 2.4, libm::cos(1.7 * k as f64) * 2.4);
         let (a, b) = (DVec2::new(0.09, 0.005 * libm::sin(3.0 * k as f64)), DVec2::new(-0.007, 0.11));
@@ -96,7 +96,7 @@ fn mirrored_polygons_have_the_same_bits() {
 fn a_sliver_over_thousands_of_squares_is_not_given_their_mean() {
     let mut fine = board(100_000, 100_000);
     fine.square_mm = 1e-3;
-    let p = Pattern::new(&fine);
+    let p = Checkerboard::new(&fine);
     let (along, across) = (DVec2::new(3000.0, 3000.0), DVec2::new(-0.05, 0.05));
     let sliver = |s: f64| [-along * s - across, along * s - across, along * s + across, -along * s + across];
     let short = p.mean_over(&sliver(0.5)).expect("it is short enough");
@@ -108,7 +108,7 @@ fn a_sliver_over_thousands_of_squares_is_not_given_their_mean() {
 fn squares_far_below_the_footprint_tend_to_their_mean() {
     let mut fine = board(100_000, 100_000);
     fine.square_mm = 1e-3;
-    let p = Pattern::new(&fine);
+    let p = Checkerboard::new(&fine);
     for half in [500.0, 1500.0, 7000.0] {
         let mean = p.mean_over(&square(DVec2::new(123.0, -777.0), half)).expect("not degenerate");
         assert!((mean - 0.5).abs() < 2e-3, "{half} {mean}");

@@ -26,7 +26,7 @@ pub(super) struct Steps {
 }
 
 /// A wave across one axis over a block of pixels.
-struct Wave {
+struct AxisWave {
     middle: f32,
     slope: f32,
     half_bend: f32,
@@ -37,7 +37,7 @@ struct Wave {
     inverse_both: f32,
 }
 
-impl Wave {
+impl AxisWave {
     #[inline(always)]
     fn new(middle: f64, slope: f64, down: f64, bend: f64, active: f64) -> Self {
         let (x, y) = ((active * slope).abs(), (active * down).abs());
@@ -70,7 +70,7 @@ impl Wave {
 }
 
 /// The pixels of a block.
-pub(super) struct Block {
+pub(super) struct DraftBlock {
     pub(super) value: [f32; BLOCK],
     /// Whether a line passes through the pixel.
     pub(super) lined: [bool; BLOCK],
@@ -80,11 +80,12 @@ pub(super) struct Block {
 
 /// The pixels of a block whose middle sees `square` and steps from it to the right by `slope`.
 #[inline(always)]
-pub(super) fn block(square: &Square, slope: [f64; 2], steps: &Steps, active: f64) -> Block {
-    let wave = |axis: usize| Wave::new(square.offset[axis], slope[axis], steps.down[axis], steps.bend[axis], active);
+pub(super) fn block(square: &Square, slope: [f64; 2], steps: &Steps, active: f64) -> DraftBlock {
+    let wave =
+        |axis: usize| AxisWave::new(square.offset[axis], slope[axis], steps.down[axis], steps.bend[axis], active);
     let waves = [wave(0), wave(1)];
     let (mean, contrast) = (square.mean as f32, square.contrast as f32);
-    let mut out = Block { value: [0.0; BLOCK], lined: [false; BLOCK], crossed: [false; BLOCK] };
+    let mut out = DraftBlock { value: [0.0; BLOCK], lined: [false; BLOCK], crossed: [false; BLOCK] };
     for i in 0..BLOCK {
         let d = i as f32 + 0.5 - 0.5 * BLOCK as f32;
         let ((bu, su), (bv, sv)) = (waves[0].beyond(d), waves[1].beyond(d));
@@ -103,14 +104,14 @@ pub(super) const BLOCK: usize = 16;
 mod tests {
     use super::*;
     use crate::geom::Pose;
-    use crate::render::checkerboard::Pattern;
-    use crate::scene::Board;
+    use crate::render::checkerboard::Checkerboard;
+    use crate::scene::BoardSpec;
     use glam::DVec2;
 
     /// Against the exact mean over the pixel's parallelogram.
     #[test]
     fn pixels_that_one_line_crosses_have_their_mean() {
-        let pattern = Pattern::new(&Board {
+        let pattern = Checkerboard::new(&BoardSpec {
             columns: 40,
             rows: 40,
             square_mm: 1.0,

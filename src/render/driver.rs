@@ -2,7 +2,7 @@
 
 use super::accumulate;
 use super::bands::picture;
-use super::film::{Account, Film, Wanted};
+use super::film::{AccuracyReport, Film, Outputs};
 use super::plan::Plan;
 use crate::effect::{Hook, Picture};
 use crate::system::System;
@@ -11,18 +11,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// The picture that `system` takes, with its ground truth; `progress` hears how many more pixels are done,
 /// from any thread.
 pub fn render(system: &System, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    render_wanted(system, Wanted { truth: true }, progress)
+    render_wanted(system, Outputs { truth: true }, progress)
 }
 
 /// The picture that `system` takes, with what is wanted of it; `progress` as in [`render`].
-pub fn render_wanted(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -> Film {
+pub fn render_wanted(system: &System, wanted: Outputs, progress: &(dyn Fn(usize) + Sync)) -> Film {
     let effects = &system.effects;
 
     // Choose the sampling: film effects may ask for n x n samples in place of each pixel.
     let n = effects.samples(system.camera.size_px());
     let finer = (n > 1).then(|| system.sampled(n));
     let sampled = finer.as_ref().unwrap_or(system);
-    let sampled_wants = Wanted { truth: wanted.truth && n == 1 };
+    let sampled_wants = Outputs { truth: wanted.truth && n == 1 };
     let heard = AtomicUsize::new(0);
     let tell = |samples: usize| {
         let before = heard.fetch_add(samples, Ordering::Relaxed);
@@ -48,9 +48,10 @@ pub fn render_wanted(system: &System, wanted: Wanted, progress: &(dyn Fn(usize) 
 }
 
 /// The film `fine` of `n` x `n` samples a pixel with what is wanted besides of `system` itself.
-fn of_pixels(system: &System, fine: Film, n: usize, wanted: Wanted) -> Film {
+fn of_pixels(system: &System, fine: Film, n: usize, wanted: Outputs) -> Film {
     let px = 1.0 / n as f64;
-    let account = Account { map_px: px * fine.account.map_px, bend_px: px * fine.account.bend_px, ..fine.account };
+    let account =
+        AccuracyReport { map_px: px * fine.account.map_px, bend_px: px * fine.account.bend_px, ..fine.account };
     // Of the samples, the noise has not the picture's size.
     if !wanted.truth {
         return Film { noise: None, account, ..fine };

@@ -15,21 +15,21 @@ pub struct Film {
     /// Standard error of the radiance, estimated from the spread of random sets of samples; `None` where there is one set or
     /// nothing is sampled.
     pub noise: Option<Raster<f32>>,
-    /// What happened to each pixel's centre ray; 0 x 0 where [`Wanted`] leaves it out.
+    /// What happened to each pixel's centre ray; 0 x 0 where [`Outputs`] leaves it out.
     pub class: Raster<Class>,
-    /// The board position that each pixel's centre sees, in mm; (0, 0) where `class` is no side; 0 x 0 where [`Wanted`]
+    /// The board position that each pixel's centre sees, in mm; (0, 0) where `class` is no side; 0 x 0 where [`Outputs`]
     /// leaves it out.
     pub board_mm: Raster<[f32; 2]>,
     /// How much work it was.
     pub counts: Counts,
     /// What was promised, and what was found.
-    pub account: Account,
+    pub account: AccuracyReport,
 }
 
 /// The accuracy of a picture: what its level promises, and what was found while it was made. All in px, of positions as the
 /// geometry of each of its pictures has them: neither samples of a pupil, slopes or wavelengths nor film effects count here.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Account {
+pub struct AccuracyReport {
     /// The level.
     pub level: Level,
     /// What was asked for, where the level was chosen by that.
@@ -51,14 +51,14 @@ pub struct Account {
     pub noise: Option<f64>,
 }
 
-impl Account {
+impl AccuracyReport {
     /// The accuracy achieved, as far as the picture itself can tell.
     pub fn achieved_px(&self) -> f64 {
         self.map_px + self.bend_px
     }
 }
 
-impl std::fmt::Display for Account {
+impl std::fmt::Display for AccuracyReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { level, promise_px, map_px, bend_px, patches, mapped, .. } = self;
         write!(f, "{}", level.name())?;
@@ -95,7 +95,7 @@ impl std::fmt::Display for Account {
 
 /// What of a [`Film`] is asked for besides the radiance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Wanted {
+pub struct Outputs {
     /// The ground truth of every pixel: `class` and `board_mm`.
     pub truth: bool,
 }
@@ -136,7 +136,7 @@ impl Class {
         match self {
             Self::Left => Self::Right,
             Self::Right => Self::Left,
-            dark => dark,
+            ended_ray_radiance => ended_ray_radiance,
         }
     }
 }

@@ -1,10 +1,10 @@
 //! The light of reflections in the glass, over the picture.
 
-use super::checkerboard::Pattern;
+use super::checkerboard::Checkerboard;
 use super::film::Film;
-use crate::effect::{Ghosts, Journey, Landing};
-use crate::optics::polarisation::Light;
-use crate::prism::reflections::{Body, Exit};
+use crate::effect::{BoardPoint, Ghosts, LightPath};
+use crate::optics::polarisation::PolarisationState;
+use crate::prism::reflections::{Exit, GlassBody};
 use crate::system::System;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -21,7 +21,7 @@ const BEND: f64 = 1e-5;
 /// Between the corners of a block, powers and places on the board are taken as linear, and each pixel as the exact mean
 /// of the board over what it sees; where routes differ, and beside the ridge, pixels are sampled.
 pub(super) fn add(system: &System, film: &mut Film) {
-    let Some(watch) = Watch::new(system) else { return };
+    let Some(watch) = GhostPass::new(system) else { return };
     let width = film.radiance.width();
     let corners = watch.corners(width, film.radiance.height());
     let columns = width.div_ceil(BLOCK) + 1;
@@ -54,16 +54,16 @@ pub(super) fn add(system: &System, film: &mut Film) {
 }
 
 /// Ghosts over a block of pixels.
-struct Block {
+struct GhostBlock {
     /// The light, at the four corners, of all ghosts that are of one radiance over the block.
     plain: [f64; 4],
     /// The others: powers, and places on the board in squares, at the four corners.
     edges: Vec<([f64; 4], [DVec2; 4])>,
 }
 
-impl Block {
+impl GhostBlock {
     /// The mean radiance of all ghosts over the pixel whose corner lies at `offset` from that of the block.
-    fn pixel(&self, pattern: &Pattern, offset: DVec2) -> f64 {
+    fn pixel(&self, pattern: &Checkerboard, offset: DVec2) -> f64 {
         let size = BLOCK as f64;
         let light = between(self.plain, (offset + 0.5) / size);
         let edges = self.edges.iter().map(|(powers, places)| {
@@ -90,50 +90,50 @@ where
 }
 
 /// What is fixed for a picture of ghosts.
-struct Watch<'a> {
+struct GhostPass<'a> {
     system: &'a System,
     ghosts: Ghosts,
-    body: Body,
-    light: Light,
-    pattern: Pattern,
+    body: GlassBody,
+    light: PolarisationState,
+    pattern: Checkerboard,
     /// The largest radiance that there is.
     brightest: f64,
 }
 
 /// A ghost at one place of the picture.
-struct Gleam {
+struct Ghost {
     /// The faces that its light met.
     route: u64,
-    seen: Seen,
+    seen: GhostTarget,
     /// Its power, of 1 that would come in.
     power: f64,
 }
 
 /// What a ghost is of.
 #[derive(Clone, Copy, PartialEq)]
-enum Seen {
+enum GhostTarget {
     /// Something of the same radiance everywhere.
     Plain(f64),
     /// A place on the plane of the board, in mm.
     Board(DVec2),
 }
 
-impl<'a> Watch<'a> {
+impl<'a> GhostPass<'a> {
     fn new(system: &'a System) -> Option<Self> {
         let ghosts = system.effects.ghosts.filter(|ghosts| !ghosts.is_nothing())?;
         let light = system.effects.fresnel?.light;
         let board = &system.board.pattern;
         let brightest = board.black.max(board.white).max(board.background).max(ghosts.behind);
-        Some(Self { system, ghosts, body: system.body()?, light, pattern: Pattern::new(board), brightest })
+        Some(Self { system, ghosts, body: system.body()?, light, pattern: Checkerboard::new(board), brightest })
     }
 
     /// All ghosts at the corners of all blocks, row by row.
-    fn corners(&self, width: usize, height: usize) -> Vec<Vec<Gleam>> {
+    fn corners(&self, width: usize, height: usize) -> Vec<Vec<Ghost>> {
         let (columns, rows) = (width.div_ceil(BLOCK) + 1, height.div_ceil(BLOCK) + 1);
         let look = |k: usize| {
             let mut gleams = Vec::new();
             let corner = DVec2::new((k % columns) as f64, (k / columns) as f64) * BLOCK as f64;
-            self.look(corner, |gleam| gleams.push(gleam));
+            self.trace(corner, |gleam| gleams.push(gleam));
             gleams
         };
         (0..columns * rows).into_par_iter().map(look).collect()
@@ -141,26 +141,29 @@ impl<'a> Watch<'a> {
 
     /// The ghosts of the block with these corners, the first of them at `first`; `None` where they bend too much, or where
     /// light takes several routes.
-    fn block(&self, corners: [&[Gleam]; 4], first: DVec2) -> Option<Block> {
+    fn block(&self, corners: [&[Ghost]; 4], first: DVec2) -> Option<GhostBlock> {
         let [a, b, c, d] = corners;
-        let same = |other: &[Gleam]| other.len() == a.len() && other.iter().zip(a).all(|(o, a)| o.route == a.route);
+        let same = |other: &[Ghost]| other.len() == a.len() && other.iter().zip(a).all(|(o, a)| o.route == a.route);
         if !(same(b) && same(c) && same(d)) {
             return None;
         }
         let mut middle = Vec::with_capacity(a.len());
-        self.look(first + 0.5 * BLOCK as f64, |gleam| middle.push(gleam));
+        self.trace(first + 0.5 * BLOCK as f64, |gleam| middle.push(gleam));
         if !same(&middle) {
             return None;
         }
         let squares = self.pattern.squares_per_mm();
-        let mut block = Block { plain: [0.0; 4], edges: Vec::new() };
+        let mut block = GhostBlock { plain: [0.0; 4], edges: Vec::new() };
         let mut bend = 0.0;
         for (k, middle) in middle.iter().enumerate() {
             let powers = corners.map(|corner| corner[k].power);
             let seen = corners.map(|corner| corner[k].seen);
             bend += (between(powers, DVec2::splat(0.5)) - middle.power).abs() * self.brightest;
             let radiance = match (seen, middle.seen) {
-                ([Seen::Board(a), Seen::Board(b), Seen::Board(c), Seen::Board(d)], Seen::Board(middle_mm)) => {
+                (
+                    [GhostTarget::Board(a), GhostTarget::Board(b), GhostTarget::Board(c), GhostTarget::Board(d)],
+                    GhostTarget::Board(middle_mm),
+                ) => {
                     let places = [a, b, c, d].map(|mm| mm * squares);
                     let off = (between(places, DVec2::splat(0.5)) - middle_mm * squares).abs();
                     let (low, high) =
@@ -173,7 +176,7 @@ impl<'a> Watch<'a> {
                     }
                     plain
                 }
-                ([one @ Seen::Plain(radiance), others @ ..], at_middle) => {
+                ([one @ GhostTarget::Plain(radiance), others @ ..], at_middle) => {
                     if others.iter().any(|other| *other != one) || at_middle != one {
                         return None;
                     }
@@ -194,10 +197,10 @@ impl<'a> Watch<'a> {
         let at = |k: usize| DVec2::new((k % n) as f64 + 0.5, (k / n) as f64 + 0.5) / n as f64;
         let mut sum = 0.0;
         for k in 0..n * n {
-            self.look(corner + at(k), |gleam| {
+            self.trace(corner + at(k), |gleam| {
                 let radiance = match gleam.seen {
-                    Seen::Plain(radiance) => radiance,
-                    Seen::Board(mm) => self.pattern.at(mm),
+                    GhostTarget::Plain(radiance) => radiance,
+                    GhostTarget::Board(mm) => self.pattern.at(mm),
                 };
                 sum += gleam.power * radiance;
             });
@@ -206,26 +209,26 @@ impl<'a> Watch<'a> {
     }
 
     /// Tells of every ghost at an image position.
-    fn look(&self, px: DVec2, mut tell: impl FnMut(Gleam)) {
+    fn trace(&self, px: DVec2, mut tell: impl FnMut(Ghost)) {
         self.system.reflected(px, self.light, self.body, &self.ghosts, |exit| tell(self.gleam(exit, px)));
     }
 
     /// What light that leaves the glass sees, weakened as all light at `px` is: by everything but the glass.
-    fn gleam(&self, exit: &Exit, px: DVec2) -> Gleam {
+    fn gleam(&self, exit: &Exit, px: DVec2) -> Ghost {
         let Self { system, ghosts, pattern, .. } = self;
         let (seen, landing) = if exit.face.which == 0 {
-            (Seen::Plain(ghosts.behind), None)
+            (GhostTarget::Plain(ghosts.behind), None)
         } else {
-            match system.board.meet(&exit.ray) {
+            match system.board.intersect(&exit.ray) {
                 Ok((board_mm, t_mm)) => {
-                    let landing = Landing { point_mm: exit.ray.at(t_mm), normal: system.board.normal() };
-                    (Seen::Board(board_mm), Some(landing))
+                    let landing = BoardPoint { point_mm: exit.ray.at(t_mm), normal: system.board.normal() };
+                    (GhostTarget::Board(board_mm), Some(landing))
                 }
-                Err(_) => (Seen::Plain(pattern.background()), None),
+                Err(_) => (GhostTarget::Plain(pattern.background()), None),
             }
         };
-        let journey = Journey { image_cos: system.camera.image_cos(px), crossings: &[], landing };
-        Gleam { route: exit.route, seen, power: exit.power * system.effects.gain(&journey) }
+        let journey = LightPath { image_cos: system.camera.image_cos(px), crossings: &[], landing };
+        Ghost { route: exit.route, seen, power: exit.power * system.effects.throughput(&journey) }
     }
 }
 
@@ -236,7 +239,7 @@ mod tests {
     use crate::effect::{Effects, Fresnel, Lamp};
     use crate::render::Plan;
     use crate::render::bands::picture;
-    use crate::render::film::Wanted;
+    use crate::render::film::Outputs;
     use crate::render::tests::{built, instruments, scene};
     use glam::DVec3;
 
@@ -246,7 +249,7 @@ mod tests {
         let lamp = Lamp::new(DVec3::new(-400.0, 300.0, 200.0), 0.9, DVec3::new(0.0, 0.0, 1000.0), DVec3::Z);
         let ghosts = Ghosts { bounces: 4, least_power: 1e-9, behind: 0.2, samples: 4 };
         let effects = Effects {
-            fresnel: Some(Fresnel { light: Light::Unpolarised }),
+            fresnel: Some(Fresnel { light: PolarisationState::Unpolarised }),
             ghosts: Some(ghosts),
             lamp: Some(lamp),
             ..Effects::default()
@@ -261,8 +264,8 @@ mod tests {
         let some = instruments(Accuracy::exact(), 1).into_iter().step_by(5);
         for (name, system) in some.chain([flat(0.0, 1.48), flat(0.0, 2.4), flat(1.0, 2.4)]) {
             let system = System { effects: effects.clone(), ..system };
-            let Some(watch) = Watch::new(&system) else { continue };
-            let plain = picture(&Plan::new(&system), Wanted { truth: false }, &|_| ());
+            let Some(watch) = GhostPass::new(&system) else { continue };
+            let plain = picture(&Plan::new(&system), Outputs { truth: false }, &|_| ());
             let mut with = plain.clone();
             add(&system, &mut with);
             let [width, height] = system.camera.size_px();

@@ -7,19 +7,19 @@
 //! and with them a missed surface or the ridge, show at the border first; and total reflection has a root in it that
 //! no polynomial follows, so that near it the coefficients do not fall.
 
-use super::centre_rays::alone;
+use super::centre_rays::trace_scalar;
 use super::film::Class;
 use super::region::Region;
 use super::truncation_error::in_px;
 use crate::accuracy::Accuracy;
 use crate::effect::Hook;
-use crate::num::chebyshev::{Interpolation, MAX_DEGREE, Series, points};
+use crate::num::chebyshev::{ChebyshevSeries, Interpolation, MAX_DEGREE, points};
 use crate::system::System;
 use glam::{DMat2, DVec2};
 
 /// A patch of the map.
 #[derive(Debug, Clone)]
-pub(super) struct Patch {
+pub(super) struct MapPatch {
     /// The pixels for which it stands.
     pub(super) region: Region,
     /// The side that they see through.
@@ -39,10 +39,10 @@ pub(super) struct Patch {
     pub(super) error_px: f64,
     /// How far the map strays from its tangent inside a pixel at most, in px, and by how much of that in its third order.
     pub(super) stray_px: f64,
-    pub(super) third_px: f64,
+    pub(super) truncation_px: f64,
     /// What transport effects leave of the light, by powers of s, then of t; `None` without such effects, or where no
     /// polynomial follows them.
-    pub(super) gain: Option<Vec<Vec<f64>>>,
+    pub(super) throughput: Option<Vec<Vec<f64>>>,
 }
 
 /// The tries before the patch is divided: degrees of the interpolation.
@@ -53,13 +53,13 @@ const INSIDE: usize = 64;
 const BORDER_STEP: usize = 16;
 /// A polynomial stands for the gains of a patch where it differs from them by less than this: a sixth of the rounding of
 /// f32.
-const GAIN_ERROR: f64 = 1e-8;
+const THROUGHPUT_ERROR: f64 = 1e-8;
 /// Positions that are sampled are multiples of this, in px: exact on either half, so that mirrored rays are mirrored.
 const GRAIN_PX: f64 = 1.0 / (1u64 << 20) as f64;
 /// How far inside the border of a patch its border is looked at, in px.
 const INSET_PX: f64 = 1.0 / (1u64 << 30) as f64;
 
-impl Patch {
+impl MapPatch {
     /// s of the picture's column x, in -1 ..= 1 inside the patch.
     #[inline(always)]
     pub(super) fn s(&self, x: f64) -> f64 {
@@ -87,7 +87,7 @@ impl Patch {
     }
 
     /// What the patch says that `px` sees, in squares, with the derivatives by px.
-    pub(super) fn look(&self, px: DVec2) -> (DVec2, DMat2) {
+    pub(super) fn trace(&self, px: DVec2) -> (DVec2, DMat2) {
         let (s, t) = (self.s(px.x), self.t(px.y));
         let jet = |powers: &[Vec<f64>]| {
             let (mut p, mut ps, mut pt) = (0.0, 0.0, 0.0);
@@ -127,12 +127,12 @@ impl Patch {
             bounds: [[0.0; 3]; 2],
             error_px: 0.0,
             stray_px: 0.0,
-            third_px: 0.0,
-            gain: None,
+            truncation_px: 0.0,
+            throughput: None,
         };
         let mut look = |px: DVec2| {
             *rays += 1;
-            alone(system, px)
+            trace_scalar(system, px)
         };
         // The border and the corners: one side all along.
         patch.class = look(middle).1;
@@ -160,9 +160,9 @@ impl Patch {
             // A degree that is asked for stands, whatever its coefficients say; the rays still judge it.
             let error = if fixed.is_some() { None } else { Some(map_px / px_per_square) };
             let [stray, third] = patch.interpolate(degree, error, &mut look, scale)?;
-            (patch.error_px, patch.stray_px, patch.third_px) = (0.0, 0.0, 0.0);
+            (patch.error_px, patch.stray_px, patch.truncation_px) = (0.0, 0.0, 0.0);
             for &(px, seen) in &checks {
-                let (mapped, jacobian) = patch.look(px);
+                let (mapped, jacobian) = patch.trace(px);
                 let error = (jacobian.inverse() * (mapped - seen)).length();
                 // NaN must not pass.
                 if error.is_nan() || error > map_px {
@@ -170,7 +170,7 @@ impl Patch {
                 }
                 patch.error_px = patch.error_px.max(error);
                 patch.stray_px = patch.stray_px.max(in_px(jacobian, stray));
-                patch.third_px = patch.third_px.max(in_px(jacobian, third));
+                patch.truncation_px = patch.truncation_px.max(in_px(jacobian, third));
             }
             Some(patch.clone())
         })
@@ -203,20 +203,20 @@ impl Patch {
     }
 
     /// The gains over the patch as a polynomial, whose coefficients and the gains at places of their own vouch for it.
-    fn fit_gain(&self, system: &System, rays: &mut u64) -> Option<Vec<Vec<f64>>> {
+    fn fit_throughput(&self, system: &System, rays: &mut u64) -> Option<Vec<Vec<f64>>> {
         DEGREES.iter().find_map(|&degree| {
             let (places, interpolation) = self.nodes(degree)?;
-            let series = interpolation.series(|i, j| system.gain(places[i][j]));
+            let series = interpolation.series(|i, j| system.throughput(places[i][j]));
             *rays += ((degree + 1) * (degree + 1)) as u64;
-            let [m, n] = kept(&series, 0.25 * GAIN_ERROR)?;
+            let [m, n] = kept(&series, 0.25 * THROUGHPUT_ERROR)?;
             let powers = series.powers(m, n);
             *rays += INSIDE as u64;
             let agrees = |k: usize| {
                 let px = self.inside(k);
                 let (s, t) = (self.s(px.x), self.t(px.y));
                 let line = |row: &Vec<f64>| row.iter().rev().fold(0.0, |p, c| p * t + c);
-                let gain = powers.iter().rev().fold(0.0, |p, row| p * s + line(row));
-                (gain - system.gain(px)).abs() <= GAIN_ERROR
+                let throughput = powers.iter().rev().fold(0.0, |p, row| p * s + line(row));
+                (throughput - system.throughput(px)).abs() <= THROUGHPUT_ERROR
             };
             (0..INSIDE).all(agrees).then_some(powers)
         })
@@ -289,7 +289,7 @@ fn passes_all_along(system: &System, region: &Region, rays: &mut u64) -> bool {
 
 /// The degrees in s and t beyond which the coefficients sum up to less than `error`: at least two below those of the
 /// series, whose last two orders so vouch for what the series itself leaves out.
-fn kept(series: &Series, error: f64) -> Option<[usize; 2]> {
+fn kept(series: &ChebyshevSeries, error: f64) -> Option<[usize; 2]> {
     let [m, n] = series.degrees();
     let (mut s, mut t) = (m - 2, n - 2);
     if series.beyond(s, t).is_nan() || series.beyond(s, t) > error {
@@ -306,8 +306,8 @@ fn kept(series: &Series, error: f64) -> Option<[usize; 2]> {
 
 /// The sensor, or its right half, as certified patches and regions to be traced.
 #[derive(Debug, Default)]
-pub(super) struct Cover {
-    pub(super) patches: Vec<Patch>,
+pub(super) struct Tiling {
+    pub(super) patches: Vec<MapPatch>,
     pub(super) traced: Vec<Region>,
     /// Rays that it took.
     pub(super) rays: u64,
@@ -319,9 +319,9 @@ const SMALLEST_PX: usize = 64;
 const MOST_SLANT: usize = 8;
 
 /// Divides the columns from `first` on into patches whose error is below what is asked for, and the rest.
-pub(super) fn certify(system: &System, first: usize) -> Cover {
+pub(super) fn certify(system: &System, first: usize) -> Tiling {
     let [width, height] = system.camera.size_px();
-    let mut cover = Cover::default();
+    let mut cover = Tiling::default();
     let rows = 0..height;
     match seam(system, &mut cover.rays).filter(|seam| seam.len() <= width / MOST_SLANT) {
         Some(seam) if seam.end > first => {
@@ -336,7 +336,7 @@ pub(super) fn certify(system: &System, first: usize) -> Cover {
     cover
 }
 
-impl Cover {
+impl Tiling {
     fn trace(&mut self, region: Region) {
         if !region.columns.is_empty() && !region.rows.is_empty() {
             self.traced.push(region);
@@ -351,10 +351,10 @@ impl Cover {
         }
         if columns.max(rows) <= system.accuracy.patch_px
             && passes_all_along(system, &region, &mut self.rays)
-            && let Some(mut patch) = Patch::fit(system, &region, &mut self.rays)
+            && let Some(mut patch) = MapPatch::fit(system, &region, &mut self.rays)
         {
             if system.effects.act_by(Hook::Transport) {
-                patch.gain = patch.fit_gain(system, &mut self.rays);
+                patch.throughput = patch.fit_throughput(system, &mut self.rays);
             }
             return self.patches.push(patch);
         }
@@ -383,7 +383,7 @@ fn seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>> {
         let (mut a, mut b) = (INSET_PX, width - INSET_PX);
         let mut class = |x: f64| {
             *rays += 1;
-            alone(system, DVec2::new(x, y)).1
+            trace_scalar(system, DVec2::new(x, y)).1
         };
         if class(a) != Class::Left || class(b) != Class::Right {
             return None;

@@ -2,9 +2,9 @@
 
 use super::band::Band;
 use super::draft::{self, BLOCK, Steps};
-use super::map::Patch;
+use super::map::MapPatch;
 use super::pixel::settle;
-use super::pixel_mean::{Jets, cover};
+use super::pixel_mean::{PackedTaylor2, cover};
 use super::plan::Plan;
 use super::work::Work;
 use crate::accuracy::Arithmetic;
@@ -16,8 +16,8 @@ const HALF_BLOCK: f64 = 0.5 * BLOCK as f64;
 const ROUNDING: f64 = 1e-9;
 
 /// Renders the rows of `patch` that lie in `band`.
-pub(super) fn render(plan: &Plan, patch: &Patch, band: &mut Band) -> Work {
-    widest(Rows { plan, patch, band })
+pub(super) fn render(plan: &Plan, patch: &MapPatch, band: &mut Band) -> Work {
+    widest(PatchRows { plan, patch, band })
 }
 
 /// Coefficients of a polynomial in s, by rising power.
@@ -34,7 +34,7 @@ struct RowMap {
 
 impl RowMap {
     #[inline(always)]
-    fn new(patch: &Patch, y: f64, active: f64) -> Self {
+    fn new(patch: &MapPatch, y: f64, active: f64) -> Self {
         let (t, step) = (patch.t(y), patch.steps().y * active);
         let mut row = Self {
             degree: [0, 1].map(|axis| patch.powers[axis].len() - 1),
@@ -89,7 +89,7 @@ impl RowMap {
 impl RowMap {
     /// Derivatives down and twice to the right, in the picture's frame, at s.
     #[inline(always)]
-    fn steps(&self, patch: &Patch, s: f64, active: f64) -> Steps {
+    fn steps(&self, patch: &MapPatch, s: f64, active: f64) -> Steps {
         let step = patch.steps().x;
         let mut steps = Steps { down: [0.0; 2], bend: [0.0; 2] };
         for axis in 0..2 {
@@ -109,13 +109,13 @@ impl RowMap {
     }
 }
 
-struct Rows<'a, 'b, 'c> {
+struct PatchRows<'a, 'b, 'c> {
     plan: &'a Plan<'a>,
-    patch: &'a Patch,
+    patch: &'a MapPatch,
     band: &'b mut Band<'c>,
 }
 
-impl Kernel for Rows<'_, '_, '_> {
+impl Kernel for PatchRows<'_, '_, '_> {
     type Out = Work;
 
     #[inline(always)]
@@ -136,10 +136,10 @@ impl Kernel for Rows<'_, '_, '_> {
             special.clear();
             work.counts.edge_pixels += plain(plan, patch, &row, quick, out, &mut special);
             edges(plan, patch, &row, y, out, &special, &mut work);
-            if plan.gained {
-                match &patch.gain {
-                    Some(powers) => gain(patch, powers, y, out),
-                    None => plan.gain_row(DVec2::new(columns.start as f64 + 0.5, y), out, &mut work),
+            if plan.has_throughput {
+                match &patch.throughput {
+                    Some(powers) => throughput(patch, powers, y, out),
+                    None => plan.attenuate_row(DVec2::new(columns.start as f64 + 0.5, y), out, &mut work),
                 }
             }
             if let Some(truth) = &mut band.truth {
@@ -167,7 +167,7 @@ fn reach_of_block([x, y, _]: &[f64; 3]) -> Lanes {
 
 /// What quick pixels of the patch are wrong by, in px, where they are asked for and that is little enough; a pixel's
 /// footprint must be smaller than a square.
-fn draft_px(plan: &Plan, patch: &Patch) -> Option<f64> {
+fn draft_px(plan: &Plan, patch: &MapPatch) -> Option<f64> {
     let small = patch.bounds.iter().all(|[x, y, _]| 0.5 * (x + y) < 0.49);
     let error_px = draft::error_px(patch.stray_px);
     let accuracy = &plan.system.accuracy;
@@ -177,7 +177,7 @@ fn draft_px(plan: &Plan, patch: &Patch) -> Option<f64> {
 /// Fills the pixels that no line of the pattern can touch, and lists the others; the quick way fills also those that one
 /// line crosses, and they are counted.
 #[inline(always)]
-fn plain(plan: &Plan, patch: &Patch, row: &RowMap, quick: bool, out: &mut [f32], special: &mut Vec<u32>) -> u64 {
+fn plain(plan: &Plan, patch: &MapPatch, row: &RowMap, quick: bool, out: &mut [f32], special: &mut Vec<u32>) -> u64 {
     let pattern = &plan.pattern;
     let mut lines = 0;
     let n = out.len();
@@ -250,8 +250,8 @@ fn plain(plan: &Plan, patch: &Patch, row: &RowMap, quick: bool, out: &mut [f32],
 
 /// The pixels of `special`, each from the jet of the map at its centre.
 #[inline(always)]
-fn edges(plan: &Plan, patch: &Patch, row: &RowMap, y: f64, out: &mut [f32], special: &[u32], work: &mut Work) {
-    let accuracy = plan.less(patch.third_px);
+fn edges(plan: &Plan, patch: &MapPatch, row: &RowMap, y: f64, out: &mut [f32], special: &[u32], work: &mut Work) {
+    let accuracy = plan.less(patch.truncation_px);
     // What a pixel sees of a jet is its active square: steps of its side.
     let step = patch.steps().x * plan.active;
     let first_x = patch.region.columns.start as f64 + 0.5;
@@ -268,7 +268,7 @@ fn edges(plan: &Plan, patch: &Patch, row: &RowMap, y: f64, out: &mut [f32], spec
 
 /// Multiplies the pixels of a row by the polynomial of the gains.
 #[inline(always)]
-fn gain(patch: &Patch, powers: &[Vec<f64>], y: f64, out: &mut [f32]) {
+fn throughput(patch: &MapPatch, powers: &[Vec<f64>], y: f64, out: &mut [f32]) {
     let t = patch.t(y);
     let mut line = [0.0; MAX_DEGREE + 1];
     for (c, row) in line.iter_mut().zip(powers) {
@@ -278,20 +278,20 @@ fn gain(patch: &Patch, powers: &[Vec<f64>], y: f64, out: &mut [f32]) {
     let first_x = patch.region.columns.start as f64 + 0.5;
     for (block, few) in out.chunks_mut(LANES).enumerate() {
         let s = Lanes::of(|k| patch.s(first_x + (block * LANES + k) as f64));
-        let gain = line.iter().rev().fold(Lanes::splat(0.0), |p, &c| p * s + Lanes::splat(c));
-        for (value, gain) in few.iter_mut().zip(gain.0) {
-            *value = (f64::from(*value) * gain) as f32;
+        let throughput = line.iter().rev().fold(Lanes::splat(0.0), |p, &c| p * s + Lanes::splat(c));
+        for (value, throughput) in few.iter_mut().zip(throughput.0) {
+            *value = (f64::from(*value) * throughput) as f32;
         }
     }
 }
 
 /// The jets in the picture's frame, from u and v with their derivatives s, ss, t, st, tt (s by s, t by px).
 #[inline(always)]
-fn jets(flip: bool, step: f64, u: [Lanes; 6], v: [Lanes; 6]) -> Jets {
+fn jets(flip: bool, step: f64, u: [Lanes; 6], v: [Lanes; 6]) -> PackedTaylor2 {
     // Where x is counted to the left, u and every derivative by x change their signs.
     let f = Lanes::splat(if flip { -1.0 } else { 1.0 });
     let (step, step2) = (Lanes::splat(step), Lanes::splat(step * step));
-    Jets {
+    PackedTaylor2 {
         seen: [f * u[0], v[0]],
         dx: [step * u[1], f * step * v[1]],
         dy: [f * u[3], v[3]],
@@ -303,7 +303,7 @@ fn jets(flip: bool, step: f64, u: [Lanes; 6], v: [Lanes; 6]) -> Jets {
 
 /// What the centres of a row see, in mm.
 #[inline(always)]
-fn board(plan: &Plan, patch: &Patch, row: &RowMap, out: &mut [[f32; 2]]) {
+fn board(plan: &Plan, patch: &MapPatch, row: &RowMap, out: &mut [[f32; 2]]) {
     let first_x = patch.region.columns.start as f64 + 0.5;
     let mm = 1.0 / plan.pattern.squares_per_mm();
     let sign = if patch.flip { -mm } else { mm };

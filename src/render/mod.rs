@@ -29,7 +29,7 @@ pub mod supersample;
 
 pub use bands::picture;
 pub use driver::{render, render_wanted};
-pub use film::{Account, Class, Counts, Film, Strip, Wanted};
+pub use film::{AccuracyReport, Class, Counts, Film, Outputs, Strip};
 pub use plan::Plan;
 pub use strips::{STRIP_ROWS, render_strips, strip_rows};
 

@@ -1,39 +1,39 @@
 //! The mean radiance of one pixel from the map about its centre, or from traced parts of it.
 
 use super::film::Class;
-use super::pixel_mean::{Cover, Jet, Jets, cover, mean_of_points};
+use super::pixel_mean::{PackedTaylor2, PixelMean, Taylor2, cover, mean_of_points};
 use super::plan::Plan;
 use super::work::Work;
 use crate::accuracy::Accuracy;
 use glam::DVec2;
 
 /// A pixel that sees the board through one side all over.
-pub(super) fn whole_pixel(plan: &Plan, px: DVec2, jet: &Jet, work: &mut Work) -> f64 {
-    settle(plan, px, cover(&plan.pattern, &Jets::splat(jet), &plan.less(plan.third_px))[0], work)
+pub(super) fn whole_pixel(plan: &Plan, px: DVec2, jet: &Taylor2, work: &mut Work) -> f64 {
+    settle(plan, px, cover(&plan.pattern, &PackedTaylor2::splat(jet), &plan.less(plan.truncation_px))[0], work)
 }
 
 /// The radiance of the pixel at `px` that was covered so; traced in parts where its jet does not tell it.
 #[inline(always)]
-pub(super) fn settle(plan: &Plan, px: DVec2, covered: Cover, work: &mut Work) -> f64 {
+pub(super) fn settle(plan: &Plan, px: DVec2, covered: PixelMean, work: &mut Work) -> f64 {
     match covered {
-        Cover::Plain(value) => value,
-        Cover::Edge { value, parts, off_px } => {
+        PixelMean::Plain(value) => value,
+        PixelMean::Edge { value, parts, off_px } => {
             work.counts.edge_pixels += 1;
             work.counts.divided_pixels += u64::from(parts > 1);
             work.counts.capped_pixels += u64::from(off_px > plan.system.accuracy.bend_px);
             work.bend_px = work.bend_px.max(off_px);
             value
         }
-        Cover::TooBent => {
+        PixelMean::TooBent => {
             work.counts.edge_pixels += 1;
-            divided(plan, px, work)
+            subdivided(plan, px, work)
         }
     }
 }
 
-/// The mean over n x n parts of the active square of the pixel at `px`, each traced, and multiplied by `gain` of its
+/// The mean over n x n parts of the active square of the pixel at `px`, each traced, and multiplied by `throughput` of its
 /// place. Mirror images are summed in pairs.
-pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, gain: impl Fn(DVec2) -> f64, work: &mut Work) -> f64 {
+pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, throughput: impl Fn(DVec2) -> f64, work: &mut Work) -> f64 {
     let share = 1.0 / f64::from(n);
     let side = plan.active * share;
     let outline = square(0.5 * side);
@@ -42,7 +42,7 @@ pub(super) fn mean_of_parts(plan: &Plan, px: DVec2, n: u32, gain: impl Fn(DVec2)
     for j in 0..n {
         let mut part = |i: u32| {
             let at = px + DVec2::new(place(i), place(j));
-            part(plan, at, &outline, work) * gain(at)
+            part(plan, at, &outline, work) * throughput(at)
         };
         for i in 0..n / 2 {
             sum += part(i) + part(n - 1 - i);
@@ -64,7 +64,7 @@ pub(super) fn part(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -
     work.counts.rays += 1;
     let footprint = match plan.system.footprint(px) {
         Ok(footprint) => footprint,
-        Err(fate) => return dark(plan, fate.into()),
+        Err(fate) => return ended_ray_radiance(plan, fate.into()),
     };
     let scale = plan.pattern.squares_per_mm();
     // At the critical angle itself the map has no derivative.
@@ -80,7 +80,7 @@ pub(super) fn part(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -
 }
 
 /// What a ray brings that never reaches the board: nothing from within the glass, the surroundings from past the board.
-pub(super) fn dark(plan: &Plan, class: Class) -> f64 {
+pub(super) fn ended_ray_radiance(plan: &Plan, class: Class) -> f64 {
     if class == Class::PastBoard { plan.pattern.background() } else { 0.0 }
 }
 
@@ -89,17 +89,17 @@ pub(super) const MAX_VERTICES: usize = 8;
 
 /// The mean radiance of the pixel at `px` from traced parts, each by the tangent of the map: 4, 16, 64 ... of them until
 /// it has settled.
-pub(super) fn divided(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
+pub(super) fn subdivided(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
     work.counts.divided_pixels += 1;
     let mut by_parts = |depth: u32, work: &mut Work| mean_of_parts(plan, px, 2 << depth, |_| 1.0, work);
-    settled(&plan.system.accuracy, &mut by_parts, work)
+    adaptive(&plan.system.accuracy, &mut by_parts, work)
 }
 
 /// The last of the values at depth 0, 1, 2 ..., each of parts of half the side: until two in a row differ from those before
 /// by less than the bend allowed, in px, would make. Two, for a line may by chance be as far from its place among small
 /// parts as among large ones. The error of a part falls as the square of its side, so a third of the last difference is
 /// what the last value is wrong by.
-pub(super) fn settled(accuracy: &Accuracy, value_at: &mut dyn FnMut(u32, &mut Work) -> f64, work: &mut Work) -> f64 {
+pub(super) fn adaptive(accuracy: &Accuracy, value_at: &mut dyn FnMut(u32, &mut Work) -> f64, work: &mut Work) -> f64 {
     let deepest = accuracy.max_division.max(8).ilog2() - 1;
     let (mut value, mut close_before) = (value_at(0, work), false);
     for depth in 1..=deepest {

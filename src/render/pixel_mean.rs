@@ -1,13 +1,13 @@
 //! The mean radiance of pixels whose map to the board is known to second order.
 
-use super::checkerboard::Pattern;
+use super::checkerboard::Checkerboard;
 use crate::accuracy::Accuracy;
 use crate::num::simd::{LANES, Lanes, Mask};
 use glam::DVec2;
 
 /// The map pixel -> board about the centre of a pixel, in squares of the pattern, by steps of one px.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Jet {
+pub(super) struct Taylor2 {
     /// What the centre sees.
     pub(super) seen: DVec2,
     /// First derivatives, to the right and down.
@@ -19,7 +19,7 @@ pub(super) struct Jet {
     pub(super) dyy: DVec2,
 }
 
-impl Jet {
+impl Taylor2 {
     /// The same map by steps of `side` px.
     #[inline(always)]
     pub(super) fn by_steps_of(self, side: f64) -> Self {
@@ -37,7 +37,7 @@ impl Jet {
 
 /// [`LANES`] jets; each field holds its first and its second component.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Jets {
+pub(super) struct PackedTaylor2 {
     pub(super) seen: [Lanes; 2],
     pub(super) dx: [Lanes; 2],
     pub(super) dy: [Lanes; 2],
@@ -48,7 +48,7 @@ pub(super) struct Jets {
 
 /// How a pixel was covered.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Cover {
+pub(super) enum PixelMean {
     /// No line of the pattern passes through it.
     Plain(f64),
     /// Some line does. How far the lines may be from their places, in px, is an estimate: the bend of the map that was
@@ -63,14 +63,14 @@ const MOST_BEND_PX: f64 = 1e-2;
 
 /// The means of `pattern` over as many pixels.
 #[inline(always)]
-pub(super) fn cover(pattern: &Pattern, jets: &Jets, accuracy: &Accuracy) -> [Cover; LANES] {
+pub(super) fn cover(pattern: &Checkerboard, jets: &PackedTaylor2, accuracy: &Accuracy) -> [PixelMean; LANES] {
     let (value, plain, line, off_px) = at_most_one_line(pattern, jets, accuracy.bend_px);
-    let mut covers = [Cover::TooBent; LANES];
+    let mut covers = [PixelMean::TooBent; LANES];
     for (k, cover) in covers.iter_mut().enumerate() {
         *cover = if plain.0[k] != 0 {
-            Cover::Plain(value.0[k])
+            PixelMean::Plain(value.0[k])
         } else if line.0[k] != 0 {
-            Cover::Edge { value: value.0[k], parts: 1, off_px: off_px.0[k] }
+            PixelMean::Edge { value: value.0[k], parts: 1, off_px: off_px.0[k] }
         } else {
             several_lines(pattern, &jets.lane(k), accuracy)
         };
@@ -78,10 +78,10 @@ pub(super) fn cover(pattern: &Pattern, jets: &Jets, accuracy: &Accuracy) -> [Cov
     covers
 }
 
-impl Jets {
+impl PackedTaylor2 {
     /// One jet in every lane.
     #[inline(always)]
-    pub(super) fn splat(jet: &Jet) -> Self {
+    pub(super) fn splat(jet: &Taylor2) -> Self {
         let splat = |v: DVec2| [Lanes::splat(v.x), Lanes::splat(v.y)];
         Self {
             seen: splat(jet.seen),
@@ -95,7 +95,7 @@ impl Jets {
 
     /// Changes one of the jets.
     #[inline(always)]
-    pub(super) fn set_lane(&mut self, k: usize, jet: &Jet) {
+    pub(super) fn set_lane(&mut self, k: usize, jet: &Taylor2) {
         (self.seen[0].0[k], self.seen[1].0[k]) = (jet.seen.x, jet.seen.y);
         (self.dx[0].0[k], self.dx[1].0[k]) = (jet.dx.x, jet.dx.y);
         (self.dy[0].0[k], self.dy[1].0[k]) = (jet.dy.x, jet.dy.y);
@@ -105,9 +105,9 @@ impl Jets {
     }
 
     #[inline(always)]
-    fn lane(&self, k: usize) -> Jet {
+    fn lane(&self, k: usize) -> Taylor2 {
         let lane = |v: &[Lanes; 2]| DVec2::new(v[0].0[k], v[1].0[k]);
-        Jet {
+        Taylor2 {
             seen: lane(&self.seen),
             dx: lane(&self.dx),
             dy: lane(&self.dy),
@@ -130,7 +130,7 @@ impl Jets {
     }
 }
 
-impl Jets {
+impl PackedTaylor2 {
     /// How far the maps may stray from their tangents inside the pixels, in px: |J^-1| on what they stray along each axis.
     #[inline(always)]
     fn stray_px(&self, stray: [Lanes; 2]) -> Lanes {
@@ -154,7 +154,7 @@ fn pick(first: Mask, v: [Lanes; 2]) -> Lanes {
 /// The bend of the map enters to first order, as the integral of its component across the line along the part of the line
 /// inside the pixel; what is left is of the order of its square.
 #[inline(always)]
-fn at_most_one_line(pattern: &Pattern, jets: &Jets, bend_px: f64) -> (Lanes, Mask, Mask, Lanes) {
+fn at_most_one_line(pattern: &Checkerboard, jets: &PackedTaylor2, bend_px: f64) -> (Lanes, Mask, Mask, Lanes) {
     let (zero, half, one) = (Lanes::splat(0.0), Lanes::splat(0.5), Lanes::splat(1.0));
     let stray = [jets.stray(0), jets.stray(1)];
     let reach = [jets.reach(0) + stray[0], jets.reach(1) + stray[1]];
@@ -192,7 +192,7 @@ fn at_most_one_line(pattern: &Pattern, jets: &Jets, bend_px: f64) -> (Lanes, Mas
     let from = (centre - reach).max(-half);
     let to = (centre + reach).min(half);
     let (xx, yy) = (pick(upright, jets.dxx), pick(upright, jets.dyy));
-    let along = Along {
+    let along = LineBend {
         slope: flat * inverse,
         start: distance * inverse,
         steep2: half * steep_x.select(xx, yy),
@@ -209,7 +209,7 @@ fn at_most_one_line(pattern: &Pattern, jets: &Jets, bend_px: f64) -> (Lanes, Mas
 
 /// The second order of a map along a line through a pixel.
 #[derive(Clone, Copy)]
-struct Along {
+struct LineBend {
     start: Lanes,
     slope: Lanes,
     steep2: Lanes,
@@ -217,7 +217,7 @@ struct Along {
     mixed: Lanes,
 }
 
-impl Along {
+impl LineBend {
     /// At the flat coordinate s.
     #[inline(always)]
     fn bend(&self, s: Lanes) -> Lanes {
@@ -227,11 +227,11 @@ impl Along {
 }
 
 /// The mean over a pixel of any kind.
-fn several_lines(pattern: &Pattern, jet: &Jet, accuracy: &Accuracy) -> Cover {
+fn several_lines(pattern: &Checkerboard, jet: &Taylor2, accuracy: &Accuracy) -> PixelMean {
     let stray = 0.125 * (jet.dxx.abs() + 2.0 * jet.dxy.abs() + jet.dyy.abs());
     let reach = 0.5 * (jet.dx.abs() + jet.dy.abs()) + stray;
     if let Some(value) = pattern.constant(jet.seen, reach) {
-        return Cover::Plain(value);
+        return PixelMean::Plain(value);
     }
     // |J^-1| on what it strays along each axis.
     let right = jet.dy.y.abs() * stray.x + jet.dy.x.abs() * stray.y;
@@ -239,13 +239,13 @@ fn several_lines(pattern: &Pattern, jet: &Jet, accuracy: &Accuracy) -> Cover {
     let stray_px = right.max(down) / jet.dx.perp_dot(jet.dy).abs();
     // NaN must not pass.
     if stray_px.is_nan() || stray_px > MOST_BEND_PX || accuracy.bend_px <= 0.0 {
-        return Cover::TooBent;
+        return PixelMean::TooBent;
     }
     // Parts that are flat to the error asked for: in each of n x n the map strays n^-2 as far.
     let wanted = (stray_px / accuracy.bend_px).sqrt().ceil().max(1.0);
     let parts = (wanted as u32).min(accuracy.max_division);
     let off_px = stray_px / f64::from(parts * parts);
-    Cover::Edge { value: mean_of_parts(pattern, jet, parts), parts, off_px }
+    PixelMean::Edge { value: mean_of_parts(pattern, jet, parts), parts, off_px }
 }
 
 /// The corners of a pixel, in the order of its polygon.
@@ -253,7 +253,7 @@ const SQUARE: [DVec2; 4] = [DVec2::new(-0.5, -0.5), DVec2::new(0.5, -0.5), DVec2
 
 /// The mean over n x n parts of the pixel, each by the tangent of the map at its centre, which is moved to where the mean
 /// of its second order lies. Mirror images are summed in pairs, so that their sums have the same bits.
-fn mean_of_parts(pattern: &Pattern, jet: &Jet, n: u32) -> f64 {
+fn mean_of_parts(pattern: &Checkerboard, jet: &Taylor2, n: u32) -> f64 {
     let side = 1.0 / f64::from(n);
     let shift = (jet.dxx + jet.dyy) * (side * side / 24.0);
     let place = |k: u32| (f64::from(2 * k + 1) - f64::from(n)) * (0.5 * side);
@@ -275,7 +275,7 @@ fn mean_of_parts(pattern: &Pattern, jet: &Jet, n: u32) -> f64 {
 
 /// The mean over a polygon that has shrunk to a line, the image of the convex `outline` in the picture, vertex by vertex:
 /// points spread evenly over the outline.
-pub(super) fn mean_of_points(pattern: &Pattern, polygon: &[DVec2], outline: &[DVec2]) -> f64 {
+pub(super) fn mean_of_points(pattern: &Checkerboard, polygon: &[DVec2], outline: &[DVec2]) -> f64 {
     const N: usize = 32;
     let place = |k: usize| (k as f64 + 0.5) / N as f64;
     let (mut sum, mut weights) = (0.0, 0.0);

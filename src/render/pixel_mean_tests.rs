@@ -1,9 +1,9 @@
 use super::*;
 use crate::geom::Pose;
-use crate::scene::Board;
+use crate::scene::BoardSpec;
 
-fn pattern() -> Pattern {
-    Pattern::new(&Board {
+fn pattern() -> Checkerboard {
+    Checkerboard::new(&BoardSpec {
         columns: 9,
         rows: 9,
         square_mm: 1.0,
@@ -15,14 +15,14 @@ fn pattern() -> Pattern {
     })
 }
 
-fn one(pattern: &Pattern, jet: &Jet, accuracy: &Accuracy) -> Cover {
-    cover(pattern, &Jets::splat(jet), accuracy)[0]
+fn one(pattern: &Checkerboard, jet: &Taylor2, accuracy: &Accuracy) -> PixelMean {
+    cover(pattern, &PackedTaylor2::splat(jet), accuracy)[0]
 }
 
 /// A pixel that spans some 0.2 squares, about `seen`, its map bent by `bend` px.
-fn jet(k: usize, seen: DVec2, bend: f64) -> Jet {
+fn jet(k: usize, seen: DVec2, bend: f64) -> Taylor2 {
     let wave = |n: usize| libm::sin((k * n) as f64);
-    Jet {
+    Taylor2 {
         seen,
         dx: 0.2 * DVec2::new(wave(3), wave(5)),
         dy: 0.2 * DVec2::new(wave(7), wave(11)),
@@ -45,7 +45,7 @@ fn one_line_is_wrong_by_the_square_of_the_bend() {
             if jet.dx.perp_dot(jet.dy).abs() < 0.2 * 0.02 {
                 continue;
             }
-            let (value, plain, line, _) = at_most_one_line(&pattern, &Jets::splat(&jet), f64::INFINITY);
+            let (value, plain, line, _) = at_most_one_line(&pattern, &PackedTaylor2::splat(&jet), f64::INFINITY);
             if line.none() && plain.none() {
                 continue;
             }
@@ -73,7 +73,7 @@ fn mirrored_pixels_have_the_same_bits() {
             right.dy.x = 0.0;
             right.seen.x = 0.5 - 0.5 * right.dx.x * libm::sin(k as f64).signum();
         }
-        let left = Jet {
+        let left = Taylor2 {
             seen: flip(right.seen),
             dx: -flip(right.dx),
             dy: flip(right.dy),
@@ -89,7 +89,7 @@ fn mirrored_pixels_have_the_same_bits() {
 #[test]
 fn a_line_through_the_middle_leaves_half() {
     let pattern = pattern();
-    let upright = Jet {
+    let upright = Taylor2 {
         seen: DVec2::new(0.5, 0.0),
         dx: DVec2::new(0.1, 0.0),
         dy: DVec2::new(0.0, 0.1),
@@ -97,13 +97,13 @@ fn a_line_through_the_middle_leaves_half() {
         dxy: DVec2::ZERO,
         dyy: DVec2::ZERO,
     };
-    let value = |jet: &Jet| match one(&pattern, jet, &Accuracy::exact()) {
-        Cover::Edge { value, .. } => value,
+    let value = |jet: &Taylor2| match one(&pattern, jet, &Accuracy::exact()) {
+        PixelMean::Edge { value, .. } => value,
         other => panic!("{other:?}"),
     };
     assert!((value(&upright) - 0.5).abs() < 1e-15);
     // The line bows by dyy y^2 / 2 over y = -0.5 ..= 0.5, whose mean is dyy / 24, of 0.1 squares a px: to the right the
     // pixel sees 1/240 more of the white square at (1, 0).
-    let bowed = Jet { dyy: DVec2::new(0.001, 0.0), ..upright };
+    let bowed = Taylor2 { dyy: DVec2::new(0.001, 0.0), ..upright };
     assert!((value(&bowed) - (0.5 + 0.8 * 0.001 / 24.0 / 0.1)).abs() < 1e-12);
 }

@@ -1,9 +1,9 @@
 //! Everything that is fixed for a picture, decided before its first pixel.
 
-use super::centre_rays::Looker;
-use super::checkerboard::Pattern;
-use super::film::Account;
-use super::map::{Cover, Patch, certify};
+use super::centre_rays::CentreTracer;
+use super::checkerboard::Checkerboard;
+use super::film::AccuracyReport;
+use super::map::{MapPatch, Tiling, certify};
 use super::region::Region;
 use super::truncation_error;
 use super::work::Work;
@@ -25,21 +25,21 @@ pub struct Plan<'a> {
     /// The instrument.
     pub(super) system: &'a System,
     /// The board's radiance.
-    pub(super) pattern: Pattern,
+    pub(super) pattern: Checkerboard,
     /// How centres are traced.
-    pub(super) looker: Looker<'a>,
+    pub(super) looker: CentreTracer<'a>,
     /// Rectangles that a polynomial map stands for.
-    pub(super) patches: Vec<Patch>,
+    pub(super) patches: Vec<MapPatch>,
     /// Rectangles whose every pixel is traced.
     pub(super) traced: Vec<Region>,
     /// What the jets of traced pixels are wrong by, in px: see [`third`].
-    pub(super) third_px: f64,
+    pub(super) truncation_px: f64,
     /// Rays that planning took.
     pub(super) rays: u64,
     /// Whether the left half is copied from the right half, whose mirror image it is.
     pub(super) mirrored: bool,
     /// Whether transport effects change what pixels receive.
-    pub(super) gained: bool,
+    pub(super) has_throughput: bool,
     /// The side of the square in the middle of a pixel that receives light, in px.
     pub(super) active: f64,
 }
@@ -49,10 +49,10 @@ impl<'a> Plan<'a> {
     /// and, where its accuracy asks for one, fits and checks the map.
     pub fn new(system: &'a System) -> Self {
         let sampling = system.accuracy.sampling;
-        let gained = system.effects.act_by(Hook::Transport);
+        let has_throughput = system.effects.act_by(Hook::Transport);
         // Transport effects need not be symmetric.
-        let mirrored = sampling != Sampling::SingleRays && !gained && system.is_mirror_symmetric();
-        Self { gained, ..Self::by(system, sampling, mirrored) }
+        let mirrored = sampling != Sampling::SingleRays && !has_throughput && system.is_mirror_symmetric();
+        Self { has_throughput, ..Self::by(system, sampling, mirrored) }
     }
 
     /// A plan by a given way of sampling, of both halves or of the right one, which is then copied: the picture is the
@@ -62,36 +62,36 @@ impl<'a> Plan<'a> {
         let first = if mirrored { width / 2 } else { 0 };
         let all = Region { columns: first..width, rows: 0..height };
         let mut cover = match sampling {
-            Sampling::SingleRays | Sampling::Packets => Cover { traced: vec![all], ..Cover::default() },
+            Sampling::SingleRays | Sampling::Packets => Tiling { traced: vec![all], ..Tiling::default() },
             Sampling::Map => certify(system, first),
         };
         let by_jets = sampling != Sampling::SingleRays && !cover.traced.is_empty();
-        let third_px = if by_jets { truncation_error::of_differences_px(system, &mut cover.rays) } else { 0.0 };
+        let truncation_px = if by_jets { truncation_error::of_differences_px(system, &mut cover.rays) } else { 0.0 };
         Self {
             system,
-            third_px,
-            pattern: Pattern::new(&system.board.pattern),
-            looker: Looker::new(system, sampling != Sampling::SingleRays),
+            truncation_px,
+            pattern: Checkerboard::new(&system.board.pattern),
+            looker: CentreTracer::new(system, sampling != Sampling::SingleRays),
             patches: cover.patches,
             traced: cover.traced,
             rays: cover.rays,
             mirrored,
-            gained: false,
+            has_throughput: false,
             active: system.effects.active_side(),
         }
     }
 
     /// What transport effects leave to `px` of what it sees; 1 without such effects.
     #[inline(always)]
-    pub(super) fn gain(&self, px: DVec2) -> f64 {
-        if self.gained { self.system.gain(px) } else { 1.0 }
+    pub(super) fn throughput(&self, px: DVec2) -> f64 {
+        if self.has_throughput { self.system.throughput(px) } else { 1.0 }
     }
 
     /// Multiplies pixels of a row, the first with its centre at `start`, by their gains.
-    pub(super) fn gain_row(&self, start: DVec2, row: &mut [f32], work: &mut Work) {
+    pub(super) fn attenuate_row(&self, start: DVec2, row: &mut [f32], work: &mut Work) {
         work.counts.rays += row.len() as u64;
         for (i, value) in row.iter_mut().enumerate() {
-            *value = (f64::from(*value) * self.system.gain(start + DVec2::new(i as f64, 0.0))) as f32;
+            *value = (f64::from(*value) * self.system.throughput(start + DVec2::new(i as f64, 0.0))) as f32;
         }
     }
 
@@ -100,7 +100,7 @@ impl<'a> Plan<'a> {
     ///
     /// # Errors
     /// The fate of a ray that never reaches the board.
-    pub fn look(&self, px: DVec2) -> Result<DVec2, Fate> {
+    pub fn trace(&self, px: DVec2) -> Result<DVec2, Fate> {
         let width = self.system.camera.size_px()[0] as f64;
         let inside = |region: &Region, px: DVec2| {
             let (columns, rows) = (&region.columns, &region.rows);
@@ -108,7 +108,7 @@ impl<'a> Plan<'a> {
             within(px.x, columns) && within(px.y, rows)
         };
         let mapped =
-            |px: DVec2| self.patches.iter().find(|patch| inside(&patch.region, px)).map(|patch| patch.look(px).0);
+            |px: DVec2| self.patches.iter().find(|patch| inside(&patch.region, px)).map(|patch| patch.trace(px).0);
         let mm = 1.0 / self.pattern.squares_per_mm();
         if let Some(seen) = mapped(px) {
             return Ok(seen * mm);
@@ -118,13 +118,13 @@ impl<'a> Plan<'a> {
         {
             return Ok(DVec2::new(-seen.x, seen.y) * mm);
         }
-        self.system.look(px).map(|sight| sight.board_mm)
+        self.system.trace(px).map(|sight| sight.board_mm)
     }
 
     /// The accuracy asked of pixels by their jets, whose third order is left out: that much less. Where nothing is left, such
     /// pixels are traced in parts.
-    pub(super) fn less(&self, third_px: f64) -> Accuracy {
-        Accuracy { bend_px: self.system.accuracy.bend_px - third_px, ..self.system.accuracy }
+    pub(super) fn less(&self, truncation_px: f64) -> Accuracy {
+        Accuracy { bend_px: self.system.accuracy.bend_px - truncation_px, ..self.system.accuracy }
     }
 
     /// The account of the planning.
@@ -133,19 +133,19 @@ impl<'a> Plan<'a> {
     }
 
     /// What the picture promises and keeps, given the bend left inside its pixels.
-    pub fn account(&self, bend_px: f64) -> Account {
+    pub fn account(&self, bend_px: f64) -> AccuracyReport {
         let [width, height] = self.system.camera.size_px();
         let sides = if self.mirrored { 2 } else { 1 };
         let mapped: usize = self.patches.iter().map(|p| p.region.columns.len() * p.region.rows.len()).sum();
         let accuracy = &self.system.accuracy;
-        let thirds = self.patches.iter().map(|p| p.third_px).chain([self.third_px]);
-        let third_px = thirds.filter(|third| *third < accuracy.bend_px).fold(0.0, f64::max);
-        Account {
+        let thirds = self.patches.iter().map(|p| p.truncation_px).chain([self.truncation_px]);
+        let truncation_px = thirds.filter(|third| *third < accuracy.bend_px).fold(0.0, f64::max);
+        AccuracyReport {
             level: accuracy.level,
             target_px: accuracy.target_px,
             promise_px: accuracy.promise_px,
             map_px: self.patches.iter().fold(0.0, |worst, p| worst.max(p.error_px)),
-            bend_px: bend_px + third_px,
+            bend_px: bend_px + truncation_px,
             patches: sides * self.patches.len(),
             mapped: (sides * mapped) as f64 / (width * height) as f64,
             passes: 1,

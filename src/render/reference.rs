@@ -8,11 +8,11 @@
 //! stated as the error.
 
 use super::band::Band;
-use super::centre_rays::alone;
+use super::centre_rays::trace_scalar;
 use super::film::Class;
 use super::plan::Plan;
 use super::work::Work;
-use crate::scene::Board;
+use crate::scene::BoardSpec;
 use crate::system::System;
 use glam::{DMat2, DVec2};
 
@@ -25,7 +25,7 @@ const MOST_STRIPS: usize = 256;
 
 /// A traced place.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct TracedPoint {
     /// In the picture, in px.
     px: DVec2,
     /// What became of its ray.
@@ -35,10 +35,10 @@ struct Place {
 }
 
 /// What the reference needs to know.
-struct Reference<'a> {
+struct ReferenceRenderer<'a> {
     plan: &'a Plan<'a>,
     system: &'a System,
-    board: &'a Board,
+    board: &'a BoardSpec,
     rays: u64,
     /// How far the map strays from what was taken for it, at most, in px.
     stray_px: f64,
@@ -48,7 +48,7 @@ struct Reference<'a> {
 
 /// Renders all columns of `band`.
 pub(super) fn render(plan: &Plan, band: &mut Band) -> Work {
-    let mut reference = Reference {
+    let mut reference = ReferenceRenderer {
         plan,
         system: plan.system,
         board: &plan.system.board.pattern,
@@ -62,7 +62,7 @@ pub(super) fn render(plan: &Plan, band: &mut Band) -> Work {
         let centre = reference.place(DVec2::new(i as f64 + 0.5, j as f64 + 0.5));
         band.radiance[at] = reference.pixel(&centre, &mut work) as f32;
         if let Some(truth) = &mut band.truth {
-            let (seen_mm, class) = alone(plan.system, centre.px);
+            let (seen_mm, class) = trace_scalar(plan.system, centre.px);
             truth.class[at] = class;
             truth.board_mm[at] = [seen_mm.x as f32, seen_mm.y as f32];
         }
@@ -72,16 +72,16 @@ pub(super) fn render(plan: &Plan, band: &mut Band) -> Work {
     work
 }
 
-impl Reference<'_> {
-    fn place(&mut self, px: DVec2) -> Place {
+impl ReferenceRenderer<'_> {
+    fn place(&mut self, px: DVec2) -> TracedPoint {
         self.rays += 1;
-        let (seen_mm, class) = alone(self.system, px);
+        let (seen_mm, class) = trace_scalar(self.system, px);
         let count = DVec2::new(self.board.columns as f64, self.board.rows as f64);
-        Place { px, class, seen: seen_mm / self.board.square_mm + 0.5 * count }
+        TracedPoint { px, class, seen: seen_mm / self.board.square_mm + 0.5 * count }
     }
 
     /// The mean of the light that the active square of the pixel receives whose centre is `centre`.
-    fn pixel(&mut self, centre: &Place, work: &mut Work) -> f64 {
+    fn pixel(&mut self, centre: &TracedPoint, work: &mut Work) -> f64 {
         let start = centre.px - 0.5 * self.plan.active;
         let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|c| self.place(start + c * self.plan.active));
         if let Some(value) = self.plain(&corners, centre) {
@@ -96,18 +96,20 @@ impl Reference<'_> {
     }
 
     /// The integral over a square part of a pixel with the given corners, clockwise from the top left.
-    fn part(&mut self, [a, b, c, d]: [Place; 4], side: f64) -> f64 {
+    fn part(&mut self, [a, b, c, d]: [TracedPoint; 4], side: f64) -> f64 {
         if let Some(light) = self.plain(&[a, b, c, d], &middle(&[a, b, c, d])) {
             return side * side * light;
         }
-        let between = |x: &Place, y: &Place| 0.5 * (x.px + y.px);
+        let between = |x: &TracedPoint, y: &TracedPoint| 0.5 * (x.px + y.px);
         let [top, right, bottom, left] = [(a, b), (b, c), (c, d), (d, a)].map(|(x, y)| self.place(between(&x, &y)));
         let centre = self.place(between(&a, &c));
         let one_class = [a, b, c, d, top, right, bottom, left].iter().all(|p| p.class == centre.class);
-        let settled = if one_class {
+        let adaptive = if one_class {
             // d seen / d px, and what it makes of where the middles are seen besides the means of the corners.
             let map = DMat2::from_cols(b.seen - a.seen, d.seen - a.seen) * (1.0 / side);
-            let off = |p: &Place, x: &Place, y: &Place| (map.inverse() * (p.seen - 0.5 * (x.seen + y.seen))).length();
+            let off = |p: &TracedPoint, x: &TracedPoint, y: &TracedPoint| {
+                (map.inverse() * (p.seen - 0.5 * (x.seen + y.seen))).length()
+            };
             let most = off(&top, &a, &b).max(off(&right, &b, &c)).max(off(&bottom, &c, &d)).max(off(&left, &d, &a));
             // In a quarter of the part the map strays a quarter as far.
             let stray_px = 0.25 * most.max(off(&centre, &a, &c)).max(off(&centre, &b, &d));
@@ -124,8 +126,8 @@ impl Reference<'_> {
         };
         let quarters =
             [[a, top, centre, left], [top, b, right, centre], [centre, right, c, bottom], [left, centre, bottom, d]];
-        let quarter = |q: [Place; 4]| {
-            if settled {
+        let quarter = |q: [TracedPoint; 4]| {
+            if adaptive {
                 self.triangle([q[0], q[1], q[2]]) + self.triangle([q[0], q[2], q[3]])
             } else {
                 self.part(q, 0.5 * side)
@@ -136,7 +138,7 @@ impl Reference<'_> {
 
     /// The light of a pixel or a part that is the same all over: its corners and its centre see one colour, and so does a
     /// rectangle around what they see that is half as large again.
-    fn plain(&self, corners: &[Place; 4], centre: &Place) -> Option<f64> {
+    fn plain(&self, corners: &[TracedPoint; 4], centre: &TracedPoint) -> Option<f64> {
         if corners.iter().any(|c| c.class != centre.class) {
             return None;
         }
@@ -166,7 +168,7 @@ impl Reference<'_> {
     }
 
     /// The radiance at a place.
-    fn radiance(&self, place: &Place) -> f64 {
+    fn radiance(&self, place: &TracedPoint) -> f64 {
         let board = self.board;
         let count = DVec2::new(board.columns as f64, board.rows as f64);
         let outside = (place.seen - count).max(-place.seen).max_element();
@@ -184,12 +186,12 @@ impl Reference<'_> {
     }
 
     /// What the pixel receives from a place: its radiance, or what transport effects leave of it.
-    fn light(&self, place: &Place) -> f64 {
-        self.radiance(place) * self.plan.gain(place.px)
+    fn light(&self, place: &TracedPoint) -> f64 {
+        self.radiance(place) * self.plan.throughput(place.px)
     }
 
     /// The integral over a triangle, cut in two where a border passes through it.
-    fn triangle(&mut self, [a, b, c]: [Place; 3]) -> f64 {
+    fn triangle(&mut self, [a, b, c]: [TracedPoint; 3]) -> f64 {
         if a.class == b.class && b.class == c.class {
             return self.whole_triangle(&[a, b, c]);
         }
@@ -205,7 +207,7 @@ impl Reference<'_> {
     }
 
     /// The places between `a` and `b` where the class of `a` ends: the last of it, and the first after it.
-    fn border(&mut self, a: Place, b: Place) -> [Place; 2] {
+    fn border(&mut self, a: TracedPoint, b: TracedPoint) -> [TracedPoint; 2] {
         let (mut near, mut far) = (a, b);
         for _ in 0..BORDER_HALVINGS {
             let middle = self.place(0.5 * (near.px + far.px));
@@ -215,12 +217,12 @@ impl Reference<'_> {
     }
 
     /// The integral over a triangle by its vertices alone.
-    fn by_vertices(&self, vertices: &[Place; 3]) -> f64 {
+    fn by_vertices(&self, vertices: &[TracedPoint; 3]) -> f64 {
         area(vertices) * vertices.iter().map(|v| self.light(v)).sum::<f64>() / 3.0
     }
 
     /// The integral over a triangle of one class, on which the map is linear.
-    fn whole_triangle(&self, vertices: &[Place; 3]) -> f64 {
+    fn whole_triangle(&self, vertices: &[TracedPoint; 3]) -> f64 {
         let low = vertices[0].seen.min(vertices[1].seen).min(vertices[2].seen);
         let high = vertices[0].seen.max(vertices[1].seen).max(vertices[2].seen);
         if vertices[0].class.side().is_none() {
@@ -243,7 +245,7 @@ impl Reference<'_> {
 }
 
 /// The convex polygon in pieces, between one line across `axis` and the next.
-fn strips(polygon: &[Place], axis: usize, lines: &[f64]) -> Vec<Vec<Place>> {
+fn strips(polygon: &[TracedPoint], axis: usize, lines: &[f64]) -> Vec<Vec<TracedPoint>> {
     let mut pieces = Vec::with_capacity(lines.len() + 1);
     let mut rest = polygon.to_vec();
     for &line in lines {
@@ -255,7 +257,7 @@ fn strips(polygon: &[Place], axis: usize, lines: &[f64]) -> Vec<Vec<Place>> {
 }
 
 /// The part of the polygon where `inside`, which is linear on it, is not below zero.
-fn clipped(polygon: &[Place], inside: impl Fn(&Place) -> f64) -> Vec<Place> {
+fn clipped(polygon: &[TracedPoint], inside: impl Fn(&TracedPoint) -> f64) -> Vec<TracedPoint> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (k, a) in polygon.iter().enumerate() {
         let b = &polygon[(k + 1) % polygon.len()];
@@ -265,22 +267,22 @@ fn clipped(polygon: &[Place], inside: impl Fn(&Place) -> f64) -> Vec<Place> {
         }
         if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
             let t = here / (here - there);
-            kept.push(Place { px: a.px.lerp(b.px, t), seen: a.seen.lerp(b.seen, t), class: a.class });
+            kept.push(TracedPoint { px: a.px.lerp(b.px, t), seen: a.seen.lerp(b.seen, t), class: a.class });
         }
     }
     kept
 }
 
 /// The area of a polygon in the picture, in px^2.
-fn area(polygon: &[Place]) -> f64 {
+fn area(polygon: &[TracedPoint]) -> f64 {
     let from = polygon[0].px;
     let pairs = polygon.windows(2);
     0.5 * pairs.map(|pair| (pair[0].px - from).perp_dot(pair[1].px - from)).sum::<f64>().abs()
 }
 
 /// The mean of the vertices.
-fn middle(polygon: &[Place]) -> Place {
+fn middle(polygon: &[TracedPoint]) -> TracedPoint {
     let n = polygon.len() as f64;
-    let mean = |of: fn(&Place) -> DVec2| polygon.iter().map(of).sum::<DVec2>() / n;
-    Place { px: mean(|p| p.px), seen: mean(|p| p.seen), class: polygon[0].class }
+    let mean = |of: fn(&TracedPoint) -> DVec2| polygon.iter().map(of).sum::<DVec2>() / n;
+    TracedPoint { px: mean(|p| p.px), seen: mean(|p| p.seen), class: polygon[0].class }
 }

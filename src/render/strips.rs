@@ -3,7 +3,7 @@
 
 use super::bands::rows;
 use super::driver::render_wanted;
-use super::film::{Account, Counts, Film, Strip, Wanted};
+use super::film::{AccuracyReport, Counts, Film, Outputs, Strip};
 use super::plan::{BAND_ROWS, Plan};
 use crate::effect::Hook;
 use crate::system::System;
@@ -20,9 +20,9 @@ pub fn render_strips(
     system: &System,
     progress: &(dyn Fn(usize) + Sync),
     take: &mut dyn FnMut(Strip),
-) -> (Counts, Account) {
+) -> (Counts, AccuracyReport) {
     if is_whole(system) {
-        let wanted = Wanted { truth: true };
+        let wanted = Outputs { truth: true };
         let Film { radiance, colour, noise, class, board_mm, counts, account } =
             render_wanted(system, wanted, progress);
         take(Strip { radiance, colour, noise, class, board_mm });
@@ -55,12 +55,12 @@ pub(super) fn by_bands(
     bands: usize,
     progress: &(dyn Fn(usize) + Sync),
     take: &mut dyn FnMut(Strip),
-) -> (Counts, Account) {
+) -> (Counts, AccuracyReport) {
     let [_, height] = plan.system.camera.size_px();
     let mut work = plan.work();
     for first in (0..height).step_by(bands * BAND_ROWS) {
         let last = height.min(first + bands * BAND_ROWS);
-        let (strip, done) = rows(plan, first..last, Wanted { truth: true }, progress);
+        let (strip, done) = rows(plan, first..last, Outputs { truth: true }, progress);
         work += done;
         take(strip);
     }

@@ -1,7 +1,7 @@
 //! A picture as a renderer makes it that knows nothing of its scene: the mean of point samples.
 
-use super::centre_rays::{Looker, Run, alone};
-use super::checkerboard::Pattern;
+use super::centre_rays::{CentreTracer, Run, trace_scalar};
+use super::checkerboard::Checkerboard;
 use super::film::Class;
 use super::plan::BAND_ROWS;
 use crate::raster::Raster;
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 /// Where the samples of a pixel lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Samples {
+pub enum SamplePlaces {
     /// At the centres of n x n equal parts, traced by packets.
     Grid,
     /// Anywhere in n x n equal parts, each by itself: stratified random sampling, the same on every run.
@@ -19,10 +19,10 @@ pub enum Samples {
 }
 
 /// The mean of n x n point samples a pixel, each traced.
-pub fn supersampled(system: &System, n: usize, samples: Samples) -> Raster<f32> {
+pub fn supersampled(system: &System, n: usize, samples: SamplePlaces) -> Raster<f32> {
     let [width, height] = system.camera.size_px();
-    let pattern = Pattern::new(&system.board.pattern);
-    let looker = Looker::new(system, true);
+    let pattern = Checkerboard::new(&system.board.pattern);
+    let looker = CentreTracer::new(system, true);
     let mut picture = Raster::filled(width, height, 0.0f32);
     picture.data_mut().par_chunks_mut(width * BAND_ROWS).enumerate().for_each(|(band, rows)| {
         let (mut x_mm, mut y_mm, mut class) = (vec![0.0; width], vec![0.0; width], vec![Class::Left; width]);
@@ -33,15 +33,15 @@ pub fn supersampled(system: &System, n: usize, samples: Samples) -> Raster<f32> 
             for part in 0..n * n {
                 let corner = DVec2::new((part % n) as f64, j as f64 * n as f64 + (part / n) as f64) / n as f64;
                 match samples {
-                    Samples::Grid => {
+                    SamplePlaces::Grid => {
                         let start = corner + 0.5 / n as f64;
-                        looker.look(start, Run { x_mm: &mut x_mm, y_mm: &mut y_mm, class: &mut class });
+                        looker.trace(start, Run { x_mm: &mut x_mm, y_mm: &mut y_mm, class: &mut class });
                     }
-                    Samples::Jittered => {
+                    SamplePlaces::Jittered => {
                         for i in 0..width {
                             let jitter = random((j * width + i) as u64 * (n * n) as u64 + part as u64);
                             let px = corner + DVec2::new(i as f64, 0.0) + jitter / n as f64;
-                            let (seen_mm, own) = alone(system, px);
+                            let (seen_mm, own) = trace_scalar(system, px);
                             (x_mm[i], y_mm[i], class[i]) = (seen_mm.x, seen_mm.y, own);
                         }
                     }

@@ -1,12 +1,12 @@
 use super::bands::picture;
-use super::centre_rays::Looker;
+use super::centre_rays::CentreTracer;
 use super::driver::render;
-use super::film::{Class, Film, Wanted};
+use super::film::{Class, Film, Outputs};
 use super::plan::Plan;
 use super::strips::{STRIP_ROWS, by_bands};
 use crate::accuracy::{Accuracy, Sampling};
 use crate::geom::Pose;
-use crate::scene::{Prism, Scene};
+use crate::scene::{PrismSpec, Scene};
 use crate::system::System;
 use crate::{scene, system};
 use glam::DVec3;
@@ -32,7 +32,7 @@ pub(super) fn built(scene: &Scene, accuracy: Accuracy) -> System {
 fn dark_instrument(accuracy: Accuracy, scale: usize) -> System {
     let board = format!("{BOARD}\nposition_mm = [0.0, 0.0, 1000.0]");
     let mut scene = scene(90 * scale, 60 * scale, &format!("kind = \"flat\"\n{BIPRISM}"), &board);
-    if let Prism::Flat(flat) = &mut scene.prism {
+    if let PrismSpec::Flat(flat) = &mut scene.prism {
         flat.body.index = 1.0;
         flat.body.outer_index = 1.48;
         flat.facet_angle_rad = Some(0.66);
@@ -80,7 +80,7 @@ pub(super) fn instruments(accuracy: Accuracy, scale: usize) -> Vec<(String, Syst
 }
 
 fn film(plan: &Plan) -> Film {
-    picture(plan, Wanted { truth: true }, &|_| ())
+    picture(plan, Outputs { truth: true }, &|_| ())
 }
 
 /// Every bit of a film.
@@ -94,8 +94,10 @@ fn bits(film: &Film) -> (Vec<u32>, Vec<Class>, Vec<[u32; 2]>) {
 fn packets_have_the_bits_of_single_rays() {
     let mut classes = Vec::new();
     for (name, system) in instruments(Accuracy::exact(), 1) {
-        let by =
-            |packets| Plan { looker: Looker::new(&system, packets), ..Plan::by(&system, Sampling::Packets, false) };
+        let by = |packets| Plan {
+            looker: CentreTracer::new(&system, packets),
+            ..Plan::by(&system, Sampling::Packets, false)
+        };
         let (single, packets) = (film(&by(false)), film(&by(true)));
         assert!(bits(&single) == bits(&packets), "{name}");
         assert_eq!(single.counts, packets.counts, "{name}");
@@ -109,17 +111,17 @@ fn packets_have_the_bits_of_single_rays() {
 /// f64 positions too, not only what f32 keeps of them.
 #[test]
 fn packets_see_the_very_positions_of_single_rays() {
-    use super::centre_rays::{Run, alone};
+    use super::centre_rays::{Run, trace_scalar};
     use glam::DVec2;
     for (name, system) in instruments(Accuracy::exact(), 1) {
         let [width, height] = system.camera.size_px();
-        let looker = Looker::new(&system, true);
+        let looker = CentreTracer::new(&system, true);
         for j in (0..height).step_by(7) {
             let start = DVec2::new(0.25, j as f64 + 0.375);
             let (mut x, mut y, mut class) = (vec![0.0; width], vec![0.0; width], vec![Class::Left; width]);
-            looker.look(start, Run { x_mm: &mut x, y_mm: &mut y, class: &mut class });
+            looker.trace(start, Run { x_mm: &mut x, y_mm: &mut y, class: &mut class });
             for i in 0..width {
-                let (seen, own) = alone(&system, start + DVec2::new(i as f64, 0.0));
+                let (seen, own) = trace_scalar(&system, start + DVec2::new(i as f64, 0.0));
                 let equal = (x[i].to_bits(), y[i].to_bits(), class[i]) == (seen.x.to_bits(), seen.y.to_bits(), own);
                 assert!(equal, "({i}, {j}): {} {} {seen}\n{name}", x[i], y[i]);
             }
@@ -130,7 +132,7 @@ fn packets_see_the_very_positions_of_single_rays() {
 /// Strips one below the other are the picture, and of the same work.
 #[test]
 fn strips_make_the_picture() {
-    let mut divided = 0;
+    let mut subdivided = 0;
     for accuracy in [Accuracy::draft(), Accuracy::exact()] {
         for (name, system) in instruments(accuracy, 2) {
             let whole = render(&system, &|_| ());
@@ -146,10 +148,10 @@ fn strips_make_the_picture() {
             assert_eq!((counts, account), (whole.counts, whole.account), "{name}");
             let (last, others) = heights.split_last().expect("a picture has rows");
             assert!(others.iter().all(|h| *h == 2 * STRIP_ROWS) && *last <= 2 * STRIP_ROWS, "{heights:?}");
-            divided += others.len();
+            subdivided += others.len();
         }
     }
-    assert!(divided > 10, "the scenes above are no longer higher than a strip");
+    assert!(subdivided > 10, "the scenes above are no longer higher than a strip");
 }
 
 #[test]
@@ -239,8 +241,8 @@ fn colours_are_the_passes_by_their_shares() {
         colour: Some(colour),
     };
     let variants = [variant(-3.0, 0.25, [1.0, 0.0, 0.5]), variant(3.0, 0.75, [0.0, 1.0, 0.5])];
-    let summed = crate::render::accumulate::mean(&system, &|_| variants.to_vec(), Wanted { truth: false }, &|_| ());
-    let [a, b] = variants.map(|variant| film(&Plan::new(&system.varied(&variant))).radiance);
+    let summed = crate::render::accumulate::mean(&system, &|_| variants.to_vec(), Outputs { truth: false }, &|_| ());
+    let [a, b] = variants.map(|variant| film(&Plan::new(&system.variant(&variant))).radiance);
     assert!(a != b);
     let colour = summed.colour.expect("every variant has colours");
     for (k, [red, green, blue]) in colour.data().iter().enumerate() {
@@ -262,7 +264,7 @@ fn the_map_of_gains_gains_what_is_traced() {
     for ((name, exact), (_, mapped)) in exact.into_iter().zip(instruments(Accuracy::standard(), 3)) {
         let [exact, mapped] = [exact, mapped].map(|system| System { effects: effects.clone(), ..system });
         let plan = Plan::new(&mapped);
-        fitted += plan.patches.iter().filter(|patch| patch.gain.is_some()).count();
+        fitted += plan.patches.iter().filter(|patch| patch.throughput.is_some()).count();
         let (traced, found) = (render(&exact, &|_| ()), film(&plan));
         for (k, (a, b)) in traced.radiance.data().iter().zip(found.radiance.data()).enumerate() {
             // As without gains, which are at most 1.5 here.

@@ -4,8 +4,8 @@ use super::band::Band;
 use super::border::border_pixel;
 use super::centre_rays::Run;
 use super::film::Class;
-use super::pixel::{dark, settle, whole_pixel};
-use super::pixel_mean::{Jet, Jets, cover};
+use super::pixel::{ended_ray_radiance, settle, whole_pixel};
+use super::pixel_mean::{PackedTaylor2, Taylor2, cover};
 use super::plan::Plan;
 use super::region::Region;
 use super::work::Work;
@@ -56,8 +56,8 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         widest(Plain { plan, centres: &centres, at, row, special: &mut special });
         special.retain(|i| border.binary_search(i).is_err());
         widest(Edges { plan, centres: &centres, at, start: start_px, row, special: &special, work });
-        if plan.gained {
-            plan.gain_row(start_px, row, work);
+        if plan.has_throughput {
+            plan.attenuate_row(start_px, row, work);
         }
         for &i in &border {
             let px = start_px + DVec2::new(f64::from(i), 0.0);
@@ -82,7 +82,7 @@ fn trace(plan: &Plan, rect: &Region) -> Centres {
         let start = DVec2::new(rect.columns.start as f64 - 0.5, (rect.rows.start + j) as f64 - 0.5);
         let span = j * stride..(j + 1) * stride;
         let (x_mm, y_mm) = (&mut centres.x_mm[span.clone()], &mut centres.y_mm[span.clone()]);
-        plan.looker.look(start, Run { x_mm, y_mm, class: &mut centres.class[span] });
+        plan.looker.trace(start, Run { x_mm, y_mm, class: &mut centres.class[span] });
     }
     centres
 }
@@ -156,10 +156,10 @@ impl Kernel for Edges<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { plan, centres, at, start, row, special, work } = self;
-        let accuracy = plan.less(plan.third_px);
+        let accuracy = plan.less(plan.truncation_px);
         for few in special.chunks(LANES) {
             let jet = |i: u32| centres.jet(at + i as usize, plan.pattern.squares_per_mm()).by_steps_of(plan.active);
-            let mut jets = Jets::splat(&jet(few[0]));
+            let mut jets = PackedTaylor2::splat(&jet(few[0]));
             for (k, &i) in few.iter().enumerate().skip(1) {
                 jets.set_lane(k, &jet(i));
             }
@@ -178,10 +178,10 @@ fn pixel(plan: &Plan, px: DVec2, centres: &Centres, at: usize, work: &mut Work) 
         return border_pixel(plan, px, own, work);
     }
     if own.side().is_none() {
-        return dark(plan, own) * plan.gain(px);
+        return ended_ray_radiance(plan, own) * plan.throughput(px);
     }
     let jet = centres.jet(at, plan.pattern.squares_per_mm()).by_steps_of(plan.active);
-    whole_pixel(plan, px, &jet, work) * plan.gain(px)
+    whole_pixel(plan, px, &jet, work) * plan.throughput(px)
 }
 
 impl Centres {
@@ -199,11 +199,11 @@ impl Centres {
     /// The map about the centre of index `at`, by differences of its neighbours; written so that mirror images have the
     /// same bits.
     #[inline(always)]
-    fn jet(&self, at: usize, squares_per_mm: f64) -> Jet {
+    fn jet(&self, at: usize, squares_per_mm: f64) -> Taylor2 {
         let see = |k: usize| DVec2::new(self.x_mm[k], self.y_mm[k]) * squares_per_mm;
         let [above, below] = [at - self.stride, at + self.stride];
         let seen = see(at);
-        Jet {
+        Taylor2 {
             seen,
             dx: 0.5 * (see(at + 1) - see(at - 1)),
             dy: 0.5 * (see(below) - see(above)),

@@ -16,7 +16,7 @@ pub(super) fn of_differences_px(system: &System, rays: &mut u64) -> f64 {
     for k in 0..PLACES * PLACES {
         let px = size * DVec2::new(place(k % PLACES), place(k / PLACES));
         *rays += 6;
-        let Ok(sight) = system.look(px) else { continue };
+        let Ok(sight) = system.trace(px) else { continue };
         let map = |step: DVec2| system.footprint_through(px + step, sight.side).map(|f| f.jacobian);
         let Ok(here) = map(DVec2::ZERO) else { continue };
         let second = |step: DVec2| Some((map(step).ok()? - here * 2.0) + map(-step).ok()?);

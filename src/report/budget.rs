@@ -1,9 +1,9 @@
 //! Error budgets as the report's entries, in words, and as the rows of a figure.
 
-use super::figures::budget::{Dot, Panel, Row};
+use super::figures::budget::{BudgetPanel, BudgetRow, Dot};
 use super::json::{BudgetTerm, CornerBudget, ErrorBudget};
 use super::table::number;
-use crate::analysis::budget::{Budget, CornerBudget as Found};
+use crate::analysis::budget::{Budget, CornerErrors as Found};
 use crate::num::stats;
 use crate::vision::half::Half;
 use glam::DVec2;
@@ -81,19 +81,19 @@ pub fn words(name: &str, entry: &ErrorBudget) -> String {
 
 /// Rows of a figure: for each budget, by its name, a panel for each step that some budget has, and the total. `full` puts a
 /// half's px into the whole picture.
-pub fn rows(budgets: &[(String, &Budget)], full: impl Fn(usize, DVec2) -> DVec2) -> Vec<Row> {
+pub fn rows(budgets: &[(String, &Budget)], full: impl Fn(usize, DVec2) -> DVec2) -> Vec<BudgetRow> {
     let has = |of: fn(&Found) -> Option<DVec2>| {
         budgets.iter().flat_map(|(_, b)| b.halves.iter().flatten()).any(|c| of(c).is_some())
     };
     let steps: Vec<Step> = STEPS.into_iter().filter(|(_, of)| has(*of)).collect();
-    let panel = |budget: &Budget, (name, of): &Step| Panel {
+    let panel = |budget: &Budget, (name, of): &Step| BudgetPanel {
         name: (*name).to_owned(),
         dots: (0..2)
             .flat_map(|k| budget.halves[k].iter().map(move |c| (k, c)))
             .filter_map(|(k, c)| Some(Dot { at: full(k, c.measured_px), size: of(c)?.length() }))
             .collect(),
     };
-    let row = |(name, budget): &(String, &Budget)| Row {
+    let row = |(name, budget): &(String, &Budget)| BudgetRow {
         name: name.clone(),
         panels: steps.iter().map(|step| panel(budget, step)).collect(),
     };

@@ -1,7 +1,7 @@
 //! A judgement as the report's entry for one prism.
 
 use super::json::judgement::{self as to, Depths};
-use super::json::{Corners, Definition, Depth, Design, Frame, Half, Halves, Normaliser, Pinhole};
+use super::json::{Corners, Definition, Depth, Design, Frame, HalfEntry, Halves, Normaliser, PinholeEntry};
 use crate::analysis::judge::{CENTRE_ONLY, CentreFigures, Judgement, PinholeFigures, free_at};
 use crate::analysis::view::Detected;
 use crate::metrics::Deviation;
@@ -19,7 +19,7 @@ pub fn entry(
 ) -> Design {
     let board = Some([judgement.view.depth_mm; 2]);
     let range = judgement.depths_mm;
-    let half = |k: usize| Half {
+    let half = |k: usize| HalfEntry {
         corners: corners(&[&judgement.detected[k]]),
         pinhole: pinhole(&judgement.halves[k], judgement.centres[k].as_ref(), pitch_mm, range),
     };
@@ -37,7 +37,7 @@ pub fn entry(
     }
 }
 
-fn pinhole(figures: &PinholeFigures, centre: Option<&CentreFigures>, pitch_mm: f64, range: Depths) -> Pinhole {
+fn pinhole(figures: &PinholeFigures, centre: Option<&CentreFigures>, pitch_mm: f64, range: Depths) -> PinholeEntry {
     let (straightness_rms_px, straightness_max_px) = to::straightness(&figures.straightness);
     let depths = figures.depths.iter().map(|d| {
         let here = Some([d.depth_mm; 2]);
@@ -50,7 +50,7 @@ fn pinhole(figures: &PinholeFigures, centre: Option<&CentreFigures>, pitch_mm: f
             straightness_rms_px: to::straightness(&d.straightness).0,
         }
     });
-    Pinhole {
+    PinholeEntry {
         designed: to::designed_by_rays(&figures.designed),
         fitted: to::fitted(free_at(&POSE_AND_FOCAL, figures.depths.len()), &figures.fitted, range),
         anamorphic: Some(to::fitted(free_at(&POSE_AND_ANAMORPHIC, figures.depths.len()), &figures.anamorphic, range)),

@@ -4,7 +4,7 @@ use super::json::{Depth, Design, Figure};
 use std::fmt::Write;
 
 /// One row of the table: what, and its figure for a design.
-struct Row {
+struct TableRow {
     label: &'static str,
     of: fn(&Design) -> Option<&Figure>,
 }
@@ -23,20 +23,20 @@ pub struct Shown {
     pub short: Vec<String>,
 }
 
-const ROWS: [Row; 13] = [
-    Row { label: "vertical disparity, RMS, px", of: |d| Some(&d.stereo.vertical_disparity_rms_px) },
-    Row { label: "vertical disparity, largest, px", of: |d| Some(&d.stereo.vertical_disparity_max_px) },
-    Row { label: "epipolar slope, mean, rad", of: |d| Some(&d.stereo.epipolar_slope_mean_rad) },
-    Row { label: "epipolar slope, largest, rad", of: |d| Some(&d.stereo.epipolar_slope_max_rad) },
-    Row { label: "  its rise over a half image, px", of: |d| Some(&d.stereo.epipolar_rise_max_px) },
-    Row { label: "epipolar curve from its line, RMS, px", of: |d| Some(&d.stereo.epipolar_departure_rms_px) },
-    Row { label: "Table 1 (virtual image plane), mean |H|, mm", of: |d| Some(&d.pinhole.designed.mean_abs_h_mm) },
-    Row { label: "Table 1 (virtual image plane), mean |V|, mm", of: |d| Some(&d.pinhole.designed.mean_abs_v_mm) },
-    Row { label: "corners from designed pinhole, RMS, px", of: of_corners },
-    Row { label: "corners from fitted pinhole, RMS, px", of: |d| Some(&d.pinhole.fitted.rms_px) },
-    Row { label: "  with f_x and f_y fitted apart, RMS, px", of: of_anamorphic },
-    Row { label: "rows and columns from straight, RMS, px", of: |d| Some(&d.pinhole.straightness_rms_px) },
-    Row { label: "best centre from designed one, left, mm", of: left_drift },
+const ROWS: [TableRow; 13] = [
+    TableRow { label: "vertical disparity, RMS, px", of: |d| Some(&d.stereo.vertical_disparity_rms_px) },
+    TableRow { label: "vertical disparity, largest, px", of: |d| Some(&d.stereo.vertical_disparity_max_px) },
+    TableRow { label: "epipolar slope, mean, rad", of: |d| Some(&d.stereo.epipolar_slope_mean_rad) },
+    TableRow { label: "epipolar slope, largest, rad", of: |d| Some(&d.stereo.epipolar_slope_max_rad) },
+    TableRow { label: "  its rise over a half image, px", of: |d| Some(&d.stereo.epipolar_rise_max_px) },
+    TableRow { label: "epipolar curve from its line, RMS, px", of: |d| Some(&d.stereo.epipolar_departure_rms_px) },
+    TableRow { label: "Table 1 (virtual image plane), mean |H|, mm", of: |d| Some(&d.pinhole.designed.mean_abs_h_mm) },
+    TableRow { label: "Table 1 (virtual image plane), mean |V|, mm", of: |d| Some(&d.pinhole.designed.mean_abs_v_mm) },
+    TableRow { label: "corners from designed pinhole, RMS, px", of: of_corners },
+    TableRow { label: "corners from fitted pinhole, RMS, px", of: |d| Some(&d.pinhole.fitted.rms_px) },
+    TableRow { label: "  with f_x and f_y fitted apart, RMS, px", of: of_anamorphic },
+    TableRow { label: "rows and columns from straight, RMS, px", of: |d| Some(&d.pinhole.straightness_rms_px) },
+    TableRow { label: "best centre from designed one, left, mm", of: left_drift },
 ];
 
 /// At the depth nearest to the scene's own board.
@@ -57,7 +57,7 @@ fn left_drift(design: &Design) -> Option<&Figure> {
 
 /// The rows of the table.
 pub fn rows(designs: &[Design]) -> Vec<Shown> {
-    let of_row = |row: &Row| {
+    let of_row = |row: &TableRow| {
         let exact = row.label.starts_with("Table 1");
         let measured = |d: &Design| number((row.of)(d).and_then(|f| f.measured));
         let truth = |d: &Design| number((row.of)(d).and_then(|f| f.exact));

@@ -7,7 +7,7 @@ use super::model::*;
 use super::schema::*;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
-use crate::error::Problem;
+use crate::error::Error;
 use crate::geom::Pose;
 use crate::io::mesh::read_triangles;
 use crate::io::point_cloud::{Surface, read_points};
@@ -15,13 +15,13 @@ use crate::num::bernstein::MAX_DEGREE;
 use crate::num::poly2::Poly2;
 use crate::optics::medium;
 use crate::scene::Normals;
-use crate::scene::Patch;
+use crate::scene::PolynomialPatch;
 use crate::scene::Rect;
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
 /// The scene that `file` describes; files that it names are looked for in `folder`.
-pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>) -> Result<Scene, Problem> {
+pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>) -> Result<Scene, Error> {
     name(document, &file.name)?;
     let camera = camera(&file.camera);
     let board = board(&file.board);
@@ -53,7 +53,7 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
 }
 
 /// What a sensor's gamma has coded is written as it is.
-fn encoding(document: &Document, file: Option<EncodingFile>, effects: &Effects) -> Result<Encoding, Problem> {
+fn encoding(document: &Document, file: Option<EncodingFile>, effects: &Effects) -> Result<Encoding, Error> {
     let gamma = effects.sensor.map_or(1.0, |sensor| sensor.gamma);
     match file {
         Some(EncodingFile::Srgb) if gamma != 1.0 => {
@@ -70,7 +70,7 @@ fn encoding(document: &Document, file: Option<EncodingFile>, effects: &Effects) 
 }
 
 /// A name may become a file's name on any system.
-fn name(document: &Document, name: &str) -> Result<(), Problem> {
+fn name(document: &Document, name: &str) -> Result<(), Error> {
     let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_-".contains(c);
     match name.chars().find(|c| !allowed(*c)).or(name.chars().next().filter(|c| *c == '-')) {
         None => Ok(()),
@@ -82,8 +82,8 @@ fn name(document: &Document, name: &str) -> Result<(), Problem> {
     }
 }
 
-fn camera(file: &CameraFile) -> Camera {
-    Camera {
+fn camera(file: &CameraFile) -> CameraSpec {
+    CameraSpec {
         position_mm: DVec3::from_array(file.position_mm),
         focal_length_mm: file.focal_length_mm,
         width_px: file.width_px,
@@ -92,22 +92,24 @@ fn camera(file: &CameraFile) -> Camera {
     }
 }
 
-fn prism(document: &Document, file: PrismFile, camera: &Camera, folder: Option<&Path>) -> Result<Prism, Problem> {
+fn prism(document: &Document, file: PrismFile, camera: &CameraSpec, folder: Option<&Path>) -> Result<PrismSpec, Error> {
     Ok(match file {
-        PrismFile::None {} => Prism::None,
-        PrismFile::Flat(flat) => Prism::Flat(biprism(&flat)),
-        PrismFile::Freeform(file) => Prism::Freeform(biprism(&file.biprism), design(document, &file.design, camera)?),
-        PrismFile::Polynomial(file) => Prism::Polynomial(PolynomialPrism {
+        PrismFile::None {} => PrismSpec::None,
+        PrismFile::Flat(flat) => PrismSpec::Flat(biprism(&flat)),
+        PrismFile::Freeform(file) => {
+            PrismSpec::Freeform(biprism(&file.biprism), design(document, &file.design, camera)?)
+        }
+        PrismFile::Polynomial(file) => PrismSpec::Polynomial(PolynomialSpec {
             body: body(&file.body),
             front: patch(document, "prism.front", &file.front)?,
             back: patch(document, "prism.back", &file.back)?,
         }),
-        PrismFile::PointCloud(file) => Prism::PointCloud(PointCloudPrism {
+        PrismFile::PointCloud(file) => PrismSpec::PointCloud(PointCloudSpec {
             body: body(&file.body),
             front: cloud(document, "prism.front.file", &file.front, folder, Surface::Front)?,
             back: cloud(document, "prism.back.file", &file.back, folder, Surface::Back)?,
         }),
-        PrismFile::Mesh(file) => Prism::Mesh(MeshPrism {
+        PrismFile::Mesh(file) => PrismSpec::Mesh(MeshSpec {
             body: body(&file.body),
             front: read_triangles(&find(document, "prism.front", &file.front, folder)?)?,
             back: read_triangles(&find(document, "prism.back", &file.back, folder)?)?,
@@ -119,8 +121,8 @@ fn prism(document: &Document, file: PrismFile, camera: &Camera, folder: Option<&
     })
 }
 
-fn body(file: &BodyFile) -> Body {
-    Body {
+fn body(file: &BodyFile) -> GlassSpec {
+    GlassSpec {
         index: file.index,
         outer_index: file.outer_index,
         glass: file.glass.as_deref().and_then(medium::named),
@@ -129,8 +131,8 @@ fn body(file: &BodyFile) -> Body {
     }
 }
 
-fn biprism(file: &BiprismFile) -> Biprism {
-    Biprism {
+fn biprism(file: &BiprismFile) -> BiprismSpec {
+    BiprismSpec {
         body: body(&file.body),
         ridge_distance_mm: file.ridge_distance_mm,
         thickness_mm: file.thickness_mm,
@@ -138,7 +140,7 @@ fn biprism(file: &BiprismFile) -> Biprism {
     }
 }
 
-fn design(document: &Document, file: &DesignFile, camera: &Camera) -> Result<DesignSettings, Problem> {
+fn design(document: &Document, file: &DesignFile, camera: &CameraSpec) -> Result<DesignSettings, Error> {
     let pixels = (camera.width_px as f64 / 2.0) * camera.height_px as f64;
     let points = pixels / (file.step_px * file.step_px);
     if points > MARCHED_POINTS {
@@ -165,7 +167,7 @@ fn design(document: &Document, file: &DesignFile, camera: &Camera) -> Result<Des
     })
 }
 
-fn patch(document: &Document, path: &str, file: &PatchFile) -> Result<Patch, Problem> {
+fn patch(document: &Document, path: &str, file: &PatchFile) -> Result<PolynomialPatch, Error> {
     let [[x_min, x_max], [y_min, y_max]] = file.domain_mm;
     for (i, [min, max]) in file.domain_mm.into_iter().enumerate() {
         if min >= max {
@@ -194,7 +196,7 @@ fn patch(document: &Document, path: &str, file: &PatchFile) -> Result<Patch, Pro
     }
     let degree = file.terms.iter().map(|t| t.0 + t.1).max().unwrap_or(0);
     let coefficient = |m, n| file.terms.iter().find(|t| (t.0, t.1) == (m, n)).map_or(0.0, |t| t.2);
-    Ok(Patch {
+    Ok(PolynomialPatch {
         sag: Poly2::new(degree, file.centre_mm, file.scale_mm, coefficient),
         domain: Rect { min: DVec2::new(x_min, y_min), max: DVec2::new(x_max, y_max) },
     })
@@ -206,13 +208,13 @@ fn cloud(
     file: &CloudFile,
     folder: Option<&Path>,
     surface: Surface,
-) -> Result<Cloud, Problem> {
+) -> Result<CloudSpec, Error> {
     let found = find(document, path, &file.file, folder)?;
-    Ok(Cloud { points_mm: read_points(&found, surface)?, degree: file.degree })
+    Ok(CloudSpec { points_mm: read_points(&found, surface)?, degree: file.degree })
 }
 
 /// The path of a `file` that the key at `path` names, relative to the scene's folder.
-fn find(document: &Document, path: &str, file: &str, folder: Option<&Path>) -> Result<PathBuf, Problem> {
+fn find(document: &Document, path: &str, file: &str, folder: Option<&Path>) -> Result<PathBuf, Error> {
     let problem = |rule, help| Err(document.problem(document.span(path), rule, help));
     let Some(folder) = folder else {
         let rule = format!("`{path}` is {file:?}, and a scene without a folder can name no file");
@@ -226,8 +228,8 @@ fn find(document: &Document, path: &str, file: &str, folder: Option<&Path>) -> R
     Ok(found)
 }
 
-fn board(file: &BoardFile) -> Board {
-    Board {
+fn board(file: &BoardFile) -> BoardSpec {
+    BoardSpec {
         columns: file.columns,
         rows: file.rows,
         square_mm: file.square_mm,
@@ -239,7 +241,7 @@ fn board(file: &BoardFile) -> Board {
     }
 }
 
-fn expect(document: &Document, i: usize, claim: ExpectFile) -> Result<Expect, Problem> {
+fn expect(document: &Document, i: usize, claim: ExpectFile) -> Result<Expect, Error> {
     let at = |key: &str| document.span(&format!("expect[{i}]{key}"));
     let step = |s: &str| !s.is_empty() && s.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
     let value = &claim.value;

@@ -1,7 +1,7 @@
 //! The text of a scene file with its parse tree, so that every message can point at the bytes it speaks of.
 
 use super::limits::FILE_BYTES;
-use crate::error::Problem;
+use crate::error::Error;
 
 use serde::de::DeserializeOwned;
 use std::fs::File;
@@ -22,11 +22,11 @@ pub(super) struct Document<'t> {
 
 impl<'t> Document<'t> {
     /// Parse `text`, which `place` names in messages.
-    pub(super) fn parse(text: &'t str, place: &'t str) -> Result<Self, Problem> {
+    pub(super) fn parse(text: &'t str, place: &'t str) -> Result<Self, Error> {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         if text.trim().is_empty() {
             let help = "start from scenes/paper.toml, or give another file";
-            return Err(Problem::new(place, "the scene is empty", help));
+            return Err(Error::new(place, "the scene is empty", help));
         }
         match DeTable::parse(text) {
             Ok(root) => Ok(Self { text, root, place }),
@@ -35,7 +35,7 @@ impl<'t> Document<'t> {
     }
 
     /// The values of type `T`, once [`super::structure`] has found them right.
-    pub(super) fn values<T: DeserializeOwned>(&self) -> Result<T, Problem> {
+    pub(super) fn values<T: DeserializeOwned>(&self) -> Result<T, Error> {
         T::deserialize(toml::Deserializer::from(self.root.clone())).map_err(|error| {
             let rule = format!("the scene cannot be read: {}", error.message());
             self.problem(error.span().unwrap_or(0..0), rule, "mend the marked place")
@@ -43,8 +43,8 @@ impl<'t> Document<'t> {
     }
 
     /// A problem with the bytes `span`.
-    pub(super) fn problem(&self, span: Range<usize>, rule: String, help: impl Into<String>) -> Problem {
-        Problem::new(self.place, rule, help).at(self.text, span)
+    pub(super) fn problem(&self, span: Range<usize>, rule: String, help: impl Into<String>) -> Error {
+        Error::new(self.place, rule, help).at(self.text, span)
     }
 
     /// Where the value at `path` stands (`prism.front.terms[3]`), or the nearest table around it when it was left out.
@@ -91,14 +91,14 @@ impl<'t> Document<'t> {
 }
 
 /// The text of the file at `path`, of at most [`FILE_BYTES`].
-pub(super) fn read(path: &Path) -> Result<String, Problem> {
+pub(super) fn read(path: &Path) -> Result<String, Error> {
     let place = path.display().to_string();
     let refused = |error: std::io::Error| {
-        Problem::new(&place, format!("`{place}` cannot be read: {error}"), "give the path of a scene file")
+        Error::new(&place, format!("`{place}` cannot be read: {error}"), "give the path of a scene file")
     };
     if path.is_dir() {
         let help = "give the path of a scene file in it";
-        return Err(Problem::new(&place, format!("`{place}` is a directory, and a scene is a file"), help));
+        return Err(Error::new(&place, format!("`{place}` is a directory, and a scene is a file"), help));
     }
     let file = File::open(path).map_err(refused)?;
     let told = file.metadata().map_err(refused)?.len();
@@ -110,18 +110,18 @@ pub(super) fn read(path: &Path) -> Result<String, Problem> {
     let length = told.max(bytes.len() as u64);
     if length > FILE_BYTES {
         let rule = format!("`{place}` has {length} bytes or more, and a scene has at most {FILE_BYTES}");
-        return Err(Problem::new(&place, rule, "give a scene file; points of a surface go into a file of their own"));
+        return Err(Error::new(&place, rule, "give a scene file; points of a surface go into a file of their own"));
     }
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let byte = error.as_bytes()[at];
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
         let rule = format!("`{place}` is not UTF-8 text: byte {at} is 0x{byte:02x}");
-        Problem::new(&place, rule, "save the file as UTF-8").at(&text, at..at + char::REPLACEMENT_CHARACTER.len_utf8())
+        Error::new(&place, rule, "save the file as UTF-8").at(&text, at..at + char::REPLACEMENT_CHARACTER.len_utf8())
     })
 }
 
-fn not_toml(text: &str, place: &str, error: &toml::de::Error) -> Problem {
+fn not_toml(text: &str, place: &str, error: &toml::de::Error) -> Error {
     let span = error.span().unwrap_or(0..0);
     let word = text.get(span.clone()).unwrap_or_default().trim();
     let (rule, help) = if error.message() == "duplicate key" {
@@ -134,7 +134,7 @@ fn not_toml(text: &str, place: &str, error: &toml::de::Error) -> Problem {
             "mend the marked place; scenes/paper.toml shows the form",
         )
     };
-    Problem::new(place, rule, help).at(text, span)
+    Error::new(place, rule, help).at(text, span)
 }
 
 #[cfg(test)]

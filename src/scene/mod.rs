@@ -5,7 +5,7 @@
 //!   SceneFile, as written --check (units, defaults, pairs of values)--> Scene --physics (can it be?)--> Scene
 //! ```
 //!
-//! Each arrow stops at the first fault, with a [`Problem`] that points at the line.
+//! Each arrow stops at the first fault, with a [`Error`] that points at the line.
 
 mod document;
 mod effects;
@@ -19,23 +19,23 @@ mod physics;
 mod model;
 
 pub use model::{
-    Analysis, Biprism, Board, Body, Camera, Cloud, DesignSettings, Encoding, Expect, MarchOrder, MeshPrism, Method,
-    PointCloudPrism, PolynomialPrism, Prism, Scene,
+    Analysis, BiprismSpec, BoardSpec, CameraSpec, CloudSpec, DesignSettings, Encoding, Expect, GlassSpec, MarchOrder,
+    MeshSpec, Method, PointCloudSpec, PolynomialSpec, PrismSpec, Scene,
 };
 
 pub use crate::surface::mesh::{Normals, Triangles};
-pub use crate::surface::shape::Patch;
+pub use crate::surface::shape::PolynomialPatch;
 pub use schema::schema_json;
 
-use crate::error::Problem;
+use crate::error::Error;
 use crate::geom::Rect;
 use std::path::Path;
 
 /// Read and check the scene file at `path`.
 ///
 /// # Errors
-/// The first fault as a [`Problem`]: the file cannot be read, is above 4 MiB or not UTF-8, or [`parse`] refuses it.
-pub fn load(path: &Path) -> Result<Scene, Problem> {
+/// The first fault as a [`Error`]: the file cannot be read, is above 4 MiB or not UTF-8, or [`parse`] refuses it.
+pub fn load(path: &Path) -> Result<Scene, Error> {
     let text = document::read(path)?;
     parse(&text, &path.display().to_string(), path.parent())
 }
@@ -44,9 +44,9 @@ pub fn load(path: &Path) -> Result<Scene, Problem> {
 /// (`None`: it may name none).
 ///
 /// # Errors
-/// The first fault as a [`Problem`] that points at its line: not TOML, an unknown or missing key, a wrong type, a value
+/// The first fault as a [`Error`] that points at its line: not TOML, an unknown or missing key, a wrong type, a value
 /// out of range, or an instrument that cannot be.
-pub fn parse(text: &str, place: &str, folder: Option<&Path>) -> Result<Scene, Problem> {
+pub fn parse(text: &str, place: &str, folder: Option<&Path>) -> Result<Scene, Error> {
     let document = document::Document::parse(text, place)?;
     structure::check(&document, &schema::SCHEMA)?;
     let file = document.values()?;

@@ -6,7 +6,7 @@ use crate::effect::Effects;
 use crate::geom::Pose;
 use crate::optics::medium::Material;
 use crate::surface::mesh::{Normals, Triangles};
-use crate::surface::shape::Patch;
+use crate::surface::shape::PolynomialPatch;
 use glam::DVec3;
 
 /// A whole checked scene: every value is within its stated range.
@@ -15,11 +15,11 @@ pub struct Scene {
     /// Short name, used in titles and file names.
     pub name: String,
     /// The one camera.
-    pub camera: Camera,
+    pub camera: CameraSpec,
     /// The glass in front of it.
-    pub prism: Prism,
+    pub prism: PrismSpec,
     /// What it looks at.
-    pub board: Board,
+    pub board: BoardSpec,
     /// What is asked of the simulation.
     pub accuracy: Accuracy,
     /// What the picture shows besides geometry; none where the scene says `effects = "none"`.
@@ -34,7 +34,7 @@ pub struct Scene {
 
 /// A pinhole camera that looks along +z.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Camera {
+pub struct CameraSpec {
     /// World position of the pinhole, in mm.
     pub position_mm: DVec3,
     /// Distance from the pinhole to the sensor, in mm.
@@ -49,29 +49,29 @@ pub struct Camera {
 
 /// The glass between camera and board.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Prism {
+pub enum PrismSpec {
     /// No glass at all.
     None,
     /// Two plane facets and a plane base.
-    Flat(Biprism),
+    Flat(BiprismSpec),
     /// Facets and base designed by marching Eqs. 1-4 of the design paper from the flat prism.
-    Freeform(Biprism, DesignSettings),
+    Freeform(BiprismSpec, DesignSettings),
     /// Front and back of the right half (x > 0 in the prism's frame) as polynomials; the left half is its mirror image.
-    Polynomial(PolynomialPrism),
+    Polynomial(PolynomialSpec),
     /// Front and back of the right half as points, to be fitted.
-    PointCloud(PointCloudPrism),
+    PointCloud(PointCloudSpec),
     /// Front and back of the right half as triangles.
-    Mesh(MeshPrism),
+    Mesh(MeshSpec),
 }
 
-impl Camera {
+impl CameraSpec {
     /// The angle to the axis, in rad, at which the middle of a half image is seen.
     pub fn half_centre_rad(&self) -> f64 {
         libm::atan(self.width_px as f64 * self.pitch_mm / (4.0 * self.focal_length_mm))
     }
 }
 
-impl Body {
+impl GlassSpec {
     /// Glass without a name, its index given at the d line, in the world's own frame.
     pub fn new(index: f64, outer_index: f64) -> Self {
         let wavelength_nm = limits::D_LINE_NM;
@@ -79,9 +79,9 @@ impl Body {
     }
 }
 
-impl Prism {
+impl PrismSpec {
     /// What the prism is made of; `None` without one.
-    pub fn body(&self) -> Option<&Body> {
+    pub fn body(&self) -> Option<&GlassSpec> {
         match self {
             Self::None => None,
             Self::Flat(flat) | Self::Freeform(flat, _) => Some(&flat.body),
@@ -95,9 +95,9 @@ impl Prism {
 /// The biprism of the paper: a ridge along y at x = 0, nearest to the camera; facets z = D + |x| tan(alpha);
 /// a base plane at z = D + T.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Biprism {
+pub struct BiprismSpec {
     /// Glass and place.
-    pub body: Body,
+    pub body: GlassSpec,
     /// D, the z of the ridge in the prism's frame, in mm.
     pub ridge_distance_mm: f64,
     /// T, ridge to base, in mm.
@@ -108,7 +108,7 @@ pub struct Biprism {
 
 /// What every prism has.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Body {
+pub struct GlassSpec {
     /// Refractive index of the glass.
     pub index: f64,
     /// Refractive index of what surrounds the glass.
@@ -123,31 +123,31 @@ pub struct Body {
 
 /// A prism given by its surfaces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PolynomialPrism {
+pub struct PolynomialSpec {
     /// Glass and place.
-    pub body: Body,
+    pub body: GlassSpec,
     /// The facet that faces the camera: z(x, y) in mm in the prism's frame.
-    pub front: Patch,
+    pub front: PolynomialPatch,
     /// The surface that faces the board.
-    pub back: Patch,
+    pub back: PolynomialPatch,
 }
 
 /// A prism given by points on its surfaces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PointCloudPrism {
+pub struct PointCloudSpec {
     /// Glass and place.
-    pub body: Body,
+    pub body: GlassSpec,
     /// The facet that faces the camera.
-    pub front: Cloud,
+    pub front: CloudSpec,
     /// The surface that faces the board.
-    pub back: Cloud,
+    pub back: CloudSpec,
 }
 
 /// A prism given by triangles.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MeshPrism {
+pub struct MeshSpec {
     /// Glass and place.
-    pub body: Body,
+    pub body: GlassSpec,
     /// The facet that faces the camera, in the prism's frame.
     pub front: Triangles,
     /// The surface that faces the board.
@@ -158,7 +158,7 @@ pub struct MeshPrism {
 
 /// Points of a surface, and how a polynomial is fitted to them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cloud {
+pub struct CloudSpec {
     /// The points, in mm, in the prism's frame.
     pub points_mm: Vec<DVec3>,
     /// Total degree of the fitted polynomial.
@@ -210,7 +210,7 @@ pub enum Method {
 /// In the board's frame the squares' centre is the origin, +x runs along the columns, +y down the rows, and the
 /// board is the plane z = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Board {
+pub struct BoardSpec {
     /// Squares in x.
     pub columns: usize,
     /// Squares in y.

@@ -3,22 +3,22 @@
 
 use super::document::Document;
 use super::limits::FACET_DEG;
-use super::model::{Biprism, Camera, PolynomialPrism, Prism, Scene};
+use super::model::{BiprismSpec, CameraSpec, PolynomialSpec, PrismSpec, Scene};
 use crate::effect::Telecentric;
-use crate::error::Problem;
+use crate::error::Error;
 use crate::geom::{Pose, Ray};
 use crate::optics::snell::{refract, straightening_facet_rad};
 use glam::{DVec2, DVec3};
 
 /// Judge how camera, prism and board stand to each other.
-pub(super) fn check(document: &Document, scene: &Scene) -> Result<(), Problem> {
+pub(super) fn check(document: &Document, scene: &Scene) -> Result<(), Error> {
     let camera = &Lens { camera: scene.camera, telecentric: scene.effects.telecentric };
     let back = match &scene.prism {
-        Prism::Flat(prism) => Some(biprism(document, camera, prism, false)?),
-        Prism::Freeform(prism, _) => Some(biprism(document, camera, prism, true)?),
-        Prism::Polynomial(prism) => Some(polynomial(document, camera, prism)?),
+        PrismSpec::Flat(prism) => Some(biprism(document, camera, prism, false)?),
+        PrismSpec::Freeform(prism, _) => Some(biprism(document, camera, prism, true)?),
+        PrismSpec::Polynomial(prism) => Some(polynomial(document, camera, prism)?),
         // Where a surface of points or triangles stands is for its rays to find.
-        Prism::None | Prism::PointCloud(_) | Prism::Mesh(_) => None,
+        PrismSpec::None | PrismSpec::PointCloud(_) | PrismSpec::Mesh(_) => None,
     };
     board(document, scene, back.as_ref())
 }
@@ -26,7 +26,7 @@ pub(super) fn check(document: &Document, scene: &Scene) -> Result<(), Problem> {
 /// The camera, and its telecentric lens where it has one.
 #[derive(Clone, Copy)]
 struct Lens {
-    camera: Camera,
+    camera: CameraSpec,
     telecentric: Option<Telecentric>,
 }
 
@@ -38,13 +38,13 @@ struct Back {
 
 /// The plane faces of a biprism, and the frame in which they stand.
 struct Faces<'a> {
-    prism: &'a Biprism,
+    prism: &'a BiprismSpec,
     prism_from_world: Pose,
     angle_rad: f64,
     slope: f64,
 }
 
-fn biprism(document: &Document, camera: &Lens, prism: &Biprism, designed: bool) -> Result<Back, Problem> {
+fn biprism(document: &Document, camera: &Lens, prism: &BiprismSpec, designed: bool) -> Result<Back, Error> {
     let prism_from_world = prism.body.world_from_prism.inverse();
     let angle_rad = match prism.facet_angle_rad {
         Some(angle) => angle,
@@ -57,7 +57,7 @@ fn biprism(document: &Document, camera: &Lens, prism: &Biprism, designed: bool) 
     Ok(Back { prism_from_world, z_mm: prism.ridge_distance_mm + prism.thickness_mm })
 }
 
-fn pinhole_is_in_front(document: &Document, camera: &Lens, faces: &Faces) -> Result<(), Problem> {
+fn pinhole_is_in_front(document: &Document, camera: &Lens, faces: &Faces) -> Result<(), Error> {
     let distance = faces.prism.ridge_distance_mm;
     let pinhole = faces.prism_from_world.point(camera.camera.position_mm);
     if pinhole.z < distance + pinhole.x.abs() * faces.slope {
@@ -73,11 +73,11 @@ fn pinhole_is_in_front(document: &Document, camera: &Lens, faces: &Faces) -> Res
 }
 
 /// The depth of a facet is a ratio of linear functions of the sensor's point, so it is greatest at a corner.
-fn facets_end_before_base(document: &Document, camera: &Lens, faces: &Faces) -> Result<(), Problem> {
+fn facets_end_before_base(document: &Document, camera: &Lens, faces: &Faces) -> Result<(), Error> {
     let (distance, thickness) = (faces.prism.ridge_distance_mm, faces.prism.thickness_mm);
     let (base_z, degrees) = (distance + thickness, faces.angle_rad.to_degrees());
     for ray in field(camera, 1, 1) {
-        let Some((hit, _)) = meet(&ray.moved(&faces.prism_from_world), distance, faces.slope) else {
+        let Some((hit, _)) = intersect(&ray.moved(&faces.prism_from_world), distance, faces.slope) else {
             let rule = format!(
                 "`prism.facet_angle_deg` is {degrees:.4}, and the ray of a corner of the picture never meets the facet"
             );
@@ -99,12 +99,12 @@ fn facets_end_before_base(document: &Document, camera: &Lens, faces: &Faces) -> 
 }
 
 /// A design starts from the middle ray of each half image; a flat prism is worth a picture if any ray passes.
-fn light_passes(document: &Document, camera: &Lens, faces: &Faces, designed: bool) -> Result<(), Problem> {
+fn light_passes(document: &Document, camera: &Lens, faces: &Faces, designed: bool) -> Result<(), Error> {
     const CELLS: (usize, usize) = (16, 8);
     let body = &faces.prism.body;
     let passes = |ray: Ray| {
         let ray = ray.moved(&faces.prism_from_world);
-        meet(&ray, faces.prism.ridge_distance_mm, faces.slope)
+        intersect(&ray, faces.prism.ridge_distance_mm, faces.slope)
             .and_then(|(_, normal)| refract(ray.direction, normal, body.outer_index / body.index))
             .map(|out| out.direction)
             .filter(|inside| inside.z > 0.0)
@@ -126,7 +126,7 @@ fn light_passes(document: &Document, camera: &Lens, faces: &Faces, designed: boo
 }
 
 /// alpha of the design paper's Eq. 5, corrected, for the direction delta of the middle of a half image.
-fn parallel_angle(document: &Document, camera: &Lens, prism: &Biprism) -> Result<f64, Problem> {
+fn parallel_angle(document: &Document, camera: &Lens, prism: &BiprismSpec) -> Result<f64, Error> {
     let angle = straightening_facet_rad(prism.body.index / prism.body.outer_index, camera.camera.half_centre_rad());
     if let Some(angle) = angle.filter(|angle| *angle < FACET_DEG.to_radians()) {
         return Ok(angle);
@@ -138,7 +138,7 @@ fn parallel_angle(document: &Document, camera: &Lens, prism: &Biprism) -> Result
     Err(document.problem(document.span("prism.index"), rule, "give `facet_angle_deg`, or another `index`"))
 }
 
-fn polynomial(document: &Document, camera: &Lens, prism: &PolynomialPrism) -> Result<Back, Problem> {
+fn polynomial(document: &Document, camera: &Lens, prism: &PolynomialSpec) -> Result<Back, Error> {
     let middle = |domain: crate::geom::Rect| -> DVec2 { (domain.min + domain.max) / 2.0 };
     let prism_from_world = prism.body.world_from_prism.inverse();
     let (f, b) = (middle(prism.front.domain), middle(prism.back.domain));
@@ -172,7 +172,7 @@ fn polynomial(document: &Document, camera: &Lens, prism: &PolynomialPrism) -> Re
 }
 
 /// Board and depths of the analysis lie in front of the camera and beyond the glass.
-fn board(document: &Document, scene: &Scene, back: Option<&Back>) -> Result<(), Problem> {
+fn board(document: &Document, scene: &Scene, back: Option<&Back>) -> Result<(), Error> {
     let pinhole = scene.camera.position_mm;
     let judge = |key: &str, point: DVec3| {
         let depth = point.z - pinhole.z;
@@ -219,7 +219,7 @@ fn ray(&Lens { camera, telecentric }: &Lens, u: f64, v: f64) -> Ray {
 
 /// Where a ray that starts in front of z = D + |x| slope first meets it, and the normal there (towards +z); `None`
 /// when it never does.
-fn meet(ray: &Ray, distance: f64, slope: f64) -> Option<(DVec3, DVec3)> {
+fn intersect(ray: &Ray, distance: f64, slope: f64) -> Option<(DVec3, DVec3)> {
     let facet = |side: f64| {
         let normal = DVec3::new(-side * slope, 0.0, 1.0);
         let approach = normal.dot(ray.direction);
@@ -247,7 +247,7 @@ mod tests {
             [(-0.3, 0.15), (-1e-9, 0.15), (0.0, 0.15), (0.2, 0.15), (-0.3, -0.2), (1e-9, -0.2), (9.0, -3.0)]
         {
             let ray = Ray { origin: DVec3::ZERO, direction: DVec3::new(t, 0.1, 1.0).normalize() };
-            let (hit, normal) = meet(&ray, distance, slope).unwrap();
+            let (hit, normal) = intersect(&ray, distance, slope).unwrap();
             let z = distance / (1.0 - f64::abs(t) * slope);
             // Two roundings of numbers near 80.
             assert!((hit - DVec3::new(t * z, 0.1 * z, z)).length() < 1e-13, "{t}: {hit}");
@@ -258,8 +258,8 @@ mod tests {
     #[test]
     fn ray_that_flees_the_facet_never_meets_it() {
         let direction = DVec3::new(0.5, 0.0, 1.0).normalize();
-        assert!(meet(&Ray { origin: DVec3::ZERO, direction }, 78.0, 2.0).is_none());
-        assert!(meet(&Ray { origin: DVec3::ZERO, direction: -DVec3::Z }, 78.0, 0.0).is_none());
+        assert!(intersect(&Ray { origin: DVec3::ZERO, direction }, 78.0, 2.0).is_none());
+        assert!(intersect(&Ray { origin: DVec3::ZERO, direction: -DVec3::Z }, 78.0, 0.0).is_none());
     }
 
     #[test]
@@ -277,7 +277,7 @@ mod tests {
     fn angle_left_out_is_that_of_the_paper() {
         let document = Document::parse(include_str!("../../scenes/paper.toml"), "paper").unwrap();
         let scene = super::super::check::scene(&document, document.values().unwrap(), None).unwrap();
-        let Prism::Freeform(prism, _) = &scene.prism else { panic!("the paper has a freeform prism") };
+        let PrismSpec::Freeform(prism, _) = &scene.prism else { panic!("the paper has a freeform prism") };
         let angle = parallel_angle(&document, &Lens { camera: scene.camera, telecentric: None }, prism).unwrap();
         // The paper's 8.85 deg, to the digits of the recomputation.
         assert!((angle.to_degrees() - 8.85428).abs() < 5e-6);

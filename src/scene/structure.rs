@@ -5,14 +5,14 @@
 
 use super::document::Document;
 use super::suggest;
-use crate::error::Problem;
+use crate::error::Error;
 use serde_json::Value;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Judge the whole document by `schema`; the first fault is told.
-pub(super) fn check(document: &Document, schema: &Value) -> Result<(), Problem> {
+pub(super) fn check(document: &Document, schema: &Value) -> Result<(), Error> {
     let walk = Walk { document, whole: schema };
     walk.table(&At { path: "", span: 0..0 }, document.root.get_ref(), schema)
 }
@@ -30,7 +30,7 @@ struct At<'a> {
 }
 
 impl Walk<'_> {
-    fn value(&self, at: &At, value: &DeValue, schema: &Value) -> Result<(), Problem> {
+    fn value(&self, at: &At, value: &DeValue, schema: &Value) -> Result<(), Error> {
         if let Some(all) = schema["oneOf"].as_array() {
             return match all.iter().all(|alternative| tag(alternative).is_none()) {
                 true => self.value(at, value, of_kind(value, all)),
@@ -51,7 +51,7 @@ impl Walk<'_> {
     }
 
     /// Keys of a table: none unknown, none missing, each value right.
-    fn table(&self, at: &At, table: &DeTable, schema: &Value) -> Result<(), Problem> {
+    fn table(&self, at: &At, table: &DeTable, schema: &Value) -> Result<(), Error> {
         let known = schema["properties"].as_object().into_iter().flatten();
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
@@ -84,7 +84,7 @@ impl Walk<'_> {
     }
 
     /// A table whose tag (`kind`) says which keys it has.
-    fn alternatives(&self, at: &At, value: &DeValue, schema: &Value) -> Result<(), Problem> {
+    fn alternatives(&self, at: &At, value: &DeValue, schema: &Value) -> Result<(), Error> {
         let DeValue::Table(table) = value else { return Err(self.wrong_type(at, value, "object", schema)) };
         let all = schema["oneOf"].as_array().into_iter().flatten();
         let tags: Vec<_> = all.clone().filter_map(tag).collect();
@@ -98,7 +98,7 @@ impl Walk<'_> {
         let place = At { path: &path, span: given.span() };
         let DeValue::String(word) = given.get_ref() else {
             let problem = self.wrong_type(&place, given.get_ref(), "string", schema);
-            return Err(Problem { help: format!("write {}", one_of(kinds)), ..problem });
+            return Err(Error { help: format!("write {}", one_of(kinds)), ..problem });
         };
         match all.zip(&tags).find(|(_, (_, kind))| kind == word) {
             Some((alternative, _)) => self.table(at, table, alternative),
@@ -106,7 +106,7 @@ impl Walk<'_> {
         }
     }
 
-    fn list(&self, at: &At, items: &[Spanned<DeValue>], schema: &Value) -> Result<(), Problem> {
+    fn list(&self, at: &At, items: &[Spanned<DeValue>], schema: &Value) -> Result<(), Error> {
         let bound = |key: &str| schema[key].as_u64().map(|n| n as usize);
         let (least, most) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(usize::MAX));
         if items.len() < least || items.len() > most {
@@ -125,7 +125,7 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn word(&self, at: &At, word: &str, schema: &Value) -> Result<(), Problem> {
+    fn word(&self, at: &At, word: &str, schema: &Value) -> Result<(), Error> {
         if let Some(choices) = schema["enum"].as_array() {
             let words = choices.iter().filter_map(Value::as_str);
             return if words.clone().any(|w| w == word) { Ok(()) } else { Err(self.no_choice(at, word, words)) };
@@ -140,7 +140,7 @@ impl Walk<'_> {
         Err(self.document.problem(at.span.clone(), rule, change(at.path, schema)))
     }
 
-    fn number(&self, at: &At, number: f64, schema: &Value) -> Result<(), Problem> {
+    fn number(&self, at: &At, number: f64, schema: &Value) -> Result<(), Error> {
         let bound = |key: &str| schema[key].as_f64();
         let (min, above) = (bound("minimum"), bound("exclusiveMinimum"));
         let (max, below) = (bound("maximum"), bound("exclusiveMaximum"));
@@ -160,7 +160,7 @@ impl Walk<'_> {
         Err(self.document.problem(at.span.clone(), rule, change(at.path, schema)))
     }
 
-    fn no_choice<'k>(&self, at: &At, word: &str, choices: impl Iterator<Item = &'k str> + Clone) -> Problem {
+    fn no_choice<'k>(&self, at: &At, word: &str, choices: impl Iterator<Item = &'k str> + Clone) -> Error {
         let shown = self.document.shown(at.span.clone());
         let rule = format!("`{}` is {shown}, and must be {}", at.path, one_of(choices.clone()));
         // The end of a word, as in "BK7" for "N-BK7", stands for the whole one.
@@ -172,7 +172,7 @@ impl Walk<'_> {
         self.document.problem(at.span.clone(), rule, help)
     }
 
-    fn wrong_type(&self, at: &At, value: &DeValue, wanted: &str, schema: &Value) -> Problem {
+    fn wrong_type(&self, at: &At, value: &DeValue, wanted: &str, schema: &Value) -> Error {
         let (given, shows_value) = match value {
             DeValue::String(_) => ("a string", true),
             DeValue::Integer(_) => ("a whole number", true),
@@ -210,9 +210,9 @@ impl Walk<'_> {
     }
 
     /// An item of a list has no words of its own: the list's help serves.
-    fn with_list_help(&self, problem: Problem, item: &Value, path: &str, list: &Value) -> Problem {
+    fn with_list_help(&self, problem: Error, item: &Value, path: &str, list: &Value) -> Error {
         let own = item.get("description").is_some() || item.get("properties").is_some();
-        if own { problem } else { Problem { help: change(path, list), ..problem } }
+        if own { problem } else { Error { help: change(path, list), ..problem } }
     }
 }
 

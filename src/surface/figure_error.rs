@@ -6,16 +6,16 @@ use glam::DVec2;
 
 /// A height to be added to a surface, over x and y.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Flaw {
+pub struct FigureError {
     /// A polynomial, in mm.
     pub sag: Poly2,
     /// Waves.
-    pub waves: Vec<Wave>,
+    pub waves: Vec<SurfaceWave>,
 }
 
 /// A wave across a surface, as tools leave it: amplitude cos(k . (x, y) + phase).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wave {
+pub struct SurfaceWave {
     /// The amplitude, in mm.
     pub amplitude_mm: f64,
     /// The wave vector k, in rad/mm.
@@ -24,7 +24,7 @@ pub struct Wave {
     pub phase_rad: f64,
 }
 
-impl Flaw {
+impl FigureError {
     /// Whether it adds nothing.
     pub fn is_nothing(&self) -> bool {
         self.sag.terms().all(|(_, _, c)| c == 0.0) && self.waves.iter().all(|wave| wave.amplitude_mm == 0.0)
@@ -146,8 +146,8 @@ mod tests {
     #[test]
     fn derivatives_are_those_of_the_height() {
         let sag = zernike(10.0, &[(4, 2, 1e-3), (3, -1, 2e-3)]).expect("terms");
-        let wave = Wave { amplitude_mm: 1e-3, rad_per_mm: DVec2::new(2.0, -3.0), phase_rad: 0.4 };
-        let flaw = Flaw { sag, waves: vec![wave] };
+        let wave = SurfaceWave { amplitude_mm: 1e-3, rad_per_mm: DVec2::new(2.0, -3.0), phase_rad: 0.4 };
+        let flaw = FigureError { sag, waves: vec![wave] };
         let (x, y, h) = (3.0, -2.0, 1e-4);
         let (here, right, down) = (flaw.jet(x, y), flaw.jet(x + h, y), flaw.jet(x, y + h));
         let (left, up) = (flaw.jet(x - h, y), flaw.jet(x, y - h));

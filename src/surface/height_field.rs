@@ -1,6 +1,6 @@
 //! Surfaces as heights over a plane, and surfaces moved or out of figure.
 
-use super::hit::Meeting;
+use super::hit::Hit;
 use super::polynomial::{MAX_STEPS, is_met};
 use super::shape::Surface;
 use crate::geom::{Pose, Ray};
@@ -21,7 +21,7 @@ impl Surface {
     /// z over (x, y), in mm, wherever the surface is given; 0 where it is not.
     pub fn height_mm(&self, x: f64, y: f64) -> f64 {
         let below = Ray { origin: DVec3::new(x, y, FAR_BELOW_MM), direction: DVec3::Z };
-        let met = || self.meet(&below, f64::INFINITY).map_or(0.0, |met| below.at(met.t_mm).z);
+        let met = || self.intersect(&below, f64::INFINITY).map_or(0.0, |met| below.at(met.t_mm).z);
         self.jet(x, y).map_or_else(met, |jet| jet.value)
     }
 
@@ -55,8 +55,8 @@ impl Surface {
 
     /// Where a ray meets a surface out of figure: Newton's method on the height, from where the ray meets `base`, the
     /// surface as it should be.
-    pub(super) fn meet_by_height(&self, base: &Self, ray: &Ray, residual_mm: f64) -> Result<Meeting, Fate> {
-        let mut t = base.meet(ray, residual_mm)?.t_mm;
+    pub(super) fn intersect_by_height(&self, base: &Self, ray: &Ray, residual_mm: f64) -> Result<Hit, Fate> {
+        let mut t = base.intersect(ray, residual_mm)?.t_mm;
         let mut previous = f64::INFINITY;
         for _ in 0..MAX_STEPS {
             let p = ray.at(t);
@@ -67,7 +67,7 @@ impl Surface {
                 let t_mm = t - step;
                 let normal = DVec3::new(-jet.dx, -jet.dy, 1.0).normalize();
                 return if t_mm > 0.0 && t_mm.is_finite() {
-                    Ok(Meeting { t_mm, normal, part: 0 })
+                    Ok(Hit { t_mm, normal, part: 0 })
                 } else {
                     Err(Fate::Missed)
                 };
@@ -84,8 +84,8 @@ mod tests {
     use super::*;
     use crate::geom::Rect;
     use crate::num::poly2::Poly2;
-    use crate::surface::figure_error::{Flaw, Wave, zernike};
-    use crate::surface::shape::{Freeform, Patch};
+    use crate::surface::figure_error::{FigureError, SurfaceWave, zernike};
+    use crate::surface::shape::{PolynomialPatch, PolynomialSurface};
     use std::sync::Arc;
 
     fn sheet(mirrored: bool) -> Surface {
@@ -97,13 +97,13 @@ mod tests {
             _ => 0.0,
         });
         let domain = Rect { min: DVec2::new(-2.0, -9.0), max: DVec2::new(14.0, 9.0) };
-        Surface::Freeform(Freeform::new(&Patch { sag, domain }, mirrored))
+        Surface::Freeform(PolynomialSurface::new(&PolynomialPatch { sag, domain }, mirrored))
     }
 
     fn flawed(base: Surface) -> Surface {
         let sag = zernike(12.0, &[(2, 2, 2e-3), (3, -1, 1e-3)]).expect("terms");
-        let waves = vec![Wave { amplitude_mm: 5e-4, rad_per_mm: DVec2::new(1.5, 0.7), phase_rad: 0.3 }];
-        Surface::Flawed { base: Box::new(base), flaw: Arc::new(Flaw { sag, waves }) }
+        let waves = vec![SurfaceWave { amplitude_mm: 5e-4, rad_per_mm: DVec2::new(1.5, 0.7), phase_rad: 0.3 }];
+        Surface::Flawed { base: Box::new(base), flaw: Arc::new(FigureError { sag, waves }) }
     }
 
     /// A ray that is met lies on the height there, and the normal is that of the height.
@@ -117,7 +117,7 @@ mod tests {
                 let direction =
                     DVec3::new(sign * 0.1 * libm::sin(k as f64) + sign * 0.05, 0.05 * libm::cos(2.0 * k as f64), 1.0);
                 let ray = Ray { origin: DVec3::new(sign * 0.5, 0.2, 1.0), direction: direction.normalize() };
-                let Ok(met) = surface.meet(&ray, 1e-12) else { continue };
+                let Ok(met) = surface.intersect(&ray, 1e-12) else { continue };
                 met_count += 1;
                 let p = ray.at(met.t_mm);
                 assert!((surface.height_mm(p.x, p.y) - p.z).abs() < 1e-12, "{k}");
@@ -141,11 +141,11 @@ mod tests {
         let ray = Ray { origin: DVec3::new(0.5, 0.2, 1.0), direction: DVec3::new(0.06, 0.02, 1.0).normalize() };
         let step = DVec3::new(0.1, -0.3, 0.02);
         for base in [sheet(false), flawed(sheet(false)), Surface::Plane { point: DVec3::Z * 80.0, normal: DVec3::Z }] {
-            let met = base.meet(&ray, 1e-12).expect("it is there");
+            let met = base.intersect(&ray, 1e-12).expect("it is there");
             let turn = base.normal_change(&met, ray.at(met.t_mm), met.normal, step);
             let moved = base.clone().moved(pose);
             let there = ray.moved(&pose);
-            let again = moved.meet(&there, 1e-12).expect("it is there too");
+            let again = moved.intersect(&there, 1e-12).expect("it is there too");
             assert!((again.t_mm - met.t_mm).abs() < 1e-11);
             assert!((again.normal - pose.vector(met.normal)).length() < 1e-13);
             assert!((moved.tangent(&again) - pose.vector(base.tangent(&met))).length() < 1e-13);
@@ -160,7 +160,7 @@ mod tests {
         let surface = flawed(sheet(true));
         let at = |x: f64, y: f64| {
             let ray = Ray { origin: DVec3::new(x, y, 0.0), direction: DVec3::Z };
-            (ray, surface.meet(&ray, 1e-13).expect("it is over the domain"))
+            (ray, surface.intersect(&ray, 1e-13).expect("it is over the domain"))
         };
         let ((ray, here), h) = (at(-5.0, 1.0), 1e-5);
         let (_, a) = at(-5.0 + 0.6 * h, 1.0 - 0.8 * h);

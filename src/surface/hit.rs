@@ -4,7 +4,7 @@ use glam::DVec3;
 
 /// Where a ray meets a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Meeting {
+pub struct Hit {
     /// Distance along the ray, in mm.
     pub t_mm: f64,
     /// Unit normal, of either orientation.

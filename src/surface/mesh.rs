@@ -3,7 +3,7 @@
 //! The boxes of an f32 hierarchy only propose triangles; each is met in f64 by a watertight test (Woop, Benthin & Wald,
 //! "Watertight Ray/Triangle Intersection", 2013), so that no ray slips between two triangles that share an edge.
 
-use super::hit::Meeting;
+use super::hit::Hit;
 use crate::geom::{Ray, Rect};
 use crate::optics::fate::Fate;
 use glam::{DVec2, DVec3};
@@ -150,18 +150,18 @@ impl Mesh {
     ///
     /// # Errors
     /// [`Fate::Missed`].
-    pub fn meet(&self, ray: &Ray) -> Result<Meeting, Fate> {
+    pub fn intersect(&self, ray: &Ray) -> Result<Hit, Fate> {
         // The f32 of the hierarchy is finest near its own origin. A ray that runs back towards -z starts where it is.
         let ahead = ((self.first_z - ray.origin.z) / ray.direction.z).max(0.0);
         let ahead = if ahead.is_finite() && ray.direction.z > 0.0 { ahead } else { 0.0 };
         let near = Ray { origin: ray.at(ahead), direction: ray.direction };
-        let axes = Axes::new(near.direction);
+        let axes = ShearAxes::new(near.direction);
         let mut best: Option<(f64, usize, [f64; 3])> = None;
         let proposal = obvhs::ray::Ray::new_inf(near.origin.as_vec3a(), near.direction.as_vec3a());
         self.hierarchy.ray_traverse(proposal, &mut RayHit::none(), |_, i| {
             let id = self.hierarchy.primitive_indices[i] as usize;
             let corners = self.corners(id);
-            match axes.meet(near.origin, corners) {
+            match axes.intersect(near.origin, corners) {
                 Some((t, weights)) if t + ahead > 0.0 => {
                     if best.is_none_or(|b| (t, id) < (b.0, b.1)) {
                         best = Some((t, id, weights));
@@ -177,7 +177,7 @@ impl Mesh {
             Normals::Flat => self.plane(id),
             Normals::Smooth => self.blend(id, weights),
         };
-        Ok(Meeting { t_mm: t + ahead, normal: normal.normalize(), part: id as u32 })
+        Ok(Hit { t_mm: t + ahead, normal: normal.normalize(), part: id as u32 })
     }
 
     fn corners(&self, id: usize) -> [DVec3; 3] {
@@ -196,12 +196,12 @@ impl Mesh {
     }
 
     /// The unit normal of the plane in which a meeting moves when its ray does.
-    pub fn tangent(&self, meeting: &Meeting) -> DVec3 {
+    pub fn tangent(&self, meeting: &Hit) -> DVec3 {
         self.plane(meeting.part as usize).normalize()
     }
 
     /// How the unit normal of a meeting at `point` turns when the point moves by `step` within its triangle.
-    pub fn normal_change(&self, meeting: &Meeting, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
+    pub fn normal_change(&self, meeting: &Hit, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
         if self.normals == Normals::Flat {
             return DVec3::ZERO;
         }
@@ -219,13 +219,13 @@ impl Mesh {
 }
 
 /// The axes of the watertight test: the one along which the ray runs most comes last.
-struct Axes {
+struct ShearAxes {
     order: [usize; 3],
     /// Shears that bring the ray onto its last axis.
     shear: DVec3,
 }
 
-impl Axes {
+impl ShearAxes {
     fn new(direction: DVec3) -> Self {
         let d = direction.to_array();
         let last = (0..3).max_by(|&i, &k| d[i].abs().total_cmp(&d[k].abs())).unwrap_or(2);
@@ -236,7 +236,7 @@ impl Axes {
 
     /// Distance, and the weights of the corners, where the ray from `origin` meets the triangle, on its border included.
     #[inline]
-    fn meet(&self, origin: DVec3, corners: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
+    fn intersect(&self, origin: DVec3, corners: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
         let [i, j, k] = self.order;
         let q = corners.map(|p| {
             let v = (p - origin).to_array();
@@ -310,14 +310,14 @@ mod tests {
                 // The rim has triangles on one side only.
                 if target.x.abs().max(target.y.abs()) < 9.99 {
                     aimed += 1;
-                    let met = mesh.meet(&towards(target)).expect("the mesh is closed");
+                    let met = mesh.intersect(&towards(target)).expect("the mesh is closed");
                     // Edges of 1/3 mm on a dome of curvature 0.02/mm lie within 3e-4 mm of it.
                     assert!((met.t_mm - (target - towards(target).origin).length()).abs() < 1e-3);
                 }
             }
         }
         assert!(aimed > 40_000);
-        assert_eq!(mesh.meet(&towards(DVec3::new(10.5, 0.0, 81.0))), Err(Fate::Missed));
+        assert_eq!(mesh.intersect(&towards(DVec3::new(10.5, 0.0, 81.0))), Err(Fate::Missed));
     }
 
     #[test]
@@ -328,7 +328,7 @@ mod tests {
                 let (x, y) = (9.0 * libm::sin(1.3 * k as f64), 9.0 * libm::cos(0.7 * k as f64));
                 let (z, normal) = dome(x, y);
                 let ray = towards(DVec3::new(x, y, z));
-                let met = mesh.meet(&ray).expect("aimed inside");
+                let met = mesh.intersect(&ray).expect("aimed inside");
                 let off = (met.t_mm - (DVec3::new(x, y, z) - ray.origin).length()).abs();
                 (position.max(off), slope.max((met.normal * met.normal.z.signum() - normal).length()))
             })
@@ -349,11 +349,11 @@ mod tests {
         let mesh = mesh(7, Normals::Smooth);
         let target = DVec3::new(3.1, -2.2, dome(3.1, -2.2).0);
         let ray = towards(target);
-        let met = mesh.meet(&ray).expect("aimed inside");
+        let met = mesh.intersect(&ray).expect("aimed inside");
         let (point, plane) = (ray.at(met.t_mm), mesh.tangent(&met));
         let step = plane.cross(DVec3::X).normalize() * 1e-5;
         let beside = Ray { origin: ray.origin, direction: (point + step - ray.origin).normalize() };
-        let there = mesh.meet(&beside).expect("it is near");
+        let there = mesh.intersect(&beside).expect("it is near");
         assert_eq!(there.part, met.part);
         let turn = mesh.normal_change(&met, point, met.normal, step);
         // The second order of a turn of 2e-7 is below 1e-13.

@@ -1,6 +1,6 @@
 //! Polynomial sheets, and where a ray meets them.
 
-use super::hit::Meeting;
+use super::hit::Hit;
 use crate::geom::{Ray, Rect};
 use crate::num::bernstein::Bernstein;
 use crate::num::poly2::{Jet, Poly2};
@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 
 /// A polynomial z(x, y) and the region in which it was given.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Patch {
+pub struct PolynomialPatch {
     /// z(x, y), in mm.
     pub sag: Poly2,
     /// Where it may be used, in mm; a ray that meets it elsewhere has missed.
@@ -18,7 +18,7 @@ pub struct Patch {
 
 /// A polynomial sheet z(x, y), or its mirror image z(-x, y).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Freeform {
+pub struct PolynomialSurface {
     sag: Poly2,
     domain: Rect,
     mirrored: bool,
@@ -45,10 +45,10 @@ pub(super) fn turned(v: DVec3, mirrored: bool) -> DVec3 {
     if mirrored { DVec3::new(-v.x, v.y, v.z) } else { v }
 }
 
-impl Freeform {
+impl PolynomialSurface {
     /// The sheet `patch`, mirrored in x = 0 where asked.
-    pub fn new(patch: &Patch, mirrored: bool) -> Self {
-        let Patch { sag, domain } = patch;
+    pub fn new(patch: &PolynomialPatch, mirrored: bool) -> Self {
+        let PolynomialPatch { sag, domain } = patch;
         let reach =
             |min: f64, max: f64, centre: f64, scale: f64| (min - centre).abs().max((max - centre).abs()) / scale;
         let [sx, sy] = sag.scale();
@@ -115,7 +115,7 @@ impl Freeform {
         turned(v, self.mirrored)
     }
 
-    pub(super) fn meet(&self, ray: &Ray, residual_mm: f64) -> Result<Meeting, Fate> {
+    pub(super) fn intersect(&self, ray: &Ray, residual_mm: f64) -> Result<Hit, Fate> {
         let ray = Ray { origin: self.own(ray.origin), direction: self.own(ray.direction) };
         // Where the sheet is nowhere as steep as the ray, the ray crosses it once in the domain: a root there is the root.
         let across = DVec2::new(ray.direction.x, ray.direction.y).length();
@@ -137,7 +137,7 @@ impl Freeform {
 
     /// Newton's method from `t` on, on the gap along z, with steps of at most `longest_mm`.
     #[inline(always)]
-    fn newton(&self, ray: &Ray, mut t: f64, longest_mm: f64, residual_mm: f64) -> Result<Meeting, Fate> {
+    fn newton(&self, ray: &Ray, mut t: f64, longest_mm: f64, residual_mm: f64) -> Result<Hit, Fate> {
         let mut previous = f64::INFINITY;
         for _ in 0..MAX_STEPS {
             let p = ray.at(t);
@@ -150,11 +150,7 @@ impl Freeform {
                 // One last step costs nothing more than its division and leaves the rounding error alone.
                 let t_mm = t - step;
                 let normal = self.own(DVec3::new(-zx, -zy, 1.0).normalize());
-                return if inside && t_mm.is_finite() {
-                    Ok(Meeting { t_mm, normal, part: 0 })
-                } else {
-                    Err(Fate::Missed)
-                };
+                return if inside && t_mm.is_finite() { Ok(Hit { t_mm, normal, part: 0 }) } else { Err(Fate::Missed) };
             }
             previous = gap.abs();
             t -= step;
@@ -228,34 +224,37 @@ mod tests {
     use crate::surface::shape::Surface;
 
     /// z = 10 + x^2 over |x|, |y| <= 20: a steep valley that a shallow ray can cross twice.
-    fn valley() -> Freeform {
+    fn valley() -> PolynomialSurface {
         let sag = Poly2::new(2, [0.0, 0.0], [1.0, 1.0], |m, n| match (m, n) {
             (0, 0) => 10.0,
             (2, 0) => 1.0,
             _ => 0.0,
         });
-        Freeform::new(&Patch { sag, domain: Rect { min: DVec2::splat(-20.0), max: DVec2::splat(20.0) } }, false)
+        PolynomialSurface::new(
+            &PolynomialPatch { sag, domain: Rect { min: DVec2::splat(-20.0), max: DVec2::splat(20.0) } },
+            false,
+        )
     }
 
     #[test]
     fn the_first_of_two_crossings_is_taken() {
         // From (-6, 0, 19), horizontal: x^2 = 9 at x = -3 and x = 3.
         let ray = Ray { origin: DVec3::new(-6.0, 0.0, 19.0), direction: DVec3::X };
-        let m = Surface::Freeform(valley()).meet(&ray, 1e-12).expect("it crosses");
+        let m = Surface::Freeform(valley()).intersect(&ray, 1e-12).expect("it crosses");
         assert!((m.t_mm - 3.0).abs() < 1e-12, "{}", m.t_mm);
     }
 
     #[test]
     fn a_ray_below_the_valley_misses() {
         let ray = Ray { origin: DVec3::new(-6.0, 0.0, 9.9), direction: DVec3::X };
-        assert_eq!(Surface::Freeform(valley()).meet(&ray, 1e-12), Err(Fate::Missed));
+        assert_eq!(Surface::Freeform(valley()).intersect(&ray, 1e-12), Err(Fate::Missed));
     }
 
     #[test]
     fn two_crossings_a_hair_apart_are_not_overlooked() {
         // z = 10 + x^2 at 1e-10 above the bottom: x = -1e-5 and 1e-5.
         let ray = Ray { origin: DVec3::new(-6.0, 0.0, 10.0 + 1e-10), direction: DVec3::X };
-        let m = Surface::Freeform(valley()).meet(&ray, 1e-12).expect("it crosses");
+        let m = Surface::Freeform(valley()).intersect(&ray, 1e-12).expect("it crosses");
         assert!((m.t_mm - (6.0 - 1e-5)).abs() < 1e-9, "{}", m.t_mm);
     }
 
@@ -268,13 +267,13 @@ mod tests {
             _ => 0.0,
         });
         let domain = Rect { min: DVec2::new(-1.0, -1.0), max: DVec2::new(1.0, 1.0) };
-        let sheet = Surface::Freeform(Freeform::new(&Patch { sag, domain }, false));
+        let sheet = Surface::Freeform(PolynomialSurface::new(&PolynomialPatch { sag, domain }, false));
         for k in 0..=40 {
             let x = -1.0 + 0.05 * f64::from(k);
             let target = DVec3::new(x * 0.999, 0.3, 10.0 + 1e-3 * libm::pow(x * 0.999, 15.0));
             let origin = target - DVec3::new(0.9, 0.1, 0.4);
             let ray = Ray { origin, direction: (target - origin).normalize() };
-            let m = sheet.meet(&ray, 1e-12).expect("it crosses");
+            let m = sheet.intersect(&ray, 1e-12).expect("it crosses");
             assert!((ray.at(m.t_mm) - target).length() < 1e-12, "{x}: {}", ray.at(m.t_mm));
         }
     }
@@ -282,7 +281,7 @@ mod tests {
     #[test]
     fn a_vertical_ray_lands_on_the_sheet() {
         let ray = Ray { origin: DVec3::new(2.0, 1.0, 0.0), direction: DVec3::Z };
-        let m = Surface::Freeform(valley()).meet(&ray, 1e-12).expect("it crosses");
+        let m = Surface::Freeform(valley()).intersect(&ray, 1e-12).expect("it crosses");
         assert_eq!(m.t_mm, 14.0);
         assert!((m.normal.x / m.normal.z + 4.0).abs() < 1e-14);
     }

@@ -1,7 +1,7 @@
 //! Shapes that a ray can meet, in the frame of the prism.
 
-use super::figure_error::Flaw;
-use super::hit::Meeting;
+use super::figure_error::FigureError;
+use super::hit::Hit;
 use super::mesh::Mesh;
 use super::polynomial::{turn, turned};
 use crate::geom::{Pose, Ray};
@@ -9,7 +9,7 @@ use crate::optics::fate::Fate;
 use glam::DVec3;
 use std::sync::Arc;
 
-pub use super::polynomial::{FULL_WAYS_PER_MM, Freeform, Patch};
+pub use super::polynomial::{FULL_WAYS_PER_MM, PolynomialPatch, PolynomialSurface};
 
 /// A refracting shape without its media.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +22,7 @@ pub enum Surface {
         normal: DVec3,
     },
     /// The graph of a polynomial z(x, y) over a rectangle.
-    Freeform(Freeform),
+    Freeform(PolynomialSurface),
     /// Triangles, or their mirror image in x = 0.
     Mesh {
         /// The triangles.
@@ -35,7 +35,7 @@ pub enum Surface {
         /// The surface as it should be.
         base: Box<Surface>,
         /// What is added to its height.
-        flaw: Arc<Flaw>,
+        flaw: Arc<FigureError>,
     },
     /// Any surface somewhere else.
     Moved {
@@ -50,34 +50,34 @@ pub enum Surface {
 impl Surface {
     /// Where `ray` first meets the surface at a positive distance.
     #[inline]
-    pub fn meet(&self, ray: &Ray, residual_mm: f64) -> Result<Meeting, Fate> {
+    pub fn intersect(&self, ray: &Ray, residual_mm: f64) -> Result<Hit, Fate> {
         match self {
             Self::Plane { point, normal } => {
                 let t_mm = (*point - ray.origin).dot(*normal) / ray.direction.dot(*normal);
                 if t_mm > 0.0 && t_mm.is_finite() {
-                    Ok(Meeting { t_mm, normal: *normal, part: 0 })
+                    Ok(Hit { t_mm, normal: *normal, part: 0 })
                 } else {
                     Err(Fate::Missed)
                 }
             }
-            Self::Freeform(sheet) => sheet.meet(ray, residual_mm),
-            _ => self.meet_other(ray, residual_mm),
+            Self::Freeform(sheet) => sheet.intersect(ray, residual_mm),
+            _ => self.intersect_other(ray, residual_mm),
         }
     }
 
     #[inline(never)]
-    fn meet_other(&self, ray: &Ray, residual_mm: f64) -> Result<Meeting, Fate> {
+    fn intersect_other(&self, ray: &Ray, residual_mm: f64) -> Result<Hit, Fate> {
         match self {
-            Self::Plane { .. } | Self::Freeform(_) => self.meet(ray, residual_mm),
+            Self::Plane { .. } | Self::Freeform(_) => self.intersect(ray, residual_mm),
             Self::Mesh { mesh, mirrored } => {
                 let own = |v| turned(v, *mirrored);
-                let met = mesh.meet(&Ray { origin: own(ray.origin), direction: own(ray.direction) })?;
-                Ok(Meeting { normal: own(met.normal), ..met })
+                let met = mesh.intersect(&Ray { origin: own(ray.origin), direction: own(ray.direction) })?;
+                Ok(Hit { normal: own(met.normal), ..met })
             }
-            Self::Flawed { base, .. } => self.meet_by_height(base, ray, residual_mm),
+            Self::Flawed { base, .. } => self.intersect_by_height(base, ray, residual_mm),
             Self::Moved { base, poses } => {
-                let met = base.meet(&ray.moved(&poses[1]), residual_mm)?;
-                Ok(Meeting { normal: poses[0].vector(met.normal), ..met })
+                let met = base.intersect(&ray.moved(&poses[1]), residual_mm)?;
+                Ok(Hit { normal: poses[0].vector(met.normal), ..met })
             }
         }
     }
@@ -85,7 +85,7 @@ impl Surface {
     /// The unit normal of the plane in which `meeting` moves when its ray does. Of a mesh that is the triangle's own,
     /// whichever normal refracts.
     #[inline(always)]
-    pub fn tangent(&self, meeting: &Meeting) -> DVec3 {
+    pub fn tangent(&self, meeting: &Hit) -> DVec3 {
         match self {
             Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => meeting.normal,
             _ => self.tangent_other(meeting),
@@ -93,12 +93,12 @@ impl Surface {
     }
 
     #[inline(never)]
-    fn tangent_other(&self, meeting: &Meeting) -> DVec3 {
+    fn tangent_other(&self, meeting: &Hit) -> DVec3 {
         match self {
             Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => meeting.normal,
             Self::Mesh { mesh, mirrored } => turned(mesh.tangent(meeting), *mirrored),
             Self::Moved { base, poses } => {
-                let own = Meeting { normal: poses[1].vector(meeting.normal), ..*meeting };
+                let own = Hit { normal: poses[1].vector(meeting.normal), ..*meeting };
                 poses[0].vector(base.tangent(&own))
             }
         }
@@ -107,7 +107,7 @@ impl Surface {
     /// How the unit normal of `meeting`, taken as `normal` or its opposite, turns when its point moves by `step` along the
     /// surface.
     #[inline(always)]
-    pub fn normal_change(&self, meeting: &Meeting, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
+    pub fn normal_change(&self, meeting: &Hit, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
         match self {
             Self::Plane { .. } => DVec3::ZERO,
             _ => self.normal_change_other(meeting, point, normal, step),
@@ -115,7 +115,7 @@ impl Surface {
     }
 
     #[inline(never)]
-    fn normal_change_other(&self, meeting: &Meeting, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
+    fn normal_change_other(&self, meeting: &Hit, point: DVec3, normal: DVec3, step: DVec3) -> DVec3 {
         match self {
             Self::Plane { .. } => DVec3::ZERO,
             Self::Freeform(sheet) => sheet.normal_change(point, normal, step),
@@ -126,7 +126,7 @@ impl Surface {
             Self::Flawed { .. } => self.jet(point.x, point.y).map_or(DVec3::ZERO, |jet| turn(&jet, normal, step)),
             Self::Moved { base, poses } => {
                 let [_, own] = **poses;
-                let met = Meeting { normal: own.vector(meeting.normal), ..*meeting };
+                let met = Hit { normal: own.vector(meeting.normal), ..*meeting };
                 poses[0].vector(base.normal_change(&met, own.point(point), own.vector(normal), own.vector(step)))
             }
         }

@@ -40,11 +40,11 @@ impl<'a> Aimer<'a> {
     pub fn sees(&self, px: DVec2, side: Side) -> bool {
         let [width, height] = self.system.camera.size_px().map(|n| n as f64);
         let inside = px.cmpge(DVec2::ZERO).all() && px.cmple(DVec2::new(width, height)).all();
-        inside && self.system.look(px).is_ok_and(|sight| sight.side == side)
+        inside && self.system.trace(px).is_ok_and(|sight| sight.side == side)
     }
 
     /// The image position that sees `board_mm` through `side`, inside the sensor or not, continuing the side beyond
-    /// the ridge where needed: check with [`System::look`] whether it is really seen.
+    /// the ridge where needed: check with [`System::trace`] whether it is really seen.
     ///
     /// Newton's method on the traced map, each step halved until it improves.
     ///

@@ -2,7 +2,7 @@
 
 use super::bounds::{Bound, OF_REFLECTION, bound};
 use super::instrument::System;
-use crate::effect::{Bounding, Effects, Row};
+use crate::effect::{Bounding, EffectRow, Effects};
 use crate::scene::Scene;
 
 /// What becomes of an effect.
@@ -25,7 +25,7 @@ pub struct Verdict {
 /// all that are left out change no more than the threshold even if their changes add up.
 pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
     let effects = &scene.effects;
-    let verdict = |row: &'static Row| {
+    let verdict = |row: &'static EffectRow| {
         let why = match (effects.auto, row.bounding) {
             (None, _) => "the scene asks for it",
             (_, Bounding::Never(why)) => why,

@@ -11,13 +11,13 @@ use glam::{DVec2, DVec3};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Board {
     /// The board as the scene states it.
-    pub pattern: scene::Board,
+    pub pattern: scene::BoardSpec,
     board_from_world: Pose,
 }
 
 impl Board {
     /// The board of a scene.
-    pub fn new(board: &scene::Board) -> Self {
+    pub fn new(board: &scene::BoardSpec) -> Self {
         Self { pattern: *board, board_from_world: board.world_from_board.inverse() }
     }
 
@@ -46,7 +46,7 @@ impl Board {
 
     /// Where the ray meets the plane of the board, in mm in the board's frame, and the distance to it, in mm.
     #[inline(always)]
-    pub fn meet(&self, ray: &Ray) -> Result<(DVec2, f64), Fate> {
+    pub fn intersect(&self, ray: &Ray) -> Result<(DVec2, f64), Fate> {
         let r = ray.moved(&self.board_from_world);
         let t = -r.origin.z / r.direction.z;
         let seen = DVec2::new(r.origin.x + r.direction.x * t, r.origin.y + r.direction.y * t);
@@ -54,9 +54,9 @@ impl Board {
         if t > 0.0 && seen.is_finite() { Ok((seen, t)) } else { Err(Fate::PastBoard) }
     }
 
-    /// Where a packet of rays meets the plane of the board, with the bits of [`Board::meet`]; false where one does not.
+    /// Where a packet of rays meets the plane of the board, with the bits of [`Board::intersect`]; false where one does not.
     #[inline(always)]
-    pub fn meet_all(&self, rays: &Rays) -> ([Lanes; 2], Mask) {
+    pub fn intersect_all(&self, rays: &Rays) -> ([Lanes; 2], Mask) {
         let r = rays.moved(&self.board_from_world);
         let t = -r.origin.z / r.direction.z;
         let met = Lanes::splat(0.0).lt(t) & t.lt(Lanes::splat(f64::INFINITY));

@@ -19,9 +19,9 @@
 use super::instrument::System;
 use crate::effect::clipping::Clipping;
 use crate::effect::diffraction::encircled_energy;
-use crate::effect::{Bounding, Effects, Row, Variant};
+use crate::effect::{Bounding, EffectRow, Effects, Variant};
 use crate::prism::biprism::Side;
-use crate::scene::{Board, Scene};
+use crate::scene::{BoardSpec, Scene};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
@@ -51,15 +51,16 @@ pub struct Bound {
 }
 
 /// What an effect of `scene`, whose instrument without effects is `ideal`, changes at most; `None` where that is not known.
-pub(super) fn bound(ideal: &System, scene: &Scene, row: &Row) -> Option<Bound> {
+pub(super) fn bound(ideal: &System, scene: &Scene, row: &EffectRow) -> Option<Bound> {
     let effects = &scene.effects;
     let of_reflection = OF_REFLECTION.contains(&row.key);
     // Another camera is another picture: what it sees is what the others change.
-    let stands_on =
-        |other: &Row| other.key != row.key && (other.key == "telecentric" || (of_reflection && other.key == "fresnel"));
+    let stands_on = |other: &EffectRow| {
+        other.key != row.key && (other.key == "telecentric" || (of_reflection && other.key == "fresnel"))
+    };
     let without = ideal.with_effects(&effects.only(stands_on), &scene.camera);
     let with = ideal.with_effects(&effects.only(|other| other.key == row.key || stands_on(other)), &scene.camera);
-    let light = Light::of(&without);
+    let light = RadianceRange::of(&without);
     let found = match row.bounding {
         Bounding::Factors => Some(factors(&without, &with, light)),
         Bounding::Displacements => displacements(&without, &with, light),
@@ -73,7 +74,7 @@ pub(super) fn bound(ideal: &System, scene: &Scene, row: &Row) -> Option<Bound> {
 
 /// What the light of a scene has to do with changes of its picture.
 #[derive(Clone, Copy)]
-struct Light {
+struct RadianceRange {
     brightest: f64,
     /// Between any two things.
     contrast: f64,
@@ -87,7 +88,7 @@ struct Light {
     ridge: f64,
 }
 
-impl Light {
+impl RadianceRange {
     fn of(system: &System) -> Self {
         let board = &system.board.pattern;
         let all = [board.black, board.white, board.background];
@@ -111,7 +112,7 @@ impl Light {
 
 /// Lines of the board through one pixel, at most: of each family one more than the lines' distances that a pixel is wide,
 /// and on both sides of the ridge.
-fn lines(system: &System, board: &Board) -> f64 {
+fn lines(system: &System, board: &BoardSpec) -> f64 {
     let margin = if board.margin_mm > 0.0 { board.margin_mm } else { f64::INFINITY };
     let distance_mm = board.square_mm.min(margin);
     let across = |px: &DVec2| {
@@ -144,12 +145,12 @@ fn extremes(values: &[f64], [columns, _]: [usize; 2]) -> (f64, f64) {
     (largest, across.chain(down).fold(0.0, f64::max))
 }
 
-fn factors(without: &System, with: &System, light: Light) -> Bound {
+fn factors(without: &System, with: &System, light: RadianceRange) -> Bound {
     let places = grid(with, GRID);
-    let changes: Vec<f64> = places.par_iter().map(|px| with.gain(*px) - without.gain(*px)).collect();
+    let changes: Vec<f64> = places.par_iter().map(|px| with.throughput(*px) - without.throughput(*px)).collect();
     let (largest, step) = extremes(&changes, GRID);
     // The share by which the factor changes from one pixel to the next.
-    let ratio = |px: DVec2| with.gain(px) / without.gain(px);
+    let ratio = |px: DVec2| with.throughput(px) / without.throughput(px);
     let slope = |px: &DVec2| {
         let along = |step: DVec2| 0.5 * (ratio(*px + step) - ratio(*px - step));
         DVec2::new(along(DVec2::X), along(DVec2::Y)).length() / ratio(*px)
@@ -160,10 +161,10 @@ fn factors(without: &System, with: &System, light: Light) -> Bound {
 }
 
 /// By how far all variants of `with` see from what `without` sees. `None` where rays end, so that it cannot be told.
-fn displacements(without: &System, with: &System, light: Light) -> Option<Bound> {
-    let systems: Vec<System> = variants(&with.effects)?.iter().map(|variant| with.varied(variant)).collect();
+fn displacements(without: &System, with: &System, light: RadianceRange) -> Option<Bound> {
+    let systems: Vec<System> = variants(&with.effects)?.iter().map(|variant| with.variant(variant)).collect();
     let stray = |px: &DVec2| {
-        let side = without.look(*px).ok()?.side;
+        let side = without.trace(*px).ok()?.side;
         let here = without.footprint_through(*px, side).ok()?;
         let back = here.jacobian.inverse();
         let stray = |system: &System| {
@@ -216,7 +217,7 @@ fn ridge_moved(a: &System, b: &System) -> Option<f64> {
 /// Where the image of the ridge crosses a row: `None` where rays end, `Some(None)` where one side is seen all along.
 fn ridge(system: &System, y: f64) -> Option<Option<f64>> {
     let width = system.camera.size_px()[0] as f64;
-    let side = |x: f64| system.look(DVec2::new(x, y)).ok().map(|sight| sight.side);
+    let side = |x: f64| system.trace(DVec2::new(x, y)).ok().map(|sight| sight.side);
     let (mut a, mut b) = (INSET_PX, width - INSET_PX);
     let (left, right) = (side(a)?, side(b)?);
     if left == right {
@@ -230,7 +231,7 @@ fn ridge(system: &System, y: f64) -> Option<Option<f64>> {
 }
 
 /// Rims and stops, with the pupil and all else that lets rays stray; a ground ridge by its width.
-fn borders(without: &System, ideal: &System, scene: &Scene, light: Light) -> Option<Bound> {
+fn borders(without: &System, ideal: &System, scene: &Scene, light: RadianceRange) -> Option<Bound> {
     let clipping = scene.effects.clipping?;
     let others = scene.effects.only(|row| matches!(row.bounding, Bounding::Displacements) || row.key == "telecentric");
     let rims = Clipping { chamfer_mm: 0.0, ..clipping };
@@ -239,7 +240,7 @@ fn borders(without: &System, ideal: &System, scene: &Scene, light: Light) -> Opt
         let system = ideal.with_effects(&effects, &scene.camera);
         // Nothing is clipped where the least margin along the border of the picture is more than its largest step there.
         let clear = |variant: &Variant| {
-            let system = system.varied(variant);
+            let system = system.variant(variant);
             let margins: Vec<f64> = outline(&system).iter().map(|px| system.margin_mm(*px)).collect();
             let step = margins.windows(2).map(|m| (m[0] - m[1]).abs()).fold(0.0, f64::max);
             margins.iter().all(|margin| *margin > step)
@@ -282,7 +283,7 @@ fn chamfer_px(system: &System, chamfer_mm: f64) -> Option<f64> {
 }
 
 /// Diffraction: the mean over its spread of what a displacement by so much does.
-fn spread(effects: &Effects, light: Light) -> Option<Bound> {
+fn spread(effects: &Effects, light: RadianceRange) -> Option<Bound> {
     const STEPS: usize = 4096;
     let scale_px = effects.diffraction?.scale_px();
     // Beyond this radius a displacement changes all of a pixel, and light there counts in full.
@@ -299,7 +300,7 @@ fn spread(effects: &Effects, light: Light) -> Option<Bound> {
 
 /// Ghosts: their power at each place of the grid, as if all of it came from the brightest thing. What is seen only between
 /// two places of the grid, 1 / 128 of the picture's width apart, may be missed.
-fn added(with: &System, light: Light) -> Option<Bound> {
+fn added(with: &System, light: RadianceRange) -> Option<Bound> {
     let ghosts = with.effects.ghosts?;
     let polarised = with.effects.fresnel?.light;
     let Some(body) = with.body() else { return Some(Bound { grey: 0.0, px: 0.0 }) };

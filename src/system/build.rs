@@ -5,7 +5,7 @@ use super::board::Board;
 use super::camera::Camera;
 use super::instrument::System;
 use crate::effect::Effects;
-use crate::error::Problem;
+use crate::error::Error;
 use crate::prism::biprism::Prism;
 use crate::scene::Scene;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 ///
 /// # Errors
 /// When the prism cannot be designed from the scene's values.
-pub fn build(scene: &Scene) -> Result<System, Problem> {
+pub fn build(scene: &Scene) -> Result<System, Error> {
     let ideal = ideal(scene)?;
     // To bound what every effect changes takes as long as a small picture.
     let verdicts = if scene.effects.auto.is_some() { auto::verdicts(&ideal, scene) } else { Vec::new() };
@@ -26,7 +26,7 @@ pub fn build(scene: &Scene) -> Result<System, Problem> {
 ///
 /// # Errors
 /// As [`build`].
-pub fn ideal(scene: &Scene) -> Result<System, Problem> {
+pub fn ideal(scene: &Scene) -> Result<System, Error> {
     let prism = Prism::build(&scene.prism, &scene.camera, &scene.effects)?;
     Ok(System {
         camera: Camera::new(&scene.camera, None),

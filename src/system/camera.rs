@@ -41,7 +41,7 @@ enum Projection {
 
 impl Camera {
     /// The camera of a scene, with a telecentric lens where one is given.
-    pub fn new(camera: &scene::Camera, telecentric: Option<&Telecentric>) -> Self {
+    pub fn new(camera: &scene::CameraSpec, telecentric: Option<&Telecentric>) -> Self {
         let projection = match telecentric {
             None => Projection::Pinhole { tangent_per_px: camera.pitch_mm / camera.focal_length_mm },
             Some(lens) => {

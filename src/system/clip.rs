@@ -15,7 +15,7 @@ pub struct Opening {
 
 impl Opening {
     /// The opening `stop` on the axis of `camera`.
-    pub fn new(stop: &Stop, camera: &scene::Camera) -> Self {
+    pub fn new(stop: &Stop, camera: &scene::CameraSpec) -> Self {
         Self { centre_mm: camera.position_mm + DVec3::Z * stop.distance_mm, radius_mm: stop.radius_mm }
     }
 

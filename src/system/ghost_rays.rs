@@ -2,17 +2,17 @@
 
 use super::instrument::System;
 use crate::effect::Ghosts;
-use crate::optics::polarisation::{Beam, Light};
-use crate::prism::reflections::{Body, Exit, Limits};
+use crate::optics::polarisation::{Beam, PolarisationState};
+use crate::prism::reflections::{Exit, GlassBody, Limits};
 use glam::DVec2;
 
 impl System {
     /// What light meets in the glass, with all that the scene's effects say of its surfaces and its substance; `None` without
     /// a prism.
-    pub fn body(&self) -> Option<Body> {
+    pub fn body(&self) -> Option<GlassBody> {
         let [n_outer, n_glass] = self.prism.as_ref()?.indices();
         let effects = &self.effects;
-        Some(Body {
+        Some(GlassBody {
             n_outer,
             n_glass,
             layers: [effects.coating.map(|coating| coating.layer); 2],
@@ -23,7 +23,14 @@ impl System {
 
     /// Tells of all light that leaves the glass after reflections, with its power of the 1 that comes as `light` from the image
     /// position `px` into `body`.
-    pub fn reflected(&self, px: DVec2, light: Light, body: Body, ghosts: &Ghosts, mut tell: impl FnMut(&Exit)) {
+    pub fn reflected(
+        &self,
+        px: DVec2,
+        light: PolarisationState,
+        body: GlassBody,
+        ghosts: &Ghosts,
+        mut tell: impl FnMut(&Exit),
+    ) {
         let Some(prism) = &self.prism else { return };
         let ray = self.camera.ray(px);
         if self.stops(&ray) {
@@ -67,7 +74,7 @@ mod tests {
                 let px = DVec2::new(0.384 * f64::from(k), 54.0 + 53.0 * libm::sin(f64::from(k)));
                 let ray = system.camera.ray(px);
                 let mut found = Vec::new();
-                let start = Beam::new(ray.direction, Light::Unpolarised);
+                let start = Beam::new(ray.direction, PolarisationState::Unpolarised);
                 prism.follow(&ray, start, system.body().unwrap(), limits, 1e-12, &mut |exit| found.push(*exit));
                 let (wanted, side) = system.exit_ray(px).unwrap();
                 assert_eq!(found.len(), 1, "{px}");
@@ -86,7 +93,7 @@ mod tests {
             for k in 0..200 {
                 let px = DVec2::new(0.96 * f64::from(k), 54.0 + 53.0 * libm::cos(f64::from(k)));
                 let ray = system.camera.ray(px);
-                let start = Beam::new(ray.direction, Light::Unpolarised);
+                let start = Beam::new(ray.direction, PolarisationState::Unpolarised);
                 let limits = Limits { bounces: 6, least_power: 1e-12 };
                 let mut ghost = 0.0;
                 let account = prism.follow(&ray, start, system.body().unwrap(), limits, 1e-12, &mut |exit| {

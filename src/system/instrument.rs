@@ -8,7 +8,7 @@ use crate::effect::Effects;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
 use crate::prism::biprism::{Prism, Side};
-use crate::prism::payload::{Carry, Differentials, Path};
+use crate::prism::payload::{Differentials, Path, Payload};
 use crate::scene;
 use glam::{DMat2, DVec2};
 use std::sync::Arc;
@@ -36,7 +36,7 @@ pub struct System {
 
 /// What a pixel position sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sight {
+pub struct BoardHit {
     /// Position on the board, in mm, in the board's frame.
     pub board_mm: DVec2,
     /// The side of the prism it was seen through.
@@ -47,7 +47,7 @@ pub struct Sight {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
     /// What the position itself sees.
-    pub sight: Sight,
+    pub sight: BoardHit,
     /// d board_mm / d px: the columns are the steps for one pixel to the right and one down, in mm/px.
     pub jacobian: DMat2,
 }
@@ -55,7 +55,7 @@ pub struct Footprint {
 impl System {
     /// This ideal instrument, whose camera is `camera`, with `effects`.
     #[must_use]
-    pub fn with_effects(&self, effects: &Effects, camera: &scene::Camera) -> Self {
+    pub fn with_effects(&self, effects: &Effects, camera: &scene::CameraSpec) -> Self {
         let stop = effects.clipping.and_then(|clipping| clipping.stop);
         Self {
             camera: Camera::new(camera, effects.telecentric.as_ref()),
@@ -68,7 +68,7 @@ impl System {
 
     /// This instrument without effects, whose camera is `camera`: central, with the glass as it is meant to be, and no stop.
     #[must_use]
-    pub fn without_effects(&self, camera: &scene::Camera) -> Self {
+    pub fn without_effects(&self, camera: &scene::CameraSpec) -> Self {
         let ideal = Self { prism: self.designed.as_deref().cloned(), ..self.clone() };
         ideal.with_effects(&Effects::default(), camera)
     }
@@ -85,9 +85,9 @@ impl System {
 
     /// What the image position `px` sees.
     #[inline]
-    pub fn look(&self, px: DVec2) -> Result<Sight, Fate> {
+    pub fn trace(&self, px: DVec2) -> Result<BoardHit, Fate> {
         let (ray, side) = self.exit(self.camera.ray(px), &mut ())?;
-        self.board.meet(&ray).map(|(board_mm, _)| Sight { board_mm, side })
+        self.board.intersect(&ray).map(|(board_mm, _)| BoardHit { board_mm, side })
     }
 
     /// How far right of the ridge the ray of `px` meets the front of `side`, continued beyond the ridge, along x of the
@@ -117,7 +117,7 @@ impl System {
         self.exit_through(px, side, &mut ())
     }
 
-    fn exit_through<C: Carry>(&self, px: DVec2, side: Side, carry: &mut C) -> Result<Ray, Fate> {
+    fn exit_through<C: Payload>(&self, px: DVec2, side: Side, carry: &mut C) -> Result<Ray, Fate> {
         let ray = self.camera.ray(px);
         match &self.prism {
             None => Ok(ray),
@@ -144,7 +144,7 @@ impl System {
     }
 
     #[inline(always)]
-    pub(crate) fn exit<C: Carry>(&self, ray: Ray, carry: &mut C) -> Result<(Ray, Side), Fate> {
+    pub(crate) fn exit<C: Payload>(&self, ray: Ray, carry: &mut C) -> Result<(Ray, Side), Fate> {
         if self.stops(&ray) {
             return Err(Fate::Clipped);
         }
@@ -157,9 +157,9 @@ impl System {
 
     #[inline(always)]
     fn land(&self, ray: &Ray, side: Side, differentials: &Differentials) -> Result<Footprint, Fate> {
-        let (board_mm, t_mm) = self.board.meet(ray)?;
+        let (board_mm, t_mm) = self.board.intersect(ray)?;
         let steps = differentials.transferred(ray, t_mm, self.board.normal());
         let jacobian = DMat2::from_cols(self.board.vector(steps[0]), self.board.vector(steps[1]));
-        Ok(Footprint { sight: Sight { board_mm, side }, jacobian })
+        Ok(Footprint { sight: BoardHit { board_mm, side }, jacobian })
     }
 }

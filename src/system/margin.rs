@@ -4,9 +4,9 @@ use super::instrument::System;
 use crate::effect::Clipping;
 use crate::geom::{Pose, Ray};
 use crate::optics::snell::Refracted;
-use crate::prism::payload::Carry;
+use crate::prism::payload::Payload;
 use crate::prism::surface_modifier::Relief;
-use crate::surface::hit::Meeting;
+use crate::surface::hit::Hit;
 use crate::surface::shape::Surface;
 use glam::DVec2;
 
@@ -17,8 +17,8 @@ pub(super) struct Margin<'a> {
     least_mm: f64,
 }
 
-impl Carry for Margin<'_> {
-    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Meeting, _: f64, _: &Refracted) {
+impl Payload for Margin<'_> {
+    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Hit, _: f64, _: &Refracted) {
         self.least_mm = self.least_mm.min(self.clipping.margin_mm(self.met, ray.at(meeting.t_mm)));
         self.met += 1;
     }

@@ -6,7 +6,7 @@ pub mod board;
 mod bounds;
 pub mod camera;
 pub mod clip;
-mod gain;
+mod throughput;
 pub mod tessellated;
 mod variants;
 mod ghost_rays;
@@ -15,7 +15,7 @@ mod build;
 mod margin;
 
 pub use build::{build, ideal};
-pub use instrument::{Footprint, Sight, System};
+pub use instrument::{BoardHit, Footprint, System};
 
 pub use crate::prism::biprism::{Prism, Side};
 pub use board::Board;

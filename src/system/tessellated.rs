@@ -62,11 +62,11 @@ impl<'a> Tessellated<'a> {
     ///
     /// # Errors
     /// The fate of a ray that never reaches the board.
-    pub fn look(&self, px: DVec2) -> Result<DVec2, Fate> {
+    pub fn trace(&self, px: DVec2) -> Result<DVec2, Fate> {
         let ray = self.system.camera.ray(px);
         let prism = self.system.prism.as_ref().ok_or(Fate::Missed)?;
-        let out = prism.pass_shapes(&ray, Side::Right, |which, ray| self.meshes[which].meet(ray))?;
-        self.system.board.meet(&out).map(|(board_mm, _)| board_mm)
+        let out = prism.pass_shapes(&ray, Side::Right, |which, ray| self.meshes[which].intersect(ray))?;
+        self.system.board.intersect(&out).map(|(board_mm, _)| board_mm)
     }
 }
 
@@ -81,7 +81,7 @@ fn used_part(system: &System) -> Option<[Rect; 2]> {
         let px = DVec2::new(0.5 * width * (1.0 + place(i)), height * place(j));
         let mut met = [DVec2::ZERO; 2];
         let out = prism.pass_shapes(&system.camera.ray(px), Side::Right, |which, ray| {
-            let meeting = prism.surface(Side::Right, which).meet(ray, system.accuracy.surface_residual_mm)?;
+            let meeting = prism.surface(Side::Right, which).intersect(ray, system.accuracy.surface_residual_mm)?;
             met[which] = ray.at(meeting.t_mm).truncate();
             Ok(meeting)
         });

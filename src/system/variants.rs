@@ -12,7 +12,7 @@ impl System {
 
     /// The instrument of one variant.
     #[must_use]
-    pub fn varied(&self, variant: &Variant) -> Self {
+    pub fn variant(&self, variant: &Variant) -> Self {
         let camera = match (&self.effects.thin_lens, &self.effects.telecentric) {
             (Some(lens), _) => self.camera.through(lens, variant.pupil),
             (None, Some(lens)) => self.camera.along(lens, variant.pupil),

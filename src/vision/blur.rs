@@ -1,9 +1,9 @@
 //! The blur of a picture, from fits of some corners in which it is free.
 
-use super::candidates::Sight;
-use super::corner_fit::{Fit, fit};
+use super::candidates::Candidates;
+use super::corner_fit::{CornerFit, fit};
 use super::corner_model::Effort;
-use super::lattice_lines::Place;
+use super::lattice_lines::CornerSite;
 use super::settings::Settings;
 use super::window::gather;
 use crate::num::stats::quantile;
@@ -32,8 +32,8 @@ const SHARP_STEPS: usize = 20;
 
 /// The blur across the column and the row lines, in px: medians over the corners at `places`. `None` where no corner
 /// could be fitted.
-pub(super) fn estimate(sight: &Sight<'_>, places: &[Place], settings: &Settings) -> Option<[f64; 2]> {
-    let few: Vec<Place> = places.iter().copied().step_by(FIRST_OF).collect();
+pub(super) fn estimate(sight: &Candidates<'_>, places: &[CornerSite], settings: &Settings) -> Option<[f64; 2]> {
+    let few: Vec<CornerSite> = places.iter().copied().step_by(FIRST_OF).collect();
     let (first, agree) = medians(sight, &few, settings, [FIRST_SIGMA_PX; 2])?;
     let (places, sigma) = if agree { (&few[..], first) } else { (places, medians(sight, places, settings, first)?.0) };
     if sigma[0].max(sigma[1]) >= MAYBE_SHARP_PX {
@@ -51,14 +51,14 @@ pub(super) fn estimate(sight: &Sight<'_>, places: &[Place], settings: &Settings)
 /// Fits corners in windows of at most `half_px` to each side, from the first of two blurs, the pixels near an edge
 /// chosen for the second.
 fn fits(
-    sight: &Sight<'_>,
-    places: &[Place],
+    sight: &Candidates<'_>,
+    places: &[CornerSite],
     settings: &Settings,
     half_px: f64,
     [start, near]: [[f64; 2]; 2],
     effort: &Effort,
-) -> Vec<Option<Fit>> {
-    let run = |place: &Place| {
+) -> Vec<Option<CornerFit>> {
+    let run = |place: &CornerSite| {
         let half = settings.window.min(half_px / place.step_px());
         let pixels = gather(sight.image, sight.valid.as_ref(), &place.frame(near, half, FIRST_MARGIN_PX));
         fit(&pixels, &place.model(start, settings.light), &Effort { most_sigma_px: 0.5 * place.step_px(), ..*effort })
@@ -67,7 +67,12 @@ fn fits(
 }
 
 /// The medians of the blurs of free fits that start from `sigma`, and whether the fits agree.
-fn medians(sight: &Sight<'_>, places: &[Place], settings: &Settings, mut sigma: [f64; 2]) -> Option<([f64; 2], bool)> {
+fn medians(
+    sight: &Candidates<'_>,
+    places: &[CornerSite],
+    settings: &Settings,
+    mut sigma: [f64; 2],
+) -> Option<([f64; 2], bool)> {
     let effort = Effort { free_blur: true, steps: 15, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
     let mut agree = false;
     let (mut half_px, mut near_px) = if sigma[0].max(sigma[1]) < NEAR_SIGMA_PX {

@@ -17,7 +17,7 @@ const MOST_PEAKS: usize = 50_000;
 
 /// A picture and the crossings seen in it.
 #[derive(Debug)]
-pub struct Sight<'a> {
+pub struct Candidates<'a> {
     /// The picture itself, in its own unit.
     pub(super) image: &'a Raster<f32>,
     /// Which pixels count, or `None` where all do.
@@ -30,7 +30,7 @@ pub struct Sight<'a> {
     pub(super) rejected: Vec<Rejected>,
 }
 
-impl Sight<'_> {
+impl Candidates<'_> {
     /// How many crossings were seen.
     pub fn crossings(&self) -> usize {
         self.candidates.len()
@@ -41,7 +41,7 @@ impl Sight<'_> {
 ///
 /// # Panics
 /// When the mask has another size than the picture.
-pub fn look<'a>(image: &'a Raster<f32>, mask: Option<&Raster<bool>>) -> Sight<'a> {
+pub fn look<'a>(image: &'a Raster<f32>, mask: Option<&Raster<bool>>) -> Candidates<'a> {
     if let Some(mask) = mask {
         assert_eq!((mask.width(), mask.height()), (image.width(), image.height()), "mask and picture differ in size");
     }
@@ -49,7 +49,7 @@ pub fn look<'a>(image: &'a Raster<f32>, mask: Option<&Raster<bool>>) -> Sight<'a
     let prepared = prepare(image, valid.as_ref());
     let mut rejected = Vec::new();
     let candidates = prepared.as_ref().map_or_else(Vec::new, |p| candidates(p, valid.as_ref(), &mut rejected));
-    Sight { image, valid, prepared, candidates, rejected }
+    Candidates { image, valid, prepared, candidates, rejected }
 }
 
 /// Which pixels count, or `None` where all do.
@@ -113,7 +113,7 @@ fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, rejected: &m
     let mut peaks = peaks(prepared);
     peaks.truncate(MOST_PEAKS);
     let test = RingTest::new();
-    let look = |peak: &Peak| (*peak, test.look(prepared, peak.position));
+    let look = |peak: &Peak| (*peak, test.test(prepared, peak.position));
     // The strongest crossings, not the strongest peaks, set the scale: a hot pixel is a strong peak.
     let strongest: Vec<f32> = peaks
         .iter()

@@ -22,7 +22,7 @@ const WITHOUT_BLUR: usize = 10;
 
 /// A fitted corner.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Fit {
+pub(super) struct CornerFit {
     /// The best model.
     pub(super) model: Model,
     /// Covariance of the corner, in px^2.
@@ -42,7 +42,7 @@ fn profiles(model: &Model) -> [Profile; 2] {
 }
 
 /// Fits a corner, or `None` where the pixels do not determine one.
-pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Fit> {
+pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<CornerFit> {
     let mut model = *start;
     let active = if effort.free_blur { PARAMETERS } else { WITHOUT_BLUR };
     let mut ready = profiles(&model);
@@ -67,7 +67,7 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Fit
             let column = |i: usize| factor.solve(&Right::from_fn(|k, _| f64::from(u8::from(k == i))));
             let (x, y) = (column(6), column(7));
             let covariance_px2 = DMat2::from_cols_array(&[x[6], x[7], x[7], y[7]]) * variance;
-            return Some(Fit { model, covariance_px2, residual: variance.sqrt(), last_step_px });
+            return Some(CornerFit { model, covariance_px2, residual: variance.sqrt(), last_step_px });
         }
         // A sharp profile costs nothing and depends strongly on the direction of an edge along the pixels.
         if effort.free_blur || matches!(ready, [Profile::Sharp(_), Profile::Sharp(_)]) {

@@ -36,7 +36,7 @@ const HERMITE: [(f64, f64); 5] = [
 
 /// One edge at one pixel.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Side {
+pub(super) struct EdgeSide {
     /// What the pixel sees of this edge alone.
     pub(super) edge: Edge,
     /// Signed distance, in px.
@@ -47,14 +47,14 @@ pub(super) struct Side {
 
 /// The mean pattern and its derivatives by the two distances.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pattern {
+pub(super) struct CornerPattern {
     pub(super) value: f64,
     pub(super) by_distance: [f64; 2],
 }
 
 /// Two edges made ready for many pixels.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Crossing {
+pub(super) struct CornerPixelModel {
     /// The blur across each edge, in px.
     sigma: [f64; 2],
     /// Their geometric mean.
@@ -71,28 +71,28 @@ enum Pixel {
     /// Under a narrow blur: at the nodes of Gauss and Hermite.
     Nodes,
     /// Under a wider one: on a lattice.
-    Lattice(Lattice),
+    Lattice(ExcessLattice),
     /// Under a wide blur: as a Gaussian of its variance.
     Smooth,
 }
 
 /// The excess of a sharp crossing over the product of its edges, on points of the plane of both distances.
 #[derive(Debug, Clone, Copy)]
-struct Lattice {
+struct ExcessLattice {
     /// Half the range of each distance where there is an excess.
     reach: [f64; 2],
     /// Excess times the area of a point's cell.
     excess: [[f64; NODES]; NODES],
 }
 
-impl Crossing {
+impl CornerPixelModel {
     /// The crossing of edges with these unit normals under these blurs, in px.
     pub(super) fn new(normals: [DVec2; 2], sigma_px: [f64; 2]) -> Self {
         let mean_sigma = (sigma_px[0] * sigma_px[1]).sqrt();
         let pixel = match mean_sigma {
             s if s < SHARP_PX => Pixel::Sharp,
             s if s < LATTICE_PX => Pixel::Nodes,
-            s if s < SMOOTH_PX => Pixel::Lattice(Lattice::new(normals)),
+            s if s < SMOOTH_PX => Pixel::Lattice(ExcessLattice::new(normals)),
             _ => Pixel::Smooth,
         };
         Self { sigma: sigma_px, mean_sigma, pixel }
@@ -100,21 +100,22 @@ impl Crossing {
 
     /// The mean of the product of both edges.
     #[inline(always)]
-    pub(super) fn pattern(&self, sides: &[Side; 2]) -> Pattern {
+    pub(super) fn pattern(&self, sides: &[EdgeSide; 2]) -> CornerPattern {
         let [e0, e1] = [&sides[0].edge, &sides[1].edge];
-        let product = Pattern { value: e0.value * e1.value, by_distance: [e0.slope * e1.value, e0.value * e1.slope] };
+        let product =
+            CornerPattern { value: e0.value * e1.value, by_distance: [e0.slope * e1.value, e0.value * e1.slope] };
         // Where one edge is far, the other is alone.
         if e0.slope == 0.0 || e1.slope == 0.0 { product } else { self.corrected(product, sides) }
     }
 
-    fn corrected(&self, product: Pattern, sides: &[Side; 2]) -> Pattern {
+    fn corrected(&self, product: CornerPattern, sides: &[EdgeSide; 2]) -> CornerPattern {
         let distances = [sides[0].distance, sides[1].distance];
         let normals = [sides[0].normal, sides[1].normal];
         let sigma = self.mean_sigma;
         let cosine = normals[0].dot(normals[1]);
         // What the pixel adds, and its share of the covariance of the two distances, over the cosine ..
         let (pixel, variance) = match &self.pixel {
-            Pixel::Sharp => return Pattern { value: product.value + excess(normals, distances), ..product },
+            Pixel::Sharp => return CornerPattern { value: product.value + excess(normals, distances), ..product },
             Pixel::Nodes => {
                 let moved = |at: DVec2| [0, 1].map(|k| distances[k] + normals[k].dot(at));
                 let nodes =
@@ -133,11 +134,11 @@ impl Crossing {
         } else {
             integral(product, sides, [v0.sqrt(), v1.sqrt()], correlation.clamp(-0.999, 0.999))
         };
-        Pattern { value: blurred.value + pixel, ..blurred }
+        CornerPattern { value: blurred.value + pixel, ..blurred }
     }
 }
 
-impl Lattice {
+impl ExcessLattice {
     fn new(normals: [DVec2; 2]) -> Self {
         let reach = normals.map(|n| 0.5 * (n.x.abs() + n.y.abs()));
         let cell = 4.0 * reach[0] * reach[1] / (NODES * NODES) as f64;
@@ -183,7 +184,7 @@ impl Lattice {
 
 /// The bivariate normal integral: its derivative by the correlation is the density (Plackett), here with the correlation
 /// written as a sine.
-fn integral(product: Pattern, sides: &[Side; 2], widths: [f64; 2], correlation: f64) -> Pattern {
+fn integral(product: CornerPattern, sides: &[EdgeSide; 2], widths: [f64; 2], correlation: f64) -> CornerPattern {
     let (h, k) = (sides[0].distance / widths[0], sides[1].distance / widths[1]);
     let end = libm::asin(correlation);
     let sum: f64 = LEGENDRE
@@ -194,7 +195,7 @@ fn integral(product: Pattern, sides: &[Side; 2], widths: [f64; 2], correlation: 
         })
         .sum();
     let root = (2.0 * (1.0 - correlation * correlation)).sqrt();
-    Pattern {
+    CornerPattern {
         value: product.value + std::f64::consts::FRAC_2_PI * end * sum,
         by_distance: [
             sides[0].edge.slope * libm::erf((k - correlation * h) / root),
@@ -204,10 +205,10 @@ fn integral(product: Pattern, sides: &[Side; 2], widths: [f64; 2], correlation: 
 }
 
 /// Mehler's series in the covariance of the two distances, to second order.
-fn series(product: Pattern, sides: &[Side; 2], covariance: f64) -> Pattern {
+fn series(product: CornerPattern, sides: &[EdgeSide; 2], covariance: f64) -> CornerPattern {
     let [e0, e1] = [&sides[0].edge, &sides[1].edge];
     let second = 0.5 * covariance * covariance * e0.bend * e1.bend;
-    Pattern {
+    CornerPattern {
         value: product.value + covariance * e0.slope * e1.slope + second,
         by_distance: [
             product.by_distance[0] + covariance * e0.bend * e1.slope,
@@ -291,12 +292,12 @@ mod tests {
     }
 
     fn modelled(angles: [f64; 2], distances: [f64; 2], sigma: [f64; 2]) -> f64 {
-        let sides = [0, 1].map(|k| Side {
+        let sides = [0, 1].map(|k| EdgeSide {
             edge: Profile::new(unit(angles[k]), sigma[k]).at(distances[k]),
             distance: distances[k],
             normal: unit(angles[k]),
         });
-        Crossing::new(angles.map(unit), sigma).pattern(&sides).value
+        CornerPixelModel::new(angles.map(unit), sigma).pattern(&sides).value
     }
 
     #[test]

@@ -18,7 +18,7 @@ const MOST_LUCK: f64 = 0.6;
 
 /// A lattice line at a corner.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Line {
+pub(super) struct LatticeLine {
     /// Unit tangent, towards rising index.
     pub(super) tangent: DVec2,
     /// Bend of the line, in 1/px: at distance t along the tangent the line lies at `-curvature t^2 / 2` along the
@@ -30,7 +30,7 @@ pub(super) struct Line {
 
 /// A corner on a line.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Node {
+pub(super) struct LineCorner {
     pub(super) position: DVec2,
     /// Of the line there, where the corner was fitted.
     pub(super) tangent: Option<Tangent>,
@@ -48,7 +48,7 @@ pub(super) struct Tangent {
 }
 
 /// The way along the line from node to node, arc by arc where both ends know their direction, from `own`.
-fn ways(nodes: &[Node], own: usize) -> Vec<f64> {
+fn ways(nodes: &[LineCorner], own: usize) -> Vec<f64> {
     let mut way = vec![0.0];
     for pair in nodes.windows(2) {
         let turn = pair[0].tangent.zip(pair[1].tangent).map_or(0.0, |(a, b)| a.unit.perp_dot(b.unit));
@@ -62,7 +62,7 @@ fn ways(nodes: &[Node], own: usize) -> Vec<f64> {
 }
 
 /// The line at the node `own` as the positions show it, or `None` where it is alone.
-pub(super) fn line(nodes: &[Node], own: usize) -> Option<Line> {
+pub(super) fn line(nodes: &[LineCorner], own: usize) -> Option<LatticeLine> {
     let power = match nodes.len() {
         0..=1 => return None,
         2 => 1,
@@ -77,7 +77,7 @@ pub(super) fn line(nodes: &[Node], own: usize) -> Option<Line> {
     let speed = first.length();
     // x'y'' - y'x'' over the speed cubed does not depend on how the line is parametrised.
     let curvature = 2.0 * first.perp_dot(second) / (speed * speed * speed);
-    curvature.is_finite().then_some(Line { tangent: first / speed, curvature, corners: nodes.len() })
+    curvature.is_finite().then_some(LatticeLine { tangent: first / speed, curvature, corners: nodes.len() })
 }
 
 /// Coefficients of p = c0 + c1 t + .. + c_power t^power by least squares; those above `power` are 0.
@@ -115,16 +115,16 @@ pub(super) fn powers_of(nodes: usize) -> std::ops::RangeInclusive<usize> {
 /// In the frame of the tangent at the node `own` the line is y = f(t) with the way t, and a node at t says f = y. Its edge
 /// was fitted with a constant bend over t - h .. t + h, which turns it by h^2 / 10 times the bend's change a px: it says
 /// f' + h^2 / 10 (f''' + bend^2 f') = the sine of its direction.
-struct Rows {
+struct BendRows {
     /// Coefficients of the powers of u = (t - middle) / scale, over the standard deviation, and the value.
     rows: Vec<([f64; TERMS], f64)>,
     middle: f64,
     scale: f64,
 }
 
-impl Rows {
+impl BendRows {
     /// `None` where a node was not fitted or is alone.
-    fn new(nodes: &[Node], own: usize) -> Option<Self> {
+    fn new(nodes: &[LineCorner], own: usize) -> Option<Self> {
         let tangents: Vec<Tangent> = nodes.iter().map(|n| n.tangent).collect::<Option<_>>()?;
         if nodes.len() < 2 {
             return None;
@@ -137,7 +137,7 @@ impl Rows {
             let (a, b) = (i.saturating_sub(1), (i + 1).min(nodes.len() - 1));
             tangents[a].unit.perp_dot(tangents[b].unit) / (way[b] - way[a])
         };
-        let pair = |(i, ((node, tangent), t)): (usize, ((&Node, &Tangent), &f64))| {
+        let pair = |(i, ((node, tangent), t)): (usize, ((&LineCorner, &Tangent), &f64))| {
             let powers = powers((t - middle) / scale);
             let sigma = tangent.sigma_px.max(LEAST_SIGMA_PX);
             // A line fitted over 2 h turns by sqrt(3) / h where it shifts by 1.
@@ -172,8 +172,8 @@ impl Rows {
 
 /// For each of [`powers_of`] the sum of the squares, in standard deviations, that a polynomial of that power leaves of a
 /// line, and its degrees of freedom.
-pub(super) fn left_by_power(nodes: &[Node], own: usize) -> Option<Vec<[f64; 2]>> {
-    let rows = Rows::new(nodes, own)?;
+pub(super) fn left_by_power(nodes: &[LineCorner], own: usize) -> Option<Vec<[f64; 2]>> {
+    let rows = BendRows::new(nodes, own)?;
     let left = |power: usize| {
         let c = rows.solve(power)?;
         let squares = rows.rows.iter().map(|(row, value)| {
@@ -206,8 +206,8 @@ fn luck(freedom: f64) -> f64 {
 }
 
 /// The bend at the node `own`, in 1/px, of the polynomial of least squares; `None` where some node was not fitted.
-pub(super) fn bend(nodes: &[Node], own: usize, power: usize) -> Option<f64> {
-    let rows = Rows::new(nodes, own)?;
+pub(super) fn bend(nodes: &[LineCorner], own: usize, power: usize) -> Option<f64> {
+    let rows = BendRows::new(nodes, own)?;
     let c = rows.solve(power)?;
     let here = powers(-rows.middle / rows.scale);
     let sum = |order: usize| (0..TERMS).map(|k| c[k] * derivative(&here, k, order)).sum::<f64>();
@@ -237,12 +237,12 @@ mod tests {
     const MIDDLE: DVec2 = DVec2::new(700.0, 300.0);
 
     /// Corners on a circle of radius 500 px, at uneven steps, with their directions.
-    fn circle() -> Vec<Node> {
+    fn circle() -> Vec<LineCorner> {
         let node = |i: usize| {
             let (sin, cos) = libm::sincos(0.1 * i as f64 + 0.004 * (i * i) as f64);
             let outward = DVec2::new(cos, sin);
             let tangent = Tangent { unit: outward.perp(), sigma_px: 1e-3, half_px: 20.0 };
-            Node { position: MIDDLE + 500.0 * outward, tangent: Some(tangent) }
+            LineCorner { position: MIDDLE + 500.0 * outward, tangent: Some(tangent) }
         };
         (0..9).map(node).collect()
     }
@@ -274,23 +274,23 @@ mod tests {
     #[test]
     fn noise_asks_for_few_powers_and_a_strong_bend_for_many() {
         let known_to = |sigma_px: f64| {
-            let node = |n: &Node| Node { tangent: n.tangent.map(|t| Tangent { sigma_px, ..t }), ..*n };
+            let node = |n: &LineCorner| LineCorner { tangent: n.tangent.map(|t| Tangent { sigma_px, ..t }), ..*n };
             left_by_power(&circle().iter().map(node).collect::<Vec<_>>(), 4).unwrap()
         };
         // A thousandth of a pixel does not tell the circle from a polynomial of power 4, a ten-thousandth does.
         assert_eq!(least_power(&known_to(1e-3)), 0);
         assert!(least_power(&known_to(1e-4)) > 1, "{:?}", known_to(1e-4));
         // On a straight line with errors of their own standard deviation, alternately to both sides.
-        let noisy: Vec<Node> = (0..9)
-            .map(|i| Node {
+        let noisy: Vec<LineCorner> = (0..9)
+            .map(|i| LineCorner {
                 position: DVec2::new(50.0 * f64::from(i), if i % 2 == 0 { 1e-3 } else { -1e-3 }),
                 tangent: Some(Tangent { unit: DVec2::X, sigma_px: 1e-3, half_px: 20.0 }),
             })
             .collect();
         assert_eq!(least_power(&left_by_power(&noisy, 4).unwrap()), 0);
         // The same with ten times the error that the fits know of: no power explains it.
-        let unknown: Vec<Node> =
-            noisy.iter().map(|n| Node { position: n.position * DVec2::new(1.0, 10.0), ..*n }).collect();
+        let unknown: Vec<LineCorner> =
+            noisy.iter().map(|n| LineCorner { position: n.position * DVec2::new(1.0, 10.0), ..*n }).collect();
         assert_eq!(least_power(&left_by_power(&unknown, 4).unwrap()), 0);
     }
 

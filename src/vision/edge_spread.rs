@@ -38,13 +38,13 @@ pub(super) struct Edge {
 
 /// The pixel's half widths across an edge, and the blur.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Shape {
+pub(super) struct EdgeShape {
     a: f64,
     b: f64,
     sigma: f64,
 }
 
-impl Shape {
+impl EdgeShape {
     /// The shape for a unit normal and a blur in px.
     pub(super) fn new(normal: DVec2, sigma_px: f64) -> Self {
         let half = |n: f64| (0.5 * n.abs()).max(LEAST_HALF_WIDTH);
@@ -100,11 +100,11 @@ impl Shape {
     }
 }
 
-/// A [`Shape`] made ready for many distances.
+/// A [`EdgeShape`] made ready for many distances.
 #[derive(Debug, Clone)]
 pub(super) enum Profile {
     /// No blur: the closed form is the fastest.
-    Sharp(Shape),
+    Sharp(EdgeShape),
     /// Blurred: cubics between exact nodes.
     Table {
         /// Cells per px.
@@ -119,7 +119,7 @@ pub(super) enum Profile {
 impl Profile {
     /// The profile for a unit normal and a blur in px.
     pub(super) fn new(normal: DVec2, sigma_px: f64) -> Self {
-        let shape = Shape::new(normal, sigma_px);
+        let shape = EdgeShape::new(normal, sigma_px);
         if sigma_px < SHARP_PX {
             return Self::Sharp(shape);
         }
@@ -153,7 +153,7 @@ impl Profile {
 
     /// E at distance `d` from a sharp edge.
     pub(super) fn sharp(normal: DVec2, d: f64) -> f64 {
-        Shape::new(normal, 0.0).sharp(d).value
+        EdgeShape::new(normal, 0.0).sharp(d).value
     }
 
     /// The response at distance `d`.
@@ -200,7 +200,7 @@ mod tests {
                 .sum::<f64>()
                 / (side * side) as f64;
             // The midpoint rule errs by E'' h^2 / 24 < 1e-4 / s^2 / 400^2; the floor of b by b^2.
-            assert!((Shape::new(n, s).exact(gauss, d).value - mean).abs() < 5e-6, "{degrees} {s} {d}");
+            assert!((EdgeShape::new(n, s).exact(gauss, d).value - mean).abs() < 5e-6, "{degrees} {s} {d}");
         }
     }
 
@@ -209,13 +209,13 @@ mod tests {
         let gauss = Gauss::new();
         let h = 1e-5;
         for (degrees, s, d) in [(3.0, 0.5, 0.2), (20.0, 0.3, -0.4), (45.0, 1.0, 0.9)] {
-            let shape = Shape::new(normal(degrees), s);
+            let shape = EdgeShape::new(normal(degrees), s);
             let edge = shape.exact(gauss, d);
             let (low, high) = (shape.exact(gauss, d - h), shape.exact(gauss, d + h));
             assert!((edge.slope - (high.value - low.value) / (2.0 * h)).abs() < 1e-7);
             assert!((edge.bend - (high.slope - low.slope) / (2.0 * h)).abs() < 1e-7);
-            let wider = Shape::new(normal(degrees), s + h).exact(gauss, d).value;
-            let narrower = Shape::new(normal(degrees), s - h).exact(gauss, d).value;
+            let wider = EdgeShape::new(normal(degrees), s + h).exact(gauss, d).value;
+            let narrower = EdgeShape::new(normal(degrees), s - h).exact(gauss, d).value;
             assert!((s * edge.bend - (wider - narrower) / (2.0 * h)).abs() < 1e-7);
         }
     }
@@ -225,7 +225,7 @@ mod tests {
         let gauss = Gauss::new();
         for degrees in [0.0, 1.0, 20.0, 45.0, 89.0] {
             for s in [0.03, 0.3, 0.7, 2.0, 6.0] {
-                let (shape, profile) = (Shape::new(normal(degrees), s), Profile::new(normal(degrees), s));
+                let (shape, profile) = (EdgeShape::new(normal(degrees), s), Profile::new(normal(degrees), s));
                 for i in -500..=500 {
                     let d = f64::from(i) / 500.0 * (shape.reach() + 0.3);
                     let (exact, table) = (shape.exact(gauss, d), profile.at(d));
@@ -240,7 +240,7 @@ mod tests {
         let gauss = Gauss::new();
         for degrees in [0.0, 20.0, 45.0] {
             let profile = Profile::new(normal(degrees), 0.0);
-            let blurred = Shape::new(normal(degrees), 1e-4);
+            let blurred = EdgeShape::new(normal(degrees), 1e-4);
             for i in -20..=20 {
                 let d = f64::from(i) * 0.05 + 0.013;
                 assert!((profile.at(d).value - blurred.exact(gauss, d).value).abs() < 1e-4, "{degrees} {d}");

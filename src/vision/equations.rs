@@ -1,11 +1,11 @@
 //! The normal equations of the fit of a corner: pixels near both edges one by one, strips and flat parts by their sums.
 
 use super::corner_model::{LIGHT, Model, PARAMETERS, Right};
-use super::corner_pixel_model::{Crossing, Pattern, Side};
+use super::corner_pixel_model::{CornerPattern, CornerPixelModel, EdgeSide};
 use super::edge_spread::Profile;
-use super::pixel_sums::Sums;
-use super::strip::{EdgeModel, Strip, StripSums, strip_sums};
-use super::window::{Listed, Window};
+use super::pixel_sums::PixelSums;
+use super::strip::{EdgeModel, EdgeStrip, StripSums, strip_sums};
+use super::window::{ListedPixel, Window};
 use glam::DVec2;
 use nalgebra::SMatrix;
 
@@ -59,7 +59,7 @@ pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2],
         sum.normal[(i, i)] = 0.0;
     }
     let mut columns = [[0.0f64; CHUNK]; PARAMETERS + 1];
-    let crossing = Crossing::new(ready.normals, model.sigma_px);
+    let crossing = CornerPixelModel::new(ready.normals, model.sigma_px);
     for chunk in window.listed.chunks(CHUNK) {
         differentiate(chunk, model, &ready, profiles, &crossing, &mut columns);
         // A last chunk that is not full would carry old values.
@@ -102,11 +102,11 @@ fn dot(a: &[f64; CHUNK], b: &[f64; CHUNK]) -> f64 {
 /// For each pixel the derivatives of the model by every parameter, and last the difference picture - model, all
 /// times the root of the pixel's weight.
 fn differentiate(
-    pixels: &[Listed],
+    pixels: &[ListedPixel],
     model: &Model,
     ready: &Ready,
     profiles: &[Profile; 2],
-    crossing: &Crossing,
+    crossing: &CornerPixelModel,
     columns: &mut [[f64; CHUNK]; PARAMETERS + 1],
 ) {
     let Ready { normals, tangents, shifts_px } = ready;
@@ -126,13 +126,13 @@ fn differentiate(
             let bend = model.curvature[k] * along;
             let distance = across + 0.5 * bend * along + shifts_px[k];
             let by_corner = -(normals[k] + tangents[k] * bend);
-            let side = Side { edge: profiles[k].at(distance), distance, normal: -by_corner };
+            let side = EdgeSide { edge: profiles[k].at(distance), distance, normal: -by_corner };
             (side, by_corner, along - bend * across)
         };
         let (side0, corner0, angle0) = edge(0);
         let (side1, corner1, angle1) = edge(1);
         let (e0, e1) = (side0.edge, side1.edge);
-        let Pattern { value, by_distance } = crossing.pattern(&[side0, side1]);
+        let CornerPattern { value, by_distance } = crossing.pattern(&[side0, side1]);
         let pattern = value + bent[0] * e0.slope * e1.bend + bent[1] * e0.bend * e1.slope;
         let w = pixel.root_weight;
         let contrast = (a0 + ax * pixel.x + ay * pixel.y) * w;
@@ -159,7 +159,7 @@ fn differentiate(
     }
 }
 
-/// The symmetric matrix of the 1, x, y moments in the order of [`Sums::moments`].
+/// The symmetric matrix of the 1, x, y moments in the order of [`PixelSums::moments`].
 fn moments([n, x, y, xx, xy, yy]: [f64; 6]) -> [[f64; 3]; 3] {
     [[n, x, y], [x, xx, xy], [y, xy, yy]]
 }
@@ -167,7 +167,7 @@ fn moments([n, x, y, xx, xy, yy]: [f64; 6]) -> [[f64; 3]; 3] {
 /// Adds a strip of pixels near edge `k` alone.
 fn add_strip(
     sum: &mut Equations,
-    strip: &Strip,
+    strip: &EdgeStrip,
     model: &Model,
     ready: &Ready,
     profile: &Profile,
@@ -230,7 +230,7 @@ fn add_strip(
 }
 
 /// Adds pixels where the pattern is `sign` everywhere.
-fn add_flat(sum: &mut Equations, sums: &Sums, sign: f64, light: &[f64; LIGHT]) {
+fn add_flat(sum: &mut Equations, sums: &PixelSums, sign: f64, light: &[f64; LIGHT]) {
     let moments = moments(sums.moments);
     let level: [f64; 3] = std::array::from_fn(|i| light[i] + sign * light[i + 3]);
     sum.squares += sums.square;

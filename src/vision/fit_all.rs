@@ -1,13 +1,13 @@
 //! From a lattice of rough crossings to measured corners: the blur, a first fit, pruning, and the last fit.
 
 use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, MAYBE_SHARP_PX};
-use super::candidates::Sight;
-use super::corner_fit::{Fit, fit};
+use super::candidates::Candidates;
+use super::corner_fit::{CornerFit, fit};
 use super::corner_model::{Effort, Model};
 use super::detection::{Corner, Detection, Polarity, Reason, Rejected};
 use super::lattice_growth::{Lattice, Lattices, NEIGHBOURS, from_zero, is_broad, normalise};
-use super::lattice_lines::{Grid, Place};
-use super::pixel_sums::Frame;
+use super::lattice_lines::{CornerSite, Grid};
+use super::pixel_sums::WindowFrame;
 use super::settings::{Blur, Settings};
 use super::window::gather;
 use crate::num::stats::quantile;
@@ -48,7 +48,7 @@ const MOST_KINK: (f64, f64) = (0.6, 0.12);
 const MOST_RESIDUAL: (f64, f64) = (3.0, 0.012);
 
 /// Measures the corners of the largest lattice.
-pub fn measure(sight: &Sight<'_>, lattices: Lattices, settings: &Settings) -> Detection {
+pub fn measure(sight: &Candidates<'_>, lattices: Lattices, settings: &Settings) -> Detection {
     let mut rejected = sight.rejected.clone();
     let mut lattices = lattices.0.into_iter();
     let largest = lattices.next().unwrap_or_default();
@@ -68,7 +68,7 @@ pub fn measure(sight: &Sight<'_>, lattices: Lattices, settings: &Settings) -> De
         Blur::Common | Blur::PerCorner => estimate_blur(sight, &grid, settings),
     };
     let mut start_sigma = sigma_px.unwrap_or([FIRST_SIGMA_PX; 2]);
-    let moved = |fit: &Fit| fit.model.corner.length() > MOST_MOVE_PX;
+    let moved = |fit: &CornerFit| fit.model.corner.length() > MOST_MOVE_PX;
 
     // First fit: a smaller window, from the crossings.
     let effort = Effort { free_blur: false, steps: 8, tolerance_px: FIRST_STEP_PX, most_sigma_px: f64::INFINITY };
@@ -137,7 +137,7 @@ pub fn measure(sight: &Sight<'_>, lattices: Lattices, settings: &Settings) -> De
         );
         return Detection { corners: Vec::new(), rejected, sigma_px: None };
     }
-    let fits: std::collections::BTreeMap<usize, Fit> =
+    let fits: std::collections::BTreeMap<usize, CornerFit> =
         last.into_iter().filter_map(|(_, k, _, fit)| Some((k, fit.ok()?))).collect();
     let lattice = from_zero(&grid.lattice);
     let corners =
@@ -145,7 +145,7 @@ pub fn measure(sight: &Sight<'_>, lattices: Lattices, settings: &Settings) -> De
     Detection { corners, rejected, sigma_px }
 }
 
-fn corner(index: [i32; 2], position_px: DVec2, fit: &Fit) -> Corner {
+fn corner(index: [i32; 2], position_px: DVec2, fit: &CornerFit) -> Corner {
     let amplitude = fit.model.light[3];
     // In the square between +column and +row the distance to the first edge is negative, to the second positive.
     let polarity = if amplitude < 0.0 { Polarity::Main } else { Polarity::Anti };
@@ -160,13 +160,13 @@ fn corner(index: [i32; 2], position_px: DVec2, fit: &Fit) -> Corner {
 }
 
 /// What became of a corner, and half its window in steps.
-type Outcome = ([i32; 2], usize, f64, Result<Fit, Reason>);
+type Outcome = ([i32; 2], usize, f64, Result<CornerFit, Reason>);
 
 /// Fits those corners of the lattice that `setup` wants, in its order whatever the number of threads.
 fn fit_all(
-    sight: &Sight<'_>,
+    sight: &Candidates<'_>,
     grid: &Grid,
-    setup: impl Fn(&Place) -> Option<(Frame, Model, Effort)> + Sync,
+    setup: impl Fn(&CornerSite) -> Option<(WindowFrame, Model, Effort)> + Sync,
 ) -> Vec<Outcome> {
     let cells: Vec<([i32; 2], usize)> = grid.lattice.iter().map(|(&cell, &k)| (cell, k)).collect();
     let one = |&(cell, k): &([i32; 2], usize)| {
@@ -177,7 +177,13 @@ fn fit_all(
     cells.par_iter().map(one).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
-fn fit_one(sight: &Sight<'_>, place: &Place, frame: &Frame, model: &Model, effort: &Effort) -> Result<Fit, Reason> {
+fn fit_one(
+    sight: &Candidates<'_>,
+    place: &CornerSite,
+    frame: &WindowFrame,
+    model: &Model,
+    effort: &Effort,
+) -> Result<CornerFit, Reason> {
     if place.spacing_px() < LEAST_SPACING * model.sigma_px[0].max(model.sigma_px[1]) {
         return Err(Reason::Blurred);
     }
@@ -199,10 +205,10 @@ fn prune(
     grid: &mut Grid,
     rejected: &mut Vec<Rejected>,
     outcomes: &[Outcome],
-    rule: impl Fn(&Fit, &Typical) -> Option<Reason>,
+    rule: impl Fn(&CornerFit, &Typical) -> Option<Reason>,
 ) {
     let fits = || outcomes.iter().filter_map(|(_, _, _, fit)| fit.as_ref().ok());
-    let median = |f: fn(&Fit) -> f64| quantile(&fits().map(f).collect::<Vec<_>>(), 0.5).unwrap_or(0.0);
+    let median = |f: fn(&CornerFit) -> f64| quantile(&fits().map(f).collect::<Vec<_>>(), 0.5).unwrap_or(0.0);
     let typical = Typical { contrast: median(|f| f.model.light[3].abs()), residual: median(|f| f.residual) };
     for (cell, k, half, outcome) in outcomes {
         match outcome.as_ref().map_err(|&reason| reason).and_then(|fit| rule(fit, &typical).map_or(Ok(fit), Err)) {
@@ -246,7 +252,7 @@ fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
 }
 
 /// The blur across the column and the row lines, in px: medians of free fits to some corners spread over the lattice.
-fn estimate_blur(sight: &Sight<'_>, grid: &Grid, settings: &Settings) -> Option<[f64; 2]> {
+fn estimate_blur(sight: &Candidates<'_>, grid: &Grid, settings: &Settings) -> Option<[f64; 2]> {
     let inner: Lattice = grid
         .lattice
         .iter()
@@ -257,5 +263,5 @@ fn estimate_blur(sight: &Sight<'_>, grid: &Grid, settings: &Settings) -> Option<
         .collect();
     let stride = inner.len().div_ceil(PILOTS).max(1);
     let pilots = inner.keys().step_by(stride);
-    blur::estimate(sight, &pilots.filter_map(|&cell| grid.place(cell)).collect::<Vec<Place>>(), settings)
+    blur::estimate(sight, &pilots.filter_map(|&cell| grid.place(cell)).collect::<Vec<CornerSite>>(), settings)
 }

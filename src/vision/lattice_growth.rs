@@ -2,7 +2,7 @@
 //! no global model of the picture is needed and bending does not matter.
 
 use super::candidate::Candidate;
-use super::candidates::Sight;
+use super::candidates::Candidates;
 use super::detection::{Corner, Polarity};
 use super::settings::Settings;
 use crate::raster::Raster;
@@ -50,10 +50,10 @@ impl Lattices {
 }
 
 /// Grows lattices from the crossings of a picture.
-pub fn grow(sight: &Sight<'_>, settings: &Settings) -> Lattices {
+pub fn grow(sight: &Candidates<'_>, settings: &Settings) -> Lattices {
     let Some(image) = &sight.prepared else { return Lattices(Vec::new()) };
     let candidates = &sight.candidates;
-    let field = Field { image, candidates, buckets: Buckets::new(candidates) };
+    let field = GrowthField { image, candidates, buckets: Buckets::new(candidates) };
     let mut used = vec![false; candidates.len()];
     let mut lattices: Vec<Lattice> = Vec::new();
     for seed in seeds(candidates) {
@@ -92,13 +92,13 @@ fn seeds(candidates: &[Candidate]) -> Vec<usize> {
 }
 
 /// What a lattice grows on.
-struct Field<'a> {
+struct GrowthField<'a> {
     image: &'a Raster<f32>,
     candidates: &'a [Candidate],
     buckets: Buckets,
 }
 
-impl Field<'_> {
+impl GrowthField<'_> {
     /// Whether two corners are neighbours: bright where the other is dark, of like contrast, and with an edge between.
     fn linked(&self, a: usize, b: usize) -> bool {
         let (a, b) = (&self.candidates[a], &self.candidates[b]);
@@ -140,7 +140,7 @@ impl Field<'_> {
 }
 
 /// The seed with its nearest neighbour along each of its four arms.
-fn cross(field: &Field<'_>, used: &[bool], seed: usize) -> Option<Lattice> {
+fn cross(field: &GrowthField<'_>, used: &[bool], seed: usize) -> Option<Lattice> {
     let centre = &field.candidates[seed];
     let step = |k: usize| field.candidates[k].position - centre.position;
     let mut found = [0; 4];
@@ -160,7 +160,7 @@ fn cross(field: &Field<'_>, used: &[bool], seed: usize) -> Option<Lattice> {
 }
 
 /// Breadth first from the cross until no neighbour is found where it is predicted.
-fn extend(field: &Field<'_>, used: &mut [bool], cross: Lattice) -> Lattice {
+fn extend(field: &GrowthField<'_>, used: &mut [bool], cross: Lattice) -> Lattice {
     let mut lattice = cross;
     let mut queue: VecDeque<IVec2> = lattice.keys().map(|&k| IVec2::from_array(k)).collect();
     lattice.values().for_each(|&k| used[k] = true);
@@ -200,7 +200,7 @@ fn predict(candidates: &[Candidate], lattice: &Lattice, cell: IVec2, direction: 
 
 /// A corner that a detector, this or another, has put on a lattice.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
+pub struct LatticeCorner {
     /// Column and row in one consistent lattice.
     pub index: [i32; 2],
     /// Position, in px: pixel (i, j) covers `[i, i+1) x [j, j+1)`.
@@ -209,7 +209,7 @@ pub struct Seen {
     pub polarity: Option<Polarity>,
 }
 
-impl From<&Corner> for Seen {
+impl From<&Corner> for LatticeCorner {
     fn from(corner: &Corner) -> Self {
         Self { index: corner.index, position_px: corner.position_px, polarity: Some(corner.polarity) }
     }
@@ -217,7 +217,7 @@ impl From<&Corner> for Seen {
 
 /// The lattice as [`detect`](crate::vision::detect) numbers it: +column along +x and +row along +y as nearly as possible, the
 /// smallest of each 0. Other programs count rows before columns, or from another corner of the board.
-pub fn upright(seen: &[Seen]) -> Vec<Seen> {
+pub fn upright(seen: &[LatticeCorner]) -> Vec<LatticeCorner> {
     let lattice: Lattice = seen.iter().enumerate().map(|(k, corner)| (corner.index, k)).collect();
     let axes = axes(&lattice, |k| seen[k].position_px);
     let polarity = |k: usize| match seen[k].polarity? {
@@ -226,16 +226,16 @@ pub fn upright(seen: &[Seen]) -> Vec<Seen> {
         same => Some(same),
     };
     let turned = from_zero(&axes.turned(&lattice));
-    turned.into_iter().map(|(index, k)| Seen { index, polarity: polarity(k), ..seen[k] }).collect()
+    turned.into_iter().map(|(index, k)| LatticeCorner { index, polarity: polarity(k), ..seen[k] }).collect()
 }
 
 /// Where the columns and rows of an upright lattice run in a lattice.
-struct Axes {
+struct LatticeAxes {
     column: IVec2,
     row: IVec2,
 }
 
-impl Axes {
+impl LatticeAxes {
     fn turned(&self, lattice: &Lattice) -> Lattice {
         let turned = |cell: IVec2| [cell.dot(self.column), cell.dot(self.row)];
         lattice.iter().map(|(&cell, &k)| (turned(IVec2::from_array(cell)), k)).collect()
@@ -255,7 +255,7 @@ pub(super) fn normalise(lattice: &Lattice, position: impl Fn(usize) -> DVec2) ->
 }
 
 /// The axes that agree most with +x and +y in the picture.
-fn axes(lattice: &Lattice, position: impl Fn(usize) -> DVec2) -> Axes {
+fn axes(lattice: &Lattice, position: impl Fn(usize) -> DVec2) -> LatticeAxes {
     let mean_step = |direction: IVec2| {
         lattice
             .iter()
@@ -274,7 +274,7 @@ fn axes(lattice: &Lattice, position: impl Fn(usize) -> DVec2) -> Axes {
         (column, row, along(column).x + along(row).y)
     });
     let (column, row, _) = turns.into_iter().fold(turns[0], |best, turn| if turn.2 > best.2 { turn } else { best });
-    Axes { column, row }
+    LatticeAxes { column, row }
 }
 
 /// The lattice moved so that its smallest column and row are 0.
@@ -330,11 +330,11 @@ mod tests {
         let image = Raster::from_data(120, 120, (0..120 * 120).map(board).collect());
         let at = |x: f64, y: f64| {
             let position = DVec2::new(x, y);
-            Candidate { position, ring: RingTest::new().look(&image, position).unwrap() }
+            Candidate { position, ring: RingTest::new().test(&image, position).unwrap() }
         };
         // A corner, its neighbour along the edge, one that is a knight's move away, and one across the square.
         let candidates = [at(40.0, 40.0), at(60.0, 40.0), at(80.0, 60.0), at(60.0, 60.0)];
-        let field = Field { image: &image, candidates: &candidates, buckets: Buckets::new(&candidates) };
+        let field = GrowthField { image: &image, candidates: &candidates, buckets: Buckets::new(&candidates) };
         assert!(field.linked(0, 1) && field.linked(1, 0));
         assert!(!field.linked(0, 2), "bright and dark alternate, but no edge joins them");
         assert!(!field.linked(0, 3), "both are alike");

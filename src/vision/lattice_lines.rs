@@ -1,12 +1,12 @@
 //! What the lattice says of one corner: where its edges run, how they bend, and how far its neighbours are.
 
-use super::corner_fit::Fit;
+use super::corner_fit::CornerFit;
 use super::corner_model::Model;
-use super::curvature::{Line, Node, Tangent, bend, least_power, left_by_power, line, powers_of};
-use super::edge_spread::Shape;
+use super::curvature::{LatticeLine, LineCorner, Tangent, bend, least_power, left_by_power, line, powers_of};
+use super::edge_spread::EdgeShape;
 use super::lattice_growth::{Lattice, NEIGHBOURS};
-use super::pixel_sums::Frame;
-use super::settings::Light;
+use super::pixel_sums::WindowFrame;
+use super::settings::UnevenLight;
 use glam::{DMat2, DVec2, IVec2};
 
 /// Corners on a line from which on its own bend is believed, where it is known from positions alone.
@@ -22,7 +22,7 @@ const STEP_RANGE_PX: f64 = 0.3;
 
 /// A corner as it was last fitted.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Fitted {
+pub(super) struct FittedCorner {
     /// The model, from the corner.
     model: Model,
     /// Covariance of the corner, in px^2, with what the last step may have left.
@@ -37,17 +37,17 @@ pub(super) struct Grid {
     pub(super) lattice: Lattice,
     pub(super) positions: Vec<DVec2>,
     /// The last fit of each, if any.
-    fitted: Vec<Option<Fitted>>,
+    fitted: Vec<Option<FittedCorner>>,
     /// The power of the polynomial along a line of so many fitted corners.
     powers: [usize; MOST + 1],
 }
 
 /// The lattice around one corner.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
+pub(super) struct CornerSite {
     centre: DVec2,
     steps: DMat2,
-    lines: [Line; 2],
+    lines: [LatticeLine; 2],
     /// The light as the last fit found it, or zeros.
     light: [f64; 6],
     /// How far the corner would move when the new bends took the place of those that it was fitted with, in px, and its
@@ -79,18 +79,18 @@ impl Grid {
     }
 
     /// Takes over a fit in a window of `half` steps.
-    pub(super) fn take(&mut self, cell: [i32; 2], number: usize, fit: &Fit, half: f64) {
+    pub(super) fn take(&mut self, cell: [i32; 2], number: usize, fit: &CornerFit, half: f64) {
         self.positions[number] += fit.model.corner;
         let cell = IVec2::from_array(cell);
         let half_px = [IVec2::X, IVec2::Y].map(|d| half * self.step(cell, d).map_or(0.0, DVec2::length));
         let left = fit.last_step_px * fit.last_step_px / STEP_RANGE_PX;
         let covariance_px2 = fit.covariance_px2 + DMat2::from_diagonal(DVec2::splat(left * left));
-        self.fitted[number] = Some(Fitted { model: fit.model.about_corner(), covariance_px2, half_px });
+        self.fitted[number] = Some(FittedCorner { model: fit.model.about_corner(), covariance_px2, half_px });
     }
 
     /// The lattice line through a cell, as positions alone show it. Where it is too short to show its bend, the parallel
     /// lines beside it show theirs.
-    fn straight_line(&self, cell: IVec2, direction: IVec2) -> Option<Line> {
+    fn straight_line(&self, cell: IVec2, direction: IVec2) -> Option<LatticeLine> {
         let own = |cell: IVec2| {
             let (nodes, own) = self.nodes(cell, direction)?;
             line(&nodes, own)
@@ -108,16 +108,16 @@ impl Grid {
                 Some(bend(cell + aside * 2).map_or(near, |far| 2.0 * near - far))
             })
             .collect();
-        let borrowed = || NEIGHBOURS.into_iter().find_map(|n| own(cell + n)).map(|l| Line { corners: 1, ..l });
+        let borrowed = || NEIGHBOURS.into_iter().find_map(|n| own(cell + n)).map(|l| LatticeLine { corners: 1, ..l });
         let here = here.or_else(borrowed)?;
         if beside.is_empty() {
             return Some(here);
         }
-        Some(Line { curvature: beside.iter().sum::<f64>() / beside.len() as f64, ..here })
+        Some(LatticeLine { curvature: beside.iter().sum::<f64>() / beside.len() as f64, ..here })
     }
 
     /// The corners along a line around a cell, in order, and the place of the cell's own among them.
-    fn nodes(&self, cell: IVec2, direction: IVec2) -> Option<(Vec<Node>, usize)> {
+    fn nodes(&self, cell: IVec2, direction: IVec2) -> Option<(Vec<LineCorner>, usize)> {
         let axis = usize::from(direction == IVec2::Y);
         let node = |offset: i32| {
             let &number = self.lattice.get(&(cell + direction * offset).to_array())?;
@@ -127,7 +127,7 @@ impl Grid {
                 let variance = normal.dot(f.covariance_px2 * normal);
                 Tangent { unit: normal.perp(), sigma_px: variance.max(0.0).sqrt(), half_px: f.half_px[axis] }
             });
-            Some(Node { position: self.positions[number], tangent })
+            Some(LineCorner { position: self.positions[number], tangent })
         };
         let mut nodes = std::collections::VecDeque::from([node(0)?]);
         // Outwards on both sides in turn, each side until its first gap.
@@ -151,7 +151,7 @@ impl Grid {
 
     /// The line through a cell, from all that is known of the corners along it, or where these are too few, from the
     /// parallel lines beside it.
-    fn line(&self, cell: IVec2, direction: IVec2) -> Option<Line> {
+    fn line(&self, cell: IVec2, direction: IVec2) -> Option<LatticeLine> {
         let own = self.fitted_line(cell, direction);
         own.filter(|l| l.corners >= OWN_LINE)
             .or_else(|| self.line_beside(cell, direction, OWN_LINE))
@@ -161,14 +161,14 @@ impl Grid {
     }
 
     /// The line through a cell whose corners along it were all fitted.
-    fn fitted_line(&self, cell: IVec2, direction: IVec2) -> Option<Line> {
+    fn fitted_line(&self, cell: IVec2, direction: IVec2) -> Option<LatticeLine> {
         let (nodes, own) = self.nodes(cell, direction)?;
         let curvature = bend(&nodes, own, self.powers[nodes.len()])?;
-        Some(Line { tangent: nodes[own].tangent?.unit, curvature, corners: nodes.len() })
+        Some(LatticeLine { tangent: nodes[own].tangent?.unit, curvature, corners: nodes.len() })
     }
 
     /// The line through a fitted cell with the bend that the lines beside it, of so many corners at least, lead to.
-    fn line_beside(&self, cell: IVec2, direction: IVec2, least: usize) -> Option<Line> {
+    fn line_beside(&self, cell: IVec2, direction: IVec2, least: usize) -> Option<LatticeLine> {
         let (nodes, own) = self.nodes(cell, direction)?;
         let tangent = nodes[own].tangent?.unit;
         let led_to = |aside: IVec2| {
@@ -183,7 +183,7 @@ impl Grid {
         };
         let bends: Vec<f64> = [direction.perp(), -direction.perp()].into_iter().filter_map(led_to).collect();
         let curvature = bends.iter().sum::<f64>() / bends.len() as f64;
-        curvature.is_finite().then_some(Line { tangent, curvature, corners: 1 })
+        curvature.is_finite().then_some(LatticeLine { tangent, curvature, corners: 1 })
     }
 
     /// Half the way from the corner before to the corner after.
@@ -201,7 +201,7 @@ impl Grid {
         own(cell).or_else(|| NEIGHBOURS.into_iter().find_map(|n| own(cell + n)))
     }
 
-    pub(super) fn place(&self, cell: [i32; 2]) -> Option<Place> {
+    pub(super) fn place(&self, cell: [i32; 2]) -> Option<CornerSite> {
         let number = *self.lattice.get(&cell)?;
         let cell = IVec2::from_array(cell);
         let steps = DMat2::from_cols(self.step(cell, IVec2::X)?, self.step(cell, IVec2::Y)?);
@@ -214,7 +214,7 @@ impl Grid {
         });
         // Less than a square pixel of lattice, or edges that nearly coincide, hold no corner.
         let open = lines[0].tangent.perp_dot(lines[1].tangent).abs() > 0.1;
-        (open && steps.determinant().abs() > 1.0).then_some(Place {
+        (open && steps.determinant().abs() > 1.0).then_some(CornerSite {
             centre: self.positions[number],
             steps,
             lines,
@@ -224,7 +224,7 @@ impl Grid {
     }
 }
 
-impl Place {
+impl CornerSite {
     pub(super) fn step_px(&self) -> f64 {
         self.steps.x_axis.length().min(self.steps.y_axis.length())
     }
@@ -234,19 +234,19 @@ impl Place {
         self.steps.determinant().abs() / self.steps.x_axis.length().max(self.steps.y_axis.length())
     }
 
-    pub(super) fn model(&self, sigma_px: [f64; 2], light: Light) -> Model {
-        let normal = |line: &Line| libm::atan2(-line.tangent.x, line.tangent.y);
+    pub(super) fn model(&self, sigma_px: [f64; 2], light: UnevenLight) -> Model {
+        let normal = |line: &LatticeLine| libm::atan2(-line.tangent.x, line.tangent.y);
         Model {
             corner: DVec2::ZERO,
             normal_rad: [normal(&self.lines[0]), normal(&self.lines[1])],
             curvature: self.lines.map(|l| l.curvature),
             sigma_px,
             light: self.light,
-            light_is_blurred: light == Light::OnBoard,
+            light_is_blurred: light == UnevenLight::OnBoard,
         }
     }
 
-    pub(super) fn frame(&self, sigma_px: [f64; 2], half: f64, margin_px: f64) -> Frame {
+    pub(super) fn frame(&self, sigma_px: [f64; 2], half: f64, margin_px: f64) -> WindowFrame {
         let normals = self.lines.map(|l| DVec2::new(l.tangent.y, -l.tangent.x));
         // The farthest point of the window, for the bend of the edges in it.
         let far = half * (self.steps.x_axis.abs() + self.steps.y_axis.abs()).length();
@@ -254,8 +254,8 @@ impl Place {
             let bend = 0.5 * self.lines[k].curvature.abs() * far * far;
             // A line without corners on both sides may point a few degrees off.
             let turn = if self.lines[k].corners < 3 { 0.15 * far } else { 0.0 };
-            Shape::new(normals[k], sigma_px[k]).reach() + bend + turn + margin_px
+            EdgeShape::new(normals[k], sigma_px[k]).reach() + bend + turn + margin_px
         });
-        Frame { centre: self.centre, steps: self.steps, normals, bands_px, half }
+        WindowFrame { centre: self.centre, steps: self.steps, normals, bands_px, half }
     }
 }

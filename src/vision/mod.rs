@@ -49,13 +49,13 @@ mod pixel_sums;
 mod candidate;
 
 pub use detection::{Corner, Detection, Polarity, Reason, Rejected};
-pub use settings::{Blur, LEAST_VISIBLE, Light, Settings};
+pub use settings::{Blur, LEAST_VISIBLE, Settings, UnevenLight};
 
 use crate::raster::Raster;
 
-pub use candidates::{Sight, look};
+pub use candidates::{Candidates, look};
 pub use fit_all::measure;
-pub use lattice_growth::{Lattices, Seen, grow, upright};
+pub use lattice_growth::{LatticeCorner, Lattices, grow, upright};
 
 /// Finds and measures the corners of the largest checkerboard in a picture of linear radiance.
 ///

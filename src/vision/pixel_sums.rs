@@ -4,7 +4,7 @@ use glam::{DMat2, DVec2};
 
 /// Where a window lies and how the two edges cross in it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Frame {
+pub(super) struct WindowFrame {
     /// The expected corner, in px.
     pub(super) centre: DVec2,
     /// The steps to the next corner along the column and the row direction, in px.
@@ -20,7 +20,7 @@ pub(super) struct Frame {
 
 /// Weighted sums over pixels of one constant pattern value (1 or -1), with x, y from the window's centre.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Sums {
+pub(super) struct PixelSums {
     /// Of 1, x, y, x^2, xy, y^2.
     pub(super) moments: [f64; 6],
     /// Of I, I x, I y.
@@ -29,7 +29,7 @@ pub(super) struct Sums {
     pub(super) square: f64,
 }
 
-impl Sums {
+impl PixelSums {
     pub(super) fn add(&mut self, x: f64, y: f64, value: f64, weight: f64) {
         self.add_run(
             [weight, weight * x, weight * x * x],

@@ -50,7 +50,7 @@ impl RingTest {
 
     /// The ring around `position`, or `None` where it shows no crossing of two edges. The border pixel stands for
     /// what lies outside the picture.
-    pub(super) fn look(&self, image: &Raster<f32>, position: DVec2) -> Option<Ring> {
+    pub(super) fn test(&self, image: &Raster<f32>, position: DVec2) -> Option<Ring> {
         let values = self.samples(image, position);
         let harmonic = |k: usize| {
             values.iter().enumerate().fold(DVec2::ZERO, |sum, (i, &v)| sum + self.circle[(i * k) % SAMPLES] * v)
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn a_crossing_passes_and_shows_its_bright_lobes_and_arms() {
         let image = picture(|x, y| if x * y > 0.0 { 0.9 } else { 0.1 });
-        let ring = RingTest::new().look(&image, DVec2::splat(16.0)).unwrap();
+        let ring = RingTest::new().test(&image, DVec2::splat(16.0)).unwrap();
         assert!((ring.lobe_rad - std::f64::consts::FRAC_PI_4).abs() < 1e-9);
         for expected in [DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y, DVec2::X] {
             assert!(ring.arms.iter().any(|arm| (*arm - expected).length() < 1e-6), "{expected}");
@@ -141,7 +141,7 @@ mod tests {
         let shapes: [fn(f64, f64) -> f32; 3] =
             [|x, _| (x > 0.0) as u8 as f32, |x, y| (x > 0.0 && y > 0.0) as u8 as f32, |_, _| 0.5];
         for shape in shapes {
-            assert_eq!(RingTest::new().look(&picture(shape), DVec2::splat(16.0)), None);
+            assert_eq!(RingTest::new().test(&picture(shape), DVec2::splat(16.0)), None);
         }
     }
 }

@@ -20,7 +20,7 @@ pub enum Blur {
 /// change of the light a px (a blur of 1 px, and light that falls by 40 % over 500 px: 0.0008 px), and the fit takes that
 /// back. A picture does not tell which it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Light {
+pub enum UnevenLight {
     /// The board is lit unevenly.
     OnBoard,
     /// The lens or the sensor darkens a part of the picture that is already blurred: vignetting.
@@ -36,13 +36,13 @@ pub struct Settings {
     /// The blur.
     pub blur: Blur,
     /// Where the light varies.
-    pub light: Light,
+    pub light: UnevenLight,
     /// A grid has at least so many corners; also at least three columns and three rows.
     pub min_corners: usize,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { window: 0.45, blur: Blur::Common, light: Light::OnBoard, min_corners: 9 }
+        Self { window: 0.45, blur: Blur::Common, light: UnevenLight::OnBoard, min_corners: 9 }
     }
 }

@@ -6,7 +6,7 @@
 
 use super::corner_model::Model;
 use super::edge_spread::Profile;
-use super::pixel_sums::Sums;
+use super::pixel_sums::PixelSums;
 use glam::DVec2;
 
 /// Pixels that are worked on together.
@@ -20,17 +20,17 @@ const ONE: Column = [1.0; CHUNK];
 
 /// Pixels near one edge, in chunks.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Strip {
+pub(super) struct EdgeStrip {
     /// x and y of the centres from the window's centre in px, value, weight, and on which side of the other edge: 1 or -1.
     /// The last chunk ends with weights of 0.
     chunks: Vec<[Column; 5]>,
     /// Pixels in the last chunk.
     last: usize,
     /// What does not depend on the model.
-    pub(super) sums: Sums,
+    pub(super) sums: PixelSums,
 }
 
-impl Strip {
+impl EdgeStrip {
     /// The last chunk, with room for a pixel.
     #[inline(always)]
     fn room(&mut self) -> &mut [Column; 5] {
@@ -124,7 +124,7 @@ pub(super) struct StripSums {
 }
 
 /// The sums over a strip at a model.
-pub(super) fn strip_sums(strip: &Strip, model: &Model, edge: &EdgeModel<'_>) -> StripSums {
+pub(super) fn strip_sums(strip: &EdgeStrip, model: &Model, edge: &EdgeModel<'_>) -> StripSums {
     let mut sums = StripSums::default();
     for pixels in &strip.chunks {
         add_chunk(&mut sums, pixels, model, edge);

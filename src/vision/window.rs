@@ -2,15 +2,15 @@
 //! such pixels enter as twelve sums. Near one edge alone it knows nothing of the other: such pixels make two strips.
 //! The few near both are listed one by one.
 
-use super::pixel_sums::{Frame, Sums};
-use super::strip::Strip;
+use super::pixel_sums::{PixelSums, WindowFrame};
+use super::strip::EdgeStrip;
 use crate::raster::Raster;
 use glam::DVec2;
 use std::ops::Range;
 
 /// One listed pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Listed {
+pub(super) struct ListedPixel {
     /// Centre of the pixel from the window's centre, in px.
     pub(super) x: f64,
     /// Centre of the pixel from the window's centre, in px.
@@ -25,11 +25,11 @@ pub(super) struct Listed {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Window {
     /// Pixels near both edges.
-    pub(super) listed: Vec<Listed>,
+    pub(super) listed: Vec<ListedPixel>,
     /// Pixels near the first edge alone, and near the second.
-    pub(super) strips: [Strip; 2],
+    pub(super) strips: [EdgeStrip; 2],
     /// The others, where the product of the two signed distances is positive, and where it is negative.
-    pub(super) flat: [Sums; 2],
+    pub(super) flat: [PixelSums; 2],
     /// The sum of the weights.
     pub(super) weight: f64,
     /// That sum over what an uncut window has.
@@ -38,7 +38,7 @@ pub(super) struct Window {
 
 /// The points where |slope . r| < limit.
 #[derive(Debug, Clone, Copy)]
-struct Band {
+struct EdgeBand {
     /// Its middle moves by this when y grows by 1.
     tilt: f64,
     /// Half its width along x; infinite where it is parallel to x.
@@ -47,7 +47,7 @@ struct Band {
     half_height: f64,
 }
 
-impl Band {
+impl EdgeBand {
     fn new(slope: DVec2, limit: f64) -> Self {
         if limit <= 0.0 {
             Self { tilt: 0.0, half_width: 0.0, half_height: 0.0 }
@@ -70,16 +70,16 @@ impl Band {
 }
 
 /// Gathers the window's pixels; those outside the picture and those that `valid` excludes do not count.
-pub(super) fn gather(image: &Raster<f32>, valid: Option<&Raster<bool>>, frame: &Frame) -> Window {
+pub(super) fn gather(image: &Raster<f32>, valid: Option<&Raster<bool>>, frame: &WindowFrame) -> Window {
     let mut window = Window::default();
     let inverse = frame.steps.inverse();
     // Rows of the inverse: local coordinates are linear in x and y.
     let rows = [inverse.row(0), inverse.row(1)];
     // Local units per px, straight across the window's sides.
     let rates = rows.map(|r| r.length());
-    let sides = |margin: f64| [0, 1].map(|k| Band::new(rows[k], frame.half + margin * rates[k]));
+    let sides = |margin: f64| [0, 1].map(|k| EdgeBand::new(rows[k], frame.half + margin * rates[k]));
     let (outer, inner) = (sides(0.5), sides(-0.5));
-    let edges = [0, 1].map(|k| Band::new(frame.normals[k], frame.bands_px[k]));
+    let edges = [0, 1].map(|k| EdgeBand::new(frame.normals[k], frame.bands_px[k]));
     let reach = frame.half * (frame.steps.x_axis.abs() + frame.steps.y_axis.abs()) + 2.0;
     let clamp = |v: f64, most: usize| v.clamp(0.0, most as f64) as usize;
     let first_row = clamp((frame.centre.y - reach.y).floor(), image.height());
@@ -93,7 +93,7 @@ pub(super) fn gather(image: &Raster<f32>, valid: Option<&Raster<bool>>, frame: &
         let end = whole.saturating_add(usize::from((whole as f64) < end));
         first..end.min(image.width()).max(first)
     };
-    let both = |[a, b]: &[Band; 2], y: f64| {
+    let both = |[a, b]: &[EdgeBand; 2], y: f64| {
         let (a, b) = (a.at(y), b.at(y));
         pixels([a[0].max(b[0]), a[1].min(b[1])])
     };
@@ -146,7 +146,7 @@ pub(super) fn gather(image: &Raster<f32>, valid: Option<&Raster<bool>>, frame: &
             }
         }
     }
-    window.strips.iter_mut().for_each(Strip::finish);
+    window.strips.iter_mut().for_each(EdgeStrip::finish);
     let area = 4.0 * frame.half * frame.half * frame.steps.determinant().abs();
     window.visible = window.weight / area;
     window
@@ -156,7 +156,7 @@ impl Window {
     /// Adds a pixel that is near some of the edges, on one side of each.
     fn add(&mut self, near: [bool; 2], side: [bool; 2], [x, y, value]: [f64; 3], weight: f64) {
         match near {
-            [true, true] => self.listed.push(Listed { x, y, value, root_weight: weight.sqrt() }),
+            [true, true] => self.listed.push(ListedPixel { x, y, value, root_weight: weight.sqrt() }),
             [true, false] => self.strips[0].push([x, y, value, weight, sign(side[1])]),
             [false, true] => self.strips[1].push([x, y, value, weight, sign(side[0])]),
             [false, false] => self.flat[usize::from(side[0] != side[1])].add(x, y, value, weight),
@@ -167,7 +167,8 @@ impl Window {
     fn add_run(&mut self, near: [bool; 2], side: [bool; 2], row: &[f32], [x, y]: [f64; 2]) {
         match near {
             [true, true] => {
-                let listed = |(k, &v): (usize, &f32)| Listed { x: x + k as f64, y, value: v.into(), root_weight: 1.0 };
+                let listed =
+                    |(k, &v): (usize, &f32)| ListedPixel { x: x + k as f64, y, value: v.into(), root_weight: 1.0 };
                 self.listed.extend(row.iter().enumerate().map(listed));
             }
             [true, false] => self.strips[0].push_run(row, x, y, sign(side[1])),
@@ -182,7 +183,7 @@ fn sign(positive: bool) -> f64 {
 }
 
 /// Adds a row of pixels of weight 1, the first at `x`.
-fn add_row(sums: &mut Sums, row: &[f32], x: f64, y: f64) {
+fn add_row(sums: &mut PixelSums, row: &[f32], x: f64, y: f64) {
     // Four lanes, summed in a fixed order: a plain sum could not use the processor's lanes.
     let (mut light, mut first, mut square) = ([0.0f64; 4], [0.0f64; 4], [0.0f64; 4]);
     let chunks = row.chunks_exact(4);
@@ -216,9 +217,9 @@ mod tests {
     use super::*;
     use glam::DMat2;
 
-    fn frame(centre: DVec2) -> Frame {
+    fn frame(centre: DVec2) -> WindowFrame {
         let (sin, cos) = libm::sincos(0.3);
-        Frame {
+        WindowFrame {
             centre,
             steps: DMat2::from_cols(DVec2::new(cos, sin) * 22.0, DVec2::new(-sin, cos) * 20.0),
             normals: [DVec2::new(sin, -cos), DVec2::new(cos, sin)],
@@ -232,9 +233,9 @@ mod tests {
     }
 
     /// Every pixel looked at on its own: listed pixels, those near one edge, and the sums, in the order of [`Window`].
-    fn plain(image: &Raster<f32>, frame: &Frame) -> (Vec<Listed>, [Vec<[f64; 5]>; 2], [Sums; 2]) {
+    fn plain(image: &Raster<f32>, frame: &WindowFrame) -> (Vec<ListedPixel>, [Vec<[f64; 5]>; 2], [PixelSums; 2]) {
         let inverse = frame.steps.inverse();
-        let (mut listed, mut strips, mut flat) = (Vec::new(), [Vec::new(), Vec::new()], [Sums::default(); 2]);
+        let (mut listed, mut strips, mut flat) = (Vec::new(), [Vec::new(), Vec::new()], [PixelSums::default(); 2]);
         for (j, i) in (0..image.height()).flat_map(|j| (0..image.width()).map(move |i| (j, i))) {
             let r = DVec2::new(i as f64 + 0.5, j as f64 + 0.5) - frame.centre;
             let local = inverse * r;
@@ -246,7 +247,7 @@ mod tests {
             let near = [0, 1].map(|k| d[k].abs() < frame.bands_px[k]);
             match near {
                 _ if weight <= 0.0 => {}
-                [true, true] => listed.push(Listed { x: r.x, y: r.y, value, root_weight: weight.sqrt() }),
+                [true, true] => listed.push(ListedPixel { x: r.x, y: r.y, value, root_weight: weight.sqrt() }),
                 [true, false] => strips[0].push([r.x, r.y, value, weight, d[1].signum()]),
                 [false, true] => strips[1].push([r.x, r.y, value, weight, d[0].signum()]),
                 [false, false] => flat[usize::from((d[0] > 0.0) != (d[1] > 0.0))].add(r.x, r.y, value, weight),
@@ -274,7 +275,7 @@ mod tests {
             }
             for (a, b) in window.flat.iter().zip(&flat) {
                 let flatten =
-                    |s: &Sums| s.moments.iter().chain(&s.light).chain([&s.square]).copied().collect::<Vec<_>>();
+                    |s: &PixelSums| s.moments.iter().chain(&s.light).chain([&s.square]).copied().collect::<Vec<_>>();
                 for (a, b) in flatten(a).iter().zip(flatten(b)) {
                     assert!((a - b).abs() < 1e-8 * (1.0 + b.abs()), "{a} {b}");
                 }

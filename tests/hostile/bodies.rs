@@ -5,9 +5,9 @@ use biprism::design::fit::fit;
 use biprism::geom::Ray;
 use biprism::io::corners;
 use biprism::io::mesh;
-use biprism::io::point_cloud::{Format, Surface, parse_points};
+use biprism::io::point_cloud::{PointFormat, Surface, parse_points};
 use biprism::scene;
-use biprism::scene::Prism;
+use biprism::scene::PrismSpec;
 use biprism::surface::mesh::{Mesh, Normals};
 use biprism::system::aim::Aimer;
 use biprism::system::{self, Side};
@@ -26,7 +26,7 @@ pub(crate) fn scene_text(bytes: &[u8]) {
         }
     };
     // A design of millions of points is slow by right, and no matter of the text.
-    if matches!(&scene.prism, Prism::Freeform(_, d) if scene.camera.width_px * scene.camera.height_px > 10_000 || d.step_px < 1.0)
+    if matches!(&scene.prism, PrismSpec::Freeform(_, d) if scene.camera.width_px * scene.camera.height_px > 10_000 || d.step_px < 1.0)
     {
         return;
     }
@@ -34,7 +34,7 @@ pub(crate) fn scene_text(bytes: &[u8]) {
     let size = DVec2::new(scene.camera.width_px as f64, scene.camera.height_px as f64);
     for (i, j) in (0..5).flat_map(|j| (0..5).map(move |i| (i, j))) {
         let px = size * DVec2::new(f64::from(i), f64::from(j)) / 4.0;
-        if let Ok(sight) = system.look(px) {
+        if let Ok(sight) = system.trace(px) {
             assert!(sight.board_mm.is_finite(), "{px} sees {}", sight.board_mm);
         }
     }
@@ -59,7 +59,7 @@ pub(crate) fn picture(bytes: &[u8], ending: &str) {
 }
 
 /// A mesh: refused, or triangles that rays meet or miss.
-pub(crate) fn mesh(bytes: &[u8], format: mesh::Format) {
+pub(crate) fn mesh(bytes: &[u8], format: mesh::MeshFormat) {
     match mesh::parse_triangles("hostile", format, bytes, bytes.len() as u64) {
         Ok(triangles) => {
             assert!(triangles.point_normals.iter().all(|n| n.is_normalized()));
@@ -67,7 +67,7 @@ pub(crate) fn mesh(bytes: &[u8], format: mesh::Format) {
             let mesh = Mesh::new(triangles, Normals::Smooth);
             for direction in [DVec3::Z, (aim + DVec3::Z).normalize_or(DVec3::X), DVec3::new(0.6, 0.0, 0.8)] {
                 let ray = Ray { origin: DVec3::ZERO, direction };
-                if let Ok(met) = mesh.meet(&ray) {
+                if let Ok(met) = mesh.intersect(&ray) {
                     assert!(met.t_mm > 0.0 && !met.t_mm.is_nan(), "{}", met.t_mm);
                 }
             }
@@ -77,14 +77,14 @@ pub(crate) fn mesh(bytes: &[u8], format: mesh::Format) {
 }
 
 /// The text of a file of corners: refused, or every position is a number, and what is written of it reads back.
-pub(crate) fn corners(bytes: &[u8], format: corners::Format) {
+pub(crate) fn corners(bytes: &[u8], format: corners::CornerFormat) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     match corners::parse(text, format, "hostile") {
         Ok(views) => {
             let listed = views.iter().flat_map(|view| &view.corners);
             assert!(listed.map(|corner| corner.position_px).all(|p| p.is_finite()));
             let again = corners::parse(&corners::to_text(&views, format), format, "again");
-            let count = |views: &[corners::View]| views.iter().map(|v| v.corners.len()).collect::<Vec<_>>();
+            let count = |views: &[corners::CornerView]| views.iter().map(|v| v.corners.len()).collect::<Vec<_>>();
             assert!(again.is_ok_and(|again| count(&again) == count(&views)), "what was read cannot be written");
         }
         Err(problem) => assert!(!problem.rule.is_empty() && !problem.help.is_empty()),
@@ -92,7 +92,7 @@ pub(crate) fn corners(bytes: &[u8], format: corners::Format) {
 }
 
 /// A point cloud: refused, or points that are fitted or refused.
-pub(crate) fn cloud(bytes: &[u8], format: Format) {
+pub(crate) fn cloud(bytes: &[u8], format: PointFormat) {
     for surface in [Surface::Front, Surface::Back] {
         match parse_points("hostile", format, bytes, bytes.len() as u64, surface) {
             Ok(points) => {

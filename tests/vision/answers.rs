@@ -1,7 +1,7 @@
 //! Is an answer the same every time, and named as it should be?
 
 use crate::common::board::{Noise, Scene};
-use biprism::vision::{Polarity, Seen, Settings, detect, upright};
+use biprism::vision::{LatticeCorner, Polarity, Settings, detect, upright};
 use glam::DVec2;
 
 #[test]
@@ -33,7 +33,8 @@ fn polarity_and_contrast_are_those_of_the_board() {
 #[test]
 fn a_lattice_numbered_by_others_becomes_upright() {
     let scene = Scene::view(300, 280, 32.0, 5.0, 0.0, DVec2::new(1.3, 2.1));
-    let own: Vec<Seen> = detect(&scene.render(), None, &Settings::default()).corners.iter().map(Seen::from).collect();
+    let own: Vec<LatticeCorner> =
+        detect(&scene.render(), None, &Settings::default()).corners.iter().map(LatticeCorner::from).collect();
     assert!(own.len() > 40);
     let swapped = |p: Polarity| if p == Polarity::Main { Polarity::Anti } else { Polarity::Main };
     // Rows before columns, turned, mirrored, from another corner; of these the second and the last swap the diagonals.
@@ -46,7 +47,7 @@ fn a_lattice_numbered_by_others_becomes_upright() {
         (|[i, j]| [i, 100 - j], true),
     ];
     for (way, swaps) in ways {
-        let foreign = own.iter().map(|c| Seen {
+        let foreign = own.iter().map(|c| LatticeCorner {
             index: way(c.index),
             polarity: c.polarity.map(|p| if swaps { swapped(p) } else { p }),
             ..*c

@@ -3,7 +3,7 @@
 use crate::common::board::Scene;
 use crate::judge::judge;
 use biprism::raster::Raster;
-use biprism::vision::{Blur, Light, Settings, detect};
+use biprism::vision::{Blur, Settings, UnevenLight, detect};
 use glam::DVec2;
 
 /// The noise-free scenes of the target, by name.
@@ -159,8 +159,9 @@ fn light_is_told_apart_on_the_board_and_in_the_camera() {
             ..Scene::view(320, 360, 40.0, 2.0, 5.0, DVec2::new(3.25, -4.63))
         };
         let image = scene.render();
-        let rms = |light: Light| judge(&scene, &detect(&image, None, &Settings { light, ..Settings::default() })).rms;
-        let (board, camera) = (rms(Light::OnBoard), rms(Light::InCamera));
+        let rms =
+            |light: UnevenLight| judge(&scene, &detect(&image, None, &Settings { light, ..Settings::default() })).rms;
+        let (board, camera) = (rms(UnevenLight::OnBoard), rms(UnevenLight::InCamera));
         println!("vignetted {vignetted}: rms {board:.5} as on the board, {camera:.5} as in the camera");
         let (right, wrong) = if vignetted { (camera, board) } else { (board, camera) };
         // The wrong side of the blur costs its variance times the light's relative change: 4 px^2 times some 0.003 / px.

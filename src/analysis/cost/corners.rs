@@ -2,7 +2,7 @@
 
 use super::shifts::{Shifts, shift_px};
 use crate::accuracy::Accuracy;
-use crate::analysis::half_image::Frame;
+use crate::analysis::half_image::HalfFrame;
 use crate::analysis::truth;
 use crate::render::Plan;
 use crate::system::aim::Aimer;
@@ -25,17 +25,17 @@ pub(super) struct Mark {
 
 /// The corners of a picture.
 #[derive(Debug)]
-pub(super) struct Corners {
+pub(super) struct ReferenceCorners {
     pub(super) marks: Vec<Mark>,
 }
 
-impl Corners {
+impl ReferenceCorners {
     /// All inner corners that `reference` sees, by the exact inverse trace.
     pub(super) fn of(reference: &System) -> Self {
         let aimer = Aimer::new(reference);
         let mut marks = Vec::new();
         for half in [Half::Left, Half::Right] {
-            let frame = Frame::new(reference, half);
+            let frame = HalfFrame::new(reference, half);
             for (index, corner) in truth::corners(reference, &aimer, &frame).into_iter().flatten() {
                 let px = frame.full(corner.position_px);
                 let board_mm = reference.board.corner_at(f64::from(index[0]), f64::from(index[1]));
@@ -58,7 +58,7 @@ impl Corners {
     pub(super) fn shifts(&self, system: &System, accuracy: Accuracy) -> Option<Shifts> {
         let system = System { accuracy, ..system.clone() };
         let plan = Plan::new(&system);
-        let shift = |m: &Mark| plan.look(m.px).ok().map(|seen| shift_px(m.jacobian, seen - m.board_mm));
+        let shift = |m: &Mark| plan.trace(m.px).ok().map(|seen| shift_px(m.jacobian, seen - m.board_mm));
         Shifts::of(&self.marks.iter().map(shift).collect::<Option<Vec<f64>>>()?)
     }
 }

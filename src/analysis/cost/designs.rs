@@ -1,15 +1,15 @@
 //! The design of the prism: integrator, step and degree, against how well its rays meet in one point.
 
 use super::detector::true_reprojection_rms_px;
-use super::settings::Settings;
+use super::settings::CostSettings;
 use super::time::{Spread, Taken};
-use crate::analysis::half_image::{Frame, virtual_camera};
+use crate::analysis::half_image::{HalfFrame, virtual_camera};
 use crate::analysis::truth;
 use crate::design::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform_by};
 use crate::geom::Ray;
 use crate::metrics::ray_bundle::axis_crossings;
 use crate::num::ode::Integrator;
-use crate::scene::{Prism, Scene};
+use crate::scene::{PrismSpec, Scene};
 use crate::system::aim::Aimer;
 use crate::system::{self, System};
 use crate::vision::half::Half;
@@ -17,7 +17,7 @@ use glam::{DVec2, DVec3};
 
 /// One design.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Design {
+pub struct DesignSetting {
     /// What was turned: the integrator's name, or the degree.
     pub knob: &'static str,
     /// To what, in words.
@@ -47,7 +47,7 @@ const TOLERANCES_MM: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
 
 /// A design to be made.
 #[derive(Debug, Clone)]
-pub(super) struct Plan {
+pub(super) struct DesignPlan {
     knob: &'static str,
     value: String,
     number: f64,
@@ -56,8 +56,8 @@ pub(super) struct Plan {
 }
 
 /// Every integrator at every step, and every degree; none where the scene does not design its prism.
-pub(super) fn all(scene: &Scene, settings: &Settings) -> Vec<Plan> {
-    let Prism::Freeform(prism, own) = &scene.prism else { return Vec::new() };
+pub(super) fn all(scene: &Scene, settings: &CostSettings) -> Vec<DesignPlan> {
+    let PrismSpec::Freeform(prism, own) = &scene.prism else { return Vec::new() };
     let input =
         DesignInput { camera: scene.camera, prism: *prism, settings: *own, virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM };
     let pitch_um = 1e3 * scene.camera.pitch_mm;
@@ -68,7 +68,7 @@ pub(super) fn all(scene: &Scene, settings: &Settings) -> Vec<Plan> {
         for &step_um in &settings.steps_um {
             let mut input = input;
             input.settings.step_px = step_um / pitch_um;
-            plans.push(Plan { knob, value: format!("{step_um} um"), number: step_um, input, integrator });
+            plans.push(DesignPlan { knob, value: format!("{step_um} um"), number: step_um, input, integrator });
         }
     }
     // From point to point of the coarsest grid the adaptive pair chooses its own steps.
@@ -78,32 +78,32 @@ pub(super) fn all(scene: &Scene, settings: &Settings) -> Vec<Plan> {
         input.settings.step_px = coarsest / pitch_um;
         let integrator = Integrator::DormandPrince(tolerance);
         let value = format!("{tolerance:.0e} mm");
-        plans.push(Plan { knob: "dormand_prince", value, number: tolerance, input, integrator });
+        plans.push(DesignPlan { knob: "dormand_prince", value, number: tolerance, input, integrator });
     }
     for &degree in &settings.degrees {
         let mut input = input;
         input.settings.degree = degree;
         let (value, number) = (degree.to_string(), degree as f64);
-        plans.push(Plan { knob: "degree", value, number, input, integrator: Integrator::Rk4 });
+        plans.push(DesignPlan { knob: "degree", value, number, input, integrator: Integrator::Rk4 });
     }
     plans
 }
 
-impl Plan {
+impl DesignPlan {
     /// Makes the design; a prism that cannot be made is none.
     pub(super) fn make(&self) -> Option<FreeformDesign> {
         freeform_by(&self.input, self.integrator).ok()
     }
 
-    /// What the design costs, given the times of [`Plan::make`], and how good it is; `None` where there is none.
-    pub(super) fn judged(&self, scene: &Scene, taken: &Taken) -> Option<Design> {
+    /// What the design costs, given the times of [`DesignPlan::make`], and how good it is; `None` where there is none.
+    pub(super) fn judged(&self, scene: &Scene, taken: &Taken) -> Option<DesignSetting> {
         let design = self.make()?;
         let mut made = scene.clone();
-        made.prism = Prism::Polynomial(design.prism(self.input.prism.body));
+        made.prism = PrismSpec::Polynomial(design.prism(self.input.prism.body));
         let system = system::build(&made).ok()?;
-        let frame = Frame::new(&system, Half::Right);
+        let frame = HalfFrame::new(&system, Half::Right);
         let corners = truth::corners(&system, &Aimer::new(&system), &frame)?;
-        Some(Design {
+        Some(DesignSetting {
             knob: self.knob,
             value: self.value.clone(),
             number: self.number,
@@ -119,7 +119,7 @@ impl Plan {
 }
 
 /// Over a grid of `n` x `n` rays in the half.
-fn axis_mean_abs_mm(system: &System, frame: &Frame, n: usize) -> Option<f64> {
+fn axis_mean_abs_mm(system: &System, frame: &HalfFrame, n: usize) -> Option<f64> {
     let axis = Ray { origin: virtual_camera(system, frame).ok()?.centre_mm(), direction: DVec3::Z };
     let place = |k: usize| (k as f64 + 0.5) / n as f64;
     let rays: Vec<Ray> = (0..n * n)

@@ -1,9 +1,9 @@
 //! What the corner detector makes of a picture: the figures that a user would take from it.
 
 use super::shifts::Shifts;
-use crate::analysis::half_image::{Frame, virtual_camera};
+use crate::analysis::half_image::{HalfFrame, virtual_camera};
 use crate::analysis::truth::TrueCorners;
-use crate::analysis::view::{View, see};
+use crate::analysis::view::{BoardView, see};
 use crate::metrics::pinhole::Pinhole;
 use crate::metrics::stereo::disparity;
 use crate::metrics::{Observation, Pair};
@@ -29,11 +29,11 @@ pub struct Measured {
 type Positions = [BTreeMap<[i32; 2], DVec2>; 2];
 
 /// The reference as the detector sees it.
-pub(super) struct Eye {
+pub(super) struct DetectorRun {
     reference: Positions,
 }
 
-impl Eye {
+impl DetectorRun {
     /// Looks at the reference.
     pub(super) fn new(system: &System, reference: &Raster<f32>) -> Self {
         Self { reference: positions(&look(system, reference)) }
@@ -68,17 +68,17 @@ impl Eye {
 }
 
 /// RMS distance of a half's exact corners from where its virtual camera sees them; `None` of none.
-pub(super) fn true_reprojection_rms_px(system: &System, frame: &Frame, corners: &TrueCorners) -> Option<f64> {
+pub(super) fn true_reprojection_rms_px(system: &System, frame: &HalfFrame, corners: &TrueCorners) -> Option<f64> {
     let camera = virtual_camera(system, frame).ok()?;
     let positions = corners.iter().map(|(&index, corner)| (index, corner.position_px)).collect();
     rms_px(&residuals_px(&camera, &system.board, &positions)?)
 }
 
-fn look(system: &System, picture: &Raster<f32>) -> View {
+fn look(system: &System, picture: &Raster<f32>) -> BoardView {
     see(system, picture, false, &mut |_| ())
 }
 
-fn positions(view: &View) -> Positions {
+fn positions(view: &BoardView) -> Positions {
     view.halves.each_ref().map(|half| half.found.iter().map(|f| (f.index, f.position_px)).collect())
 }
 

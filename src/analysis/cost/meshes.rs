@@ -1,11 +1,11 @@
 //! The prism as triangles: what a renderer of meshes pays and loses.
 
-use super::corners::{Corners, Mark};
+use super::corners::{Mark, ReferenceCorners};
 use super::detector::rms_px;
-use super::settings::Settings;
+use super::settings::CostSettings;
 use super::shifts::{Shifts, shift_px};
 use super::time::{Spread, Taken, cpu_ms};
-use crate::analysis::half_image::{Frame, virtual_camera};
+use crate::analysis::half_image::{HalfFrame, virtual_camera};
 use crate::surface::mesh::Normals;
 use crate::system::tessellated::Tessellated;
 use crate::system::{Side, System};
@@ -38,7 +38,7 @@ const SAMPLE: usize = 128;
 
 /// A mesh to be studied.
 #[derive(Debug)]
-pub(super) struct Mesh<'a> {
+pub(super) struct MeshSetting<'a> {
     system: &'a System,
     tessellated: Tessellated<'a>,
     normals: Normals,
@@ -46,17 +46,17 @@ pub(super) struct Mesh<'a> {
 }
 
 /// Every tessellation, with flat and with smooth normals; none without a prism.
-pub(super) fn all<'a>(system: &'a System, settings: &Settings) -> Vec<Mesh<'a>> {
+pub(super) fn all<'a>(system: &'a System, settings: &CostSettings) -> Vec<MeshSetting<'a>> {
     let kinds = [Normals::Flat, Normals::Smooth];
     let sizes = settings.triangles.iter().flat_map(|&n| kinds.map(|normals| (n, normals)));
     let mesh = |(n, normals)| {
         let (build_ms, tessellated) = cpu_ms(|| Tessellated::new(system, n, normals));
-        Some(Mesh { system, tessellated: tessellated?, normals, build_ms })
+        Some(MeshSetting { system, tessellated: tessellated?, normals, build_ms })
     };
     sizes.filter_map(mesh).collect()
 }
 
-impl Mesh<'_> {
+impl MeshSetting<'_> {
     /// Traces the sample; returns how many of its rays are lost.
     pub(super) fn trace(&self) -> usize {
         let [width, height] = self.system.camera.size_px().map(|n| n as f64);
@@ -64,17 +64,17 @@ impl Mesh<'_> {
             let place = DVec2::new((k % SAMPLE) as f64 + 0.5, (k / SAMPLE) as f64 + 0.5) / SAMPLE as f64;
             DVec2::new(0.5 * width * (1.0 + place.x), height * place.y)
         };
-        (0..SAMPLE * SAMPLE).filter(|&k| self.tessellated.look(at(k)).is_err()).count()
+        (0..SAMPLE * SAMPLE).filter(|&k| self.tessellated.trace(at(k)).is_err()).count()
     }
 
-    /// What it costs, given the times of [`Mesh::trace`], and what it loses.
-    pub(super) fn judged(&self, corners: &Corners, taken: &Taken) -> Meshed {
+    /// What it costs, given the times of [`MeshSetting::trace`], and what it loses.
+    pub(super) fn judged(&self, corners: &ReferenceCorners, taken: &Taken) -> Meshed {
         let [width, height] = self.system.camera.size_px();
         let pixels = (width * height) as f64;
-        let seen = |m: &Mark| self.tessellated.look(m.px).ok();
+        let seen = |m: &Mark| self.tessellated.trace(m.px).ok();
         let right: Vec<&Mark> = corners.marks.iter().filter(|m| m.side == Side::Right).collect();
         let shifts = right.iter().map(|m| Some(shift_px(m.jacobian, seen(m)? - m.board_mm)));
-        let frame = Frame::new(self.system, Half::Right);
+        let frame = HalfFrame::new(self.system, Half::Right);
         let residuals = |camera: crate::metrics::pinhole::Pinhole| {
             let residual = |m: &&Mark| {
                 // Where the mesh shows the corner, to first order.

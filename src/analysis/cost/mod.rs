@@ -11,15 +11,15 @@ mod meshes;
 mod time;
 
 use crate::accuracy::Accuracy;
-use crate::render::{Wanted, render_wanted};
+use crate::render::{Outputs, render_wanted};
 use crate::scene::Scene;
 use crate::system::System;
-use corners::Corners;
-use detector::Eye;
+use corners::ReferenceCorners;
+use detector::DetectorRun;
 use shift_judge::Judge;
 use time::Job;
 
-pub use designs::Design;
+pub use designs::DesignSetting;
 pub use detector::Measured;
 pub use meshes::Meshed;
 pub use time::{Spread, calibration, cpu_ms};
@@ -29,16 +29,16 @@ pub use time::{Spread, calibration, cpu_ms};
 pub fn cost(
     scene: &Scene,
     system: &System,
-    settings: &Settings,
+    settings: &CostSettings,
     stage: &mut Stage<'_>,
     done: &(dyn Fn(usize) + Sync),
-) -> Study {
+) -> CostStudy {
     let [width, height] = system.camera.size_px();
     stage("reference", width * height);
     let exact = System { accuracy: Accuracy::reference(), ..system.clone() };
-    let reference = render_wanted(&exact, Wanted { truth: false }, done);
-    let corners = Corners::of(&exact);
-    let eye = Eye::new(system, &reference.radiance);
+    let reference = render_wanted(&exact, Outputs { truth: false }, done);
+    let corners = ReferenceCorners::of(&exact);
+    let eye = DetectorRun::new(system, &reference.radiance);
 
     let pool = time::one_thread();
     let ways = methods::all(settings);
@@ -62,7 +62,7 @@ pub fn cost(
     let heard = |_: &_| done(1);
     let designs = designs.iter().zip(of_designs).map(|(plan, taken)| plan.judged(scene, taken)).inspect(heard);
     let designs = designs.flatten().collect();
-    Study {
+    CostStudy {
         yardstick_ns: time::yardstick_ns(&times),
         size_px: [width, height],
         reference: reference.account,
@@ -89,6 +89,6 @@ mod shift_judge;
 mod settings;
 mod shifts;
 
-pub use settings::{Settings, Stage};
+pub use settings::{CostSettings, Stage};
 pub use shifts::Shifts;
-pub use study::{Setting, Study};
+pub use study::{CostStudy, Setting};

@@ -4,7 +4,7 @@ use crate::accuracy::Level;
 
 /// How much the study does.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
+pub struct CostSettings {
     /// Repetitions of each setting.
     pub repetitions: usize,
     /// A setting is not repeated once it has taken this long altogether, in s.
@@ -21,7 +21,7 @@ pub struct Settings {
     pub triangles: Vec<usize>,
 }
 
-impl Default for Settings {
+impl Default for CostSettings {
     /// The ranges of the design paper's Fig. 4(b) and beyond.
     fn default() -> Self {
         Self {
@@ -36,7 +36,7 @@ impl Default for Settings {
     }
 }
 
-impl Settings {
+impl CostSettings {
     /// A first look: the cheap end of each range. Of the reference only the picture is made that others are held against.
     pub fn quick() -> Self {
         Self {

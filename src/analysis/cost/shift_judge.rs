@@ -1,9 +1,9 @@
 //! How far a picture is from the reference.
 
-use super::corners::Corners;
-use super::detector::Eye;
+use super::corners::ReferenceCorners;
+use super::detector::DetectorRun;
 use super::lines::line_shifts;
-use super::methods::Way;
+use super::methods::RenderMethod;
 use super::shifts::Shifts;
 use super::study::Setting;
 use super::time::Taken;
@@ -14,13 +14,13 @@ use crate::system::System;
 pub(super) struct Judge<'a> {
     pub(super) system: &'a System,
     pub(super) reference: &'a Raster<f32>,
-    pub(super) corners: &'a Corners,
-    pub(super) eye: &'a Eye,
+    pub(super) corners: &'a ReferenceCorners,
+    pub(super) eye: &'a DetectorRun,
 }
 
 impl Judge<'_> {
     /// A setting, given the times of its pictures.
-    pub(super) fn setting(&self, way: &Way, taken: &Taken) -> Setting {
+    pub(super) fn setting(&self, way: &RenderMethod, taken: &Taken) -> Setting {
         let Self { system, reference, corners, eye } = self;
         let made = way.picture(system);
         let contrast = system.board.pattern.white - system.board.pattern.black;

@@ -1,21 +1,21 @@
 //! The study of cost as data.
 
-use super::designs::Design;
+use super::designs::DesignSetting;
 use super::detector::Measured;
 use super::meshes::Meshed;
 use super::shifts::Shifts;
 use super::time::Spread;
-use crate::render::{Account, Counts};
+use crate::render::{AccuracyReport, Counts};
 
 /// The study.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Study {
+pub struct CostStudy {
     /// The yardstick: ns of CPU time for one ray of [`calibration`].
     pub yardstick_ns: Spread,
     /// Columns and rows of a picture.
     pub size_px: [usize; 2],
     /// What the reference says of itself.
-    pub reference: Account,
+    pub reference: AccuracyReport,
     /// Corners whose exact positions were compared.
     pub corners: usize,
     /// Settings of the simulator.
@@ -23,7 +23,7 @@ pub struct Study {
     /// The prism as triangles.
     pub meshes: Vec<Meshed>,
     /// Settings of the design; none where the scene does not design its prism.
-    pub designs: Vec<Design>,
+    pub designs: Vec<DesignSetting>,
 }
 
 /// One setting of the simulator.
@@ -52,5 +52,5 @@ pub struct Setting {
     /// What the corner detector finds in the picture.
     pub measured: Measured,
     /// What the level says of itself; `None` of point samples.
-    pub account: Option<Account>,
+    pub account: Option<AccuracyReport>,
 }

@@ -2,13 +2,13 @@ use super::*;
 use crate::accuracy::Level;
 use crate::{scene, system};
 
-fn study() -> Study {
+fn study() -> CostStudy {
     let text = "name = \"small\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 256\nheight_px = 144\n\
          pixel_pitch_um = 41.25\n[prism]\nkind = \"freeform\"\nindex = 1.48\nridge_distance_mm = 78.472\n\
          thickness_mm = 8.545\n[board]\ncolumns = 41\nrows = 41\nsquare_mm = 10.0\nposition_mm = [0.0, 0.0, 1000.0]\n";
     let scene = scene::parse(text, "test", None).expect("a right scene");
     let system = system::build(&scene).expect("it can be built");
-    let settings = Settings {
+    let settings = CostSettings {
         repetitions: 1,
         patience_s: 1.0,
         levels: Level::ALL.to_vec(),

@@ -171,7 +171,7 @@ mod tests {
         let system = crate::system::build(&scene).expect("it can be built");
         let look = |k: usize| {
             let px = glam::DVec2::new(960.5 + (k % 960) as f64, 0.5 + (k / 960) as f64);
-            let seen = system.look(px).expect("in view").board_mm;
+            let seen = system.trace(px).expect("in view").board_mm;
             seen.x + seen.y
         };
         let expected: f64 = (0..2000).map(look).sum();

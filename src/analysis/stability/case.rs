@@ -1,11 +1,11 @@
 //! One hard case of the catalogue.
 
-use super::tally::Outcome;
+use super::tally::CaseOutcome;
 
 /// What an error is counted in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Unit {
+pub enum ErrorUnit {
     /// Pixels of the image.
     Px,
     /// Millimetres on a surface or on the board.
@@ -18,7 +18,7 @@ pub enum Unit {
     Order,
 }
 
-impl Unit {
+impl ErrorUnit {
     /// The name used in reports.
     pub const fn name(self) -> &'static str {
         match self {
@@ -43,19 +43,19 @@ pub struct Case {
     /// What is held against what.
     pub property: &'static str,
     /// What its error is counted in.
-    pub unit: Unit,
+    pub unit: ErrorUnit,
     /// The largest error that it may show.
     pub bound: f64,
     /// Where the bound comes from.
     pub why: &'static str,
     /// Runs it.
-    pub run: fn() -> Outcome,
+    pub run: fn() -> CaseOutcome,
 }
 
 impl Case {
     /// Whether `outcome` keeps the case's promises: something was checked, every property held, and the largest error is
     /// a number within the bound.
-    pub fn holds(&self, outcome: &Outcome) -> bool {
+    pub fn holds(&self, outcome: &CaseOutcome) -> bool {
         outcome.checked > 0 && outcome.broken.is_empty() && outcome.worst <= self.bound
     }
 }

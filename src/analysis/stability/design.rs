@@ -1,11 +1,11 @@
 //! The march of the design: its order of convergence, its floor, and where it must stop.
 
-use super::case::{Case, Unit};
+use super::case::{Case, ErrorUnit};
 use super::scenes::{BOARD, scene};
-use super::tally::{Outcome, Tally};
+use super::tally::{CaseOutcome, Tally};
 use crate::design::{DesignInput, freeform_by};
 use crate::num::ode::Integrator;
-use crate::scene::Prism;
+use crate::scene::PrismSpec;
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -13,7 +13,7 @@ pub(super) const CASES: &[Case] = &[
         name: "order of convergence",
         hard: "Euler, midpoint and Runge-Kutta at steps from a third of the field down",
         property: "the spread of the optical path falls with the step as 1, 2, 4 until rounding, and stays there",
-        unit: Unit::Order,
+        unit: ErrorUnit::Order,
         bound: 0.35,
         why: "halving a finite step shows the order up to the next power of the step",
         run: order,
@@ -23,7 +23,7 @@ pub(super) const CASES: &[Case] = &[
         name: "no surface to be had",
         hard: "denominators of Eq. 4 near 0: index ratio near 1, fields of 46 deg, no glass left; steps beyond the field",
         property: "a design or a problem that says where and why; every figure is a number",
-        unit: Unit::Mm,
+        unit: ErrorUnit::Mm,
         bound: 1e-3,
         why: "one step of Runge-Kutta over a whole field is coarse, but not wild",
         run: singular,
@@ -34,13 +34,13 @@ pub(super) const CASES: &[Case] = &[
 fn input(prism: &str, camera: &str, step: f64) -> DesignInput {
     let text = format!("kind = \"freeform\"\n{prism}\n[prism.design]\nstep_px = {step:?}");
     let scene = scene([96, 54], camera, &text, BOARD);
-    let Prism::Freeform(flat, settings) = scene.prism else { panic!("the scene has a freeform prism") };
+    let PrismSpec::Freeform(flat, settings) = scene.prism else { panic!("the scene has a freeform prism") };
     DesignInput { camera: scene.camera, prism: flat, settings, virtual_camera_z_mm: 0.0 }
 }
 
 const PAPER: &str = "index = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545";
 
-fn order() -> Outcome {
+fn order() -> CaseOutcome {
     let mut tally = Tally::default();
     let spread = |integrator, step: f64| {
         freeform_by(&input(PAPER, "", step), integrator).map_or(f64::NAN, |design| design.optical_path_spread_mm)
@@ -61,7 +61,7 @@ fn order() -> Outcome {
     tally.done()
 }
 
-fn singular() -> Outcome {
+fn singular() -> CaseOutcome {
     let mut tally = Tally::default();
     let prisms = [
         PAPER.to_owned(),
@@ -85,7 +85,7 @@ fn singular() -> Outcome {
                 tally.require(true, String::new);
                 continue;
             };
-            let Prism::Freeform(flat, settings) = scene.prism else { panic!("the scene has a freeform prism") };
+            let PrismSpec::Freeform(flat, settings) = scene.prism else { panic!("the scene has a freeform prism") };
             let input = DesignInput { camera: scene.camera, prism: flat, settings, virtual_camera_z_mm: 0.0 };
             match freeform_by(&input, Integrator::Rk4) {
                 Ok(design) => {

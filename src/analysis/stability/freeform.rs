@@ -1,16 +1,16 @@
 //! Freeform surfaces: several crossings, folds, high degrees, clouds that determine too little, and the solver's budget.
 
-use super::case::{Case, Unit};
+use super::case::{Case, ErrorUnit};
 use super::optics::TRACE_PX;
 use super::scenes::{BOARD, FREEFORM, FULL, built, in_px, places, scene};
 use super::tables::{self, number, rows};
-use super::tally::{Outcome, Tally};
+use super::tally::{CaseOutcome, Tally};
 use crate::design::fit::fit;
 use crate::geom::{Ray, Rect};
 use crate::num::poly2::Poly2;
 use crate::optics::fate::Fate;
-use crate::scene::{Patch, Prism};
-use crate::surface::shape::{Freeform, Surface};
+use crate::scene::{PolynomialPatch, PrismSpec};
+use crate::surface::shape::{PolynomialSurface, Surface};
 use crate::system::aim::Aimer;
 use crate::system::{Side, System};
 use glam::{DVec2, DVec3};
@@ -23,7 +23,7 @@ pub(super) const CASES: &[Case] = &[
                apart, coefficients of 8e7 that cancel to 10",
         property: "the first crossing against the 50-digit table, as a gap along z less what the coefficients' own \
                    rounding explains; a ray that rounding leaves undecided is given up by name",
-        unit: Unit::Mm,
+        unit: ErrorUnit::Mm,
         bound: 2e-12,
         why: "the residual asked for is 1e-12 mm, and the table's place is rounded to an f64",
         run: crossings,
@@ -33,7 +33,7 @@ pub(super) const CASES: &[Case] = &[
         name: "the paper's polynomial prism",
         hard: "corners, seam and centre of the field",
         property: "board positions against the 50-digit table",
-        unit: Unit::Px,
+        unit: ErrorUnit::Px,
         bound: 2.0 * TRACE_PX,
         why: "as the flat prism, and as much again for the polynomials' own rounding",
         run: paper_polynomial,
@@ -43,7 +43,7 @@ pub(super) const CASES: &[Case] = &[
         name: "fold-over of the map",
         hard: "a lens so strong that a board point is seen by several pixels or by none",
         property: "a pixel found for a board point sees that point, or none is found and the fate says so",
-        unit: Unit::Px,
+        unit: ErrorUnit::Px,
         bound: 1e-6,
         why: "the largest step that the search may leave",
         run: fold,
@@ -53,7 +53,7 @@ pub(super) const CASES: &[Case] = &[
         name: "degree 15",
         hard: "136 terms, designed and traced",
         property: "aiming undoes looking, and no ray is given up",
-        unit: Unit::Px,
+        unit: ErrorUnit::Px,
         bound: 1e-9,
         why: "rounding of 72 terms on each surface, weighed by the focal length in px, there and back",
         run: degree_15,
@@ -63,7 +63,7 @@ pub(super) const CASES: &[Case] = &[
         name: "fit from points to pixels",
         hard: "the paper's surfaces as 41 x 41 points each, fitted again",
         property: "board positions through the fitted prism are those through the prism that the points came from",
-        unit: Unit::Px,
+        unit: ErrorUnit::Px,
         bound: 1e-9,
         why: "z of 80 mm rounds to 7e-15 mm; a condition number of 50 over 6 mm of aperture makes 1e-13 rad of it at most, \
               6e-10 px",
@@ -74,7 +74,7 @@ pub(super) const CASES: &[Case] = &[
         name: "clouds that determine too little",
         hard: "3 points, near-duplicates, points on a line, on a parabola, within 1e-300 mm, noise of 1 mm",
         property: "refused by name, or fitted to within the noise",
-        unit: Unit::Mm,
+        unit: ErrorUnit::Mm,
         bound: 1.0,
         why: "least squares leave less than the noise of 1 mm",
         run: clouds,
@@ -84,7 +84,7 @@ pub(super) const CASES: &[Case] = &[
         name: "budget of the paper's scene",
         hard: "every third pixel of both halves, centres and corners",
         property: "no ray is given up, and every residual is that asked for",
-        unit: Unit::Mm,
+        unit: ErrorUnit::Mm,
         bound: 1e-12,
         why: "`surface_residual_mm` of the standard accuracy",
         run: budget,
@@ -96,7 +96,7 @@ pub(super) fn against(tally: &mut Tally, system: &System, table: &'static str) {
     for row in rows(table) {
         let [x, y, u, v] = [0, 1, 2, 3].map(|k| number(row[k]));
         let px = DVec2::new(x, y);
-        let end = system.look(px);
+        let end = system.trace(px);
         tally.ended(&end);
         match end {
             Ok(sight) => tally.error(|| format!("{px}"), in_px(system, px, sight.board_mm - DVec2::new(u, v))),
@@ -106,15 +106,15 @@ pub(super) fn against(tally: &mut Tally, system: &System, table: &'static str) {
 }
 
 /// The sheets of a polynomial prism.
-fn patches(scene: &crate::scene::Scene) -> [Patch; 2] {
+fn patches(scene: &crate::scene::Scene) -> [PolynomialPatch; 2] {
     match &scene.prism {
-        Prism::Polynomial(p) => [p.front.clone(), p.back.clone()],
+        PrismSpec::Polynomial(p) => [p.front.clone(), p.back.clone()],
         _ => panic!("the scene has a polynomial prism"),
     }
 }
 
 /// Distance along z of the points on the way of `px` from their polynomials.
-fn residuals(tally: &mut Tally, system: &System, patches: &[Patch; 2], px: DVec2) {
+fn residuals(tally: &mut Tally, system: &System, patches: &[PolynomialPatch; 2], px: DVec2) {
     let (path, end) = system.path(px);
     tally.ended(&end);
     let Ok((_, side)) = end else { return };
@@ -124,7 +124,7 @@ fn residuals(tally: &mut Tally, system: &System, patches: &[Patch; 2], px: DVec2
     }
 }
 
-fn crossings() -> Outcome {
+fn crossings() -> CaseOutcome {
     let mut tally = Tally::default();
     let domain = Rect { min: DVec2::splat(-20.0), max: DVec2::splat(20.0) };
     for row in rows(tables::CROSSINGS) {
@@ -140,7 +140,8 @@ fn crossings() -> Outcome {
         let vector = |k: usize| DVec3::new(number(row[k]), number(row[k + 1]), number(row[k + 2]));
         let ray = Ray { origin: vector(2), direction: vector(5) };
         let place = || format!("{} from {} along {}", row[0], ray.origin, ray.direction);
-        let end = Surface::Freeform(Freeform::new(&Patch { sag: sag.clone(), domain }, false)).meet(&ray, 1e-12);
+        let end = Surface::Freeform(PolynomialSurface::new(&PolynomialPatch { sag: sag.clone(), domain }, false))
+            .intersect(&ray, 1e-12);
         tally.ended(&end);
         // What the terms' own rounding leaves of z, at the place of the table or of the ray's origin.
         let noise = |p: DVec3| {
@@ -169,7 +170,7 @@ fn crossings() -> Outcome {
     tally.done()
 }
 
-fn paper_polynomial() -> Outcome {
+fn paper_polynomial() -> CaseOutcome {
     let mut tally = Tally::default();
     let scene = scene(FULL, "", tables::PRISM, BOARD);
     let (system, patches) = (built(FULL, "", tables::PRISM, BOARD), patches(&scene));
@@ -189,7 +190,7 @@ fn lens() -> System {
     built([480, 270], "", prism, BOARD)
 }
 
-fn fold() -> Outcome {
+fn fold() -> CaseOutcome {
     let mut tally = Tally::default();
     let system = lens();
     let aimer = Aimer::new(&system);
@@ -230,13 +231,13 @@ fn fold() -> Outcome {
     tally.done()
 }
 
-fn degree_15() -> Outcome {
+fn degree_15() -> CaseOutcome {
     let mut tally = Tally::default();
     let prism = FREEFORM.to_owned() + "\ndegree = 15";
     let system = built(FULL, "", &prism, BOARD);
     let aimer = Aimer::new(&system);
     for px in places(FULL, 1000) {
-        let end = system.look(px);
+        let end = system.trace(px);
         tally.ended(&end);
         match end.and_then(|sight| aimer.aim(sight.board_mm, sight.side)) {
             Ok(back) => tally.error(|| format!("{px}"), (back - px).length()),
@@ -246,24 +247,24 @@ fn degree_15() -> Outcome {
     tally.done()
 }
 
-fn fitted() -> Outcome {
+fn fitted() -> CaseOutcome {
     let mut tally = Tally::default();
     let mut scene = scene(FULL, "", tables::PRISM, BOARD);
     let own = built(FULL, "", tables::PRISM, BOARD);
-    let again = |patch: &Patch| {
+    let again = |patch: &PolynomialPatch| {
         let (min, size) = (patch.domain.min, patch.domain.size());
         let at = |k: usize| min + size * DVec2::new((k % 41) as f64, (k / 41) as f64) / 40.0;
         let points: Vec<DVec3> = (0..41 * 41).map(at).map(|p| p.extend(patch.sag.value(p.x, p.y))).collect();
         fit(&points, 5, Some(DVec2::from(patch.sag.centre()))).unwrap_or_else(|problem| panic!("{problem}")).patch
     };
-    if let Prism::Polynomial(prism) = &mut scene.prism {
+    if let PrismSpec::Polynomial(prism) = &mut scene.prism {
         (prism.front, prism.back) = (again(&prism.front), again(&prism.back));
     }
     let other = crate::system::build(&scene).unwrap_or_else(|problem| panic!("{problem}"));
     for px in places(FULL, 1000) {
-        let end = other.look(px);
+        let end = other.trace(px);
         tally.ended(&end);
-        match (own.look(px), end) {
+        match (own.trace(px), end) {
             (Ok(a), Ok(b)) => tally.error(|| format!("{px}"), in_px(&own, px, b.board_mm - a.board_mm)),
             (a, b) => tally.require(false, || format!("{px}: {a:?} {b:?}")),
         }
@@ -271,7 +272,7 @@ fn fitted() -> Outcome {
     tally.done()
 }
 
-fn clouds() -> Outcome {
+fn clouds() -> CaseOutcome {
     let mut tally = Tally::default();
     let grid = |n: usize| {
         (0..n * n)
@@ -309,7 +310,7 @@ fn clouds() -> Outcome {
     tally.done()
 }
 
-fn budget() -> Outcome {
+fn budget() -> CaseOutcome {
     let mut tally = Tally::default();
     let scene = scene(FULL, "", tables::PRISM, BOARD);
     let (system, patches) = (built(FULL, "", tables::PRISM, BOARD), patches(&scene));
@@ -322,5 +323,5 @@ fn budget() -> Outcome {
     let mut tally = Tally::default();
     tally.require(given_up == 0, || format!("{given_up} rays are lost: {:?}", outcome.fates));
     tally.error(|| "residual".to_owned(), outcome.residual_mm.unwrap_or(f64::NAN));
-    Outcome { fates: outcome.fates, residual_mm: outcome.residual_mm, ..tally.done() }
+    CaseOutcome { fates: outcome.fates, residual_mm: outcome.residual_mm, ..tally.done() }
 }

@@ -13,9 +13,9 @@ mod sampling;
 mod design;
 mod case;
 
-pub use case::{Case, Unit};
+pub use case::{Case, ErrorUnit};
 
-pub use tally::{Outcome, Tally};
+pub use tally::{CaseOutcome, Tally};
 
 /// Every case, chapter by chapter.
 pub fn catalogue() -> impl Iterator<Item = &'static Case> {

@@ -1,9 +1,9 @@
 //! Total reflection, grazing incidence, the ridge, and optics that vanish.
 
-use super::case::{Case, Unit};
+use super::case::{Case, ErrorUnit};
 use super::scenes::{BOARD, FLAT, FULL, NO_GLASS, built, in_px, places};
 use super::tables::{self, number, rows};
-use super::tally::{Outcome, Tally};
+use super::tally::{CaseOutcome, Tally};
 use crate::geom::Ray;
 use crate::optics::snell::refract;
 use crate::render::{self, Class};
@@ -23,7 +23,7 @@ pub(super) const CASES: &[Case] = &[
         name: "critical angle of one surface",
         hard: "incidence at the critical angle +- 1e-3 ... 1e-16 rad and +- 1 ... 32 ulp, eta 1 + 2^-52 ... 4",
         property: "cosine of refraction and fate against the 50-digit table",
-        unit: Unit::Relative,
+        unit: ErrorUnit::Relative,
         bound: 8.0 * f64::EPSILON,
         why: "one rounding of a difference that is taken exactly, and a square root; away from the critical angle 4 eps of \
               a difference that loses two bits",
@@ -34,7 +34,7 @@ pub(super) const CASES: &[Case] = &[
         name: "part of a facet beyond it",
         hard: "a prism of index 0.6 at 30 deg: the fate changes inside the picture",
         property: "along a row the fate changes once in a half, the picture is dark exactly there, and both halves agree",
-        unit: Unit::Radiance,
+        unit: ErrorUnit::Radiance,
         bound: 0.0,
         why: "a totally reflected pixel brings no light",
         run: partly_reflected,
@@ -44,7 +44,7 @@ pub(super) const CASES: &[Case] = &[
         name: "grazing incidence on one surface",
         hard: "cosine of incidence 1e-300 ... 1e-2",
         property: "cosine of refraction and fate against the 50-digit table",
-        unit: Unit::Relative,
+        unit: ErrorUnit::Relative,
         bound: 8.0 * f64::EPSILON,
         why: "as at the critical angle",
         run: || refraction(|cos_in| cos_in < 1e-2),
@@ -54,7 +54,7 @@ pub(super) const CASES: &[Case] = &[
         name: "rays parallel to a plane",
         hard: "directions within 0 and 1e-16 ... 1e-1 of the plane, from 1e-9 ... 1e9 mm above it",
         property: "the meeting point lies on the plane, as a share of the way; exactly parallel rays miss",
-        unit: Unit::Relative,
+        unit: ErrorUnit::Relative,
         bound: 4.0 * f64::EPSILON,
         why: "rounding of the quotient, of the product and of the sum",
         run: parallel_to_a_plane,
@@ -64,7 +64,7 @@ pub(super) const CASES: &[Case] = &[
         name: "edge-on board",
         hard: "a board tilted by 90 deg, and by 90 deg +- 1e-12 ... 1e-3 deg",
         property: "positions against the closed form of the tilted plane; every pixel of the picture is a number",
-        unit: Unit::Px,
+        unit: ErrorUnit::Px,
         bound: 1e3 * TRACE_PX,
         why: "the board stands 10 mm from the axis: y is a thousandth of the way, so its rounding counts 1e3 times",
         run: edge_on_board,
@@ -74,7 +74,7 @@ pub(super) const CASES: &[Case] = &[
         name: "on the ridge to the last bit",
         hard: "rays within 8 ulp of the ridge, camera and prism off the axis, ridge towards and away from the camera",
         property: "every ray passes one side, and both sides go on alike: their facets meet in the ridge",
-        unit: Unit::Mm,
+        unit: ErrorUnit::Mm,
         bound: 1e-8,
         why: "8 ulp of 1e3 px are 1e-12 px, or 1e-13 mm on the facet; a wrong sheet would be 1e-3 mm off",
         run: on_the_ridge,
@@ -84,7 +84,7 @@ pub(super) const CASES: &[Case] = &[
         name: "seam inside and beside pixels",
         hard: "odd and even widths, ridge off the centre, pinhole beyond the ridge's plane",
         property: "no ray is lost, every pixel is a number within the board's radiances, mirrored scenes mirror",
-        unit: Unit::Radiance,
+        unit: ErrorUnit::Radiance,
         bound: 1e-6,
         why: "f32 of radiances up to 1; beside a cut, derivatives come from other rays",
         run: seams,
@@ -94,7 +94,7 @@ pub(super) const CASES: &[Case] = &[
         name: "the paper's flat prism",
         hard: "corners, seam and centre of the field",
         property: "board positions against the 50-digit table",
-        unit: Unit::Px,
+        unit: ErrorUnit::Px,
         bound: TRACE_PX,
         why: "16 roundings of a direction, times the focal length in px",
         run: paper_flat,
@@ -105,14 +105,14 @@ pub(super) const CASES: &[Case] = &[
         hard: "facet angle 0, 1e-300 ... 60 deg; index ratio 1 +- 1e-16, 0.2 ... 10; thickness 1e-12 ... 900 mm; \
                in water; board from the base to 1e12 mm; ridge from 1e-6 to 1e6 mm",
         property: "board positions and fates against the 50-digit table",
-        unit: Unit::Px,
+        unit: ErrorUnit::Px,
         bound: 8.0 * TRACE_PX,
         why: "as the paper's prism; at the extremes the light is bent by up to 8 times as much",
         run: prisms,
     },
 ];
 
-fn refraction(wanted: fn(f64) -> bool) -> Outcome {
+fn refraction(wanted: fn(f64) -> bool) -> CaseOutcome {
     let mut tally = Tally::default();
     for row in rows(tables::REFRACTION) {
         let [eta, x, z] = [0, 1, 2].map(|k| number(row[k]));
@@ -137,7 +137,7 @@ fn refraction(wanted: fn(f64) -> bool) -> Outcome {
     tally.done()
 }
 
-fn partly_reflected() -> Outcome {
+fn partly_reflected() -> CaseOutcome {
     let mut tally = Tally::default();
     let prism = "kind = \"flat\"\nindex = 0.6\nridge_distance_mm = 78.472\nthickness_mm = 60.0\nfacet_angle_deg = 30.0";
     let film = render::render(&built([128, 72], "", prism, BOARD), &|_| ());
@@ -162,14 +162,14 @@ fn partly_reflected() -> Outcome {
     tally.done()
 }
 
-fn parallel_to_a_plane() -> Outcome {
+fn parallel_to_a_plane() -> CaseOutcome {
     let mut tally = Tally::default();
     let plane = Surface::Plane { point: DVec3::ZERO, normal: DVec3::Z };
     for slope in (1..=16).map(|e| libm::exp10(-f64::from(e))).chain([1e-100, 1e-300]) {
         for height in (-9..=9).map(|e| libm::exp10(f64::from(e))) {
             let ray =
                 Ray { origin: DVec3::new(3.0, -2.0, -height), direction: DVec3::new(1.0, 0.0, slope).normalize() };
-            match plane.meet(&ray, 1e-12) {
+            match plane.intersect(&ray, 1e-12) {
                 Ok(m) => {
                     let place = || format!("slope {slope:e}, height {height:e}");
                     tally.error(place, ray.at(m.t_mm).z / height);
@@ -183,13 +183,13 @@ fn parallel_to_a_plane() -> Outcome {
         }
     }
     let along = Ray { origin: DVec3::new(0.0, 0.0, -1.0), direction: DVec3::X };
-    tally.require(plane.meet(&along, 1e-12).is_err(), || "a parallel ray meets the plane".to_owned());
+    tally.require(plane.intersect(&along, 1e-12).is_err(), || "a parallel ray meets the plane".to_owned());
     let within = Ray { origin: DVec3::ZERO, direction: DVec3::X };
-    tally.require(plane.meet(&within, 1e-12).is_err(), || "a ray in the plane meets it".to_owned());
+    tally.require(plane.intersect(&within, 1e-12).is_err(), || "a ray in the plane meets it".to_owned());
     tally.done()
 }
 
-fn edge_on_board() -> Outcome {
+fn edge_on_board() -> CaseOutcome {
     let mut tally = Tally::default();
     for off in [0.0f64, 1e-12, -1e-12, 1e-9, 1e-6, -1e-6, 1e-3] {
         let tilt = 90.0 + off;
@@ -202,7 +202,7 @@ fn edge_on_board() -> Outcome {
             let t = (px - DVec2::new(960.0, 540.0)) / FOCAL_PX;
             // The plane through (0, 10, 1000) along x and (0, cos, sin): y cos(90) ... solved for the ray z (t, 1).
             let z = (1000.0 * cos - 10.0 * sin) / (cos - t.y * sin);
-            let end = system.look(px);
+            let end = system.trace(px);
             tally.ended(&end);
             match end {
                 Ok(sight) => {
@@ -224,7 +224,7 @@ fn edge_on_board() -> Outcome {
     tally.done()
 }
 
-fn on_the_ridge() -> Outcome {
+fn on_the_ridge() -> CaseOutcome {
     let mut tally = Tally::default();
     for (camera_x, prism_x) in [(0.0, 0.0), (3.7, 0.0), (-3.7, 0.0), (0.0, 1.1), (1.0 / 3.0, -0.7)] {
         for angle in [8.85, 1e-9, -5.0] {
@@ -247,7 +247,7 @@ fn on_the_ridge() -> Outcome {
     tally.done()
 }
 
-fn seams() -> Outcome {
+fn seams() -> CaseOutcome {
     let mut tally = Tally::default();
     for size in [[65, 37], [64, 36], [33, 2], [1, 9], [2, 1], [3, 3], [129, 5]] {
         for (x, z) in [(0.0, 0.0), (0.31, 0.0), (-2.0, 0.0), (30.0, 80.0), (-30.0, 80.0)] {
@@ -270,14 +270,14 @@ fn seams() -> Outcome {
     tally.done()
 }
 
-fn paper_flat() -> Outcome {
+fn paper_flat() -> CaseOutcome {
     let system = built(FULL, "", FLAT, BOARD);
     let mut tally = Tally::default();
     super::freeform::against(&mut tally, &system, tables::FLAT);
     tally.done()
 }
 
-fn prisms() -> Outcome {
+fn prisms() -> CaseOutcome {
     let mut tally = Tally::default();
     for row in rows(tables::PRISMS) {
         let prism = format!(
@@ -300,7 +300,7 @@ fn prisms() -> Outcome {
         };
         let system = crate::system::build(&scene).unwrap_or_else(|problem| panic!("{problem}"));
         let px = DVec2::new(number(row[6]), number(row[7]));
-        let end = system.look(px);
+        let end = system.trace(px);
         tally.ended(&end);
         match end {
             Ok(sight) if row[8] == "board" => {

@@ -1,12 +1,12 @@
 //! Scale and place: the same instrument, tiny, huge, or far from the origin.
 
-use super::case::{Case, Unit};
+use super::case::{Case, ErrorUnit};
 use super::optics::TRACE_PX;
 use super::scenes::{BOARD, FLAT, FULL, built, in_px, places};
 use super::tables::PRISM;
-use super::tally::{Outcome, Tally};
+use super::tally::{CaseOutcome, Tally};
 use crate::num::poly2::Poly2;
-use crate::scene::{Patch, Prism, Scene};
+use crate::scene::{PolynomialPatch, PrismSpec, Scene};
 use crate::system::System;
 use crate::system::aim::Aimer;
 use crate::{scene, system};
@@ -18,7 +18,7 @@ pub(super) const CASES: &[Case] = &[
         name: "the whole scene scaled by 1e-6 ... 1e6",
         hard: "lengths of 8e-5 ... 8e7 mm against residuals in mm; the camera's f and pitch with them",
         property: "board positions, scaled back, are those of the scene at its own size",
-        unit: Unit::Px,
+        unit: ErrorUnit::Px,
         bound: 4.0 * TRACE_PX,
         why: "two whole traces, on surfaces whose coefficients are rounded anew",
         run: scaled,
@@ -28,7 +28,7 @@ pub(super) const CASES: &[Case] = &[
         name: "everything moved by 1e6 mm",
         hard: "positions of a kilometre, rounded to 1.2e-10 mm each, flat and polynomial",
         property: "board positions are those of the scene at the origin",
-        unit: Unit::Px,
+        unit: ErrorUnit::Px,
         bound: 2e-7,
         why: "a prism 80 mm away that is off by 1.2e-10 mm turns a direction by 1.5e-12, 1e-8 px, once at each of some \
               ten steps",
@@ -39,7 +39,7 @@ pub(super) const CASES: &[Case] = &[
         name: "aiming from the base to 1e12 mm",
         hard: "boards 1e-10 mm behind the glass, at 1e9 and at 1e12 mm; squares from 1e-9 mm to 1e9 mm",
         property: "aiming undoes looking",
-        unit: Unit::Px,
+        unit: ErrorUnit::Px,
         bound: 4.0 * TRACE_PX,
         why: "rounding of a trace there and of one back",
         run: near_and_far,
@@ -56,7 +56,7 @@ fn times(scene: &Scene, factor: f64) -> Scene {
     s.board.square_mm *= factor;
     s.board.margin_mm *= factor;
     s.board.world_from_board.translation_mm *= factor;
-    let patch = |p: &Patch| Patch {
+    let patch = |p: &PolynomialPatch| PolynomialPatch {
         sag: Poly2::new(
             p.sag.degree(),
             p.sag.centre().map(|c| c * factor),
@@ -66,11 +66,11 @@ fn times(scene: &Scene, factor: f64) -> Scene {
         domain: crate::geom::Rect { min: p.domain.min * factor, max: p.domain.max * factor },
     };
     match &mut s.prism {
-        Prism::Flat(flat) => {
+        PrismSpec::Flat(flat) => {
             flat.ridge_distance_mm *= factor;
             flat.thickness_mm *= factor;
         }
-        Prism::Polynomial(p) => {
+        PrismSpec::Polynomial(p) => {
             p.front = patch(&p.front);
             p.back = patch(&p.back);
         }
@@ -83,7 +83,7 @@ fn system(scene: &Scene) -> System {
     system::build(scene).unwrap_or_else(|problem| panic!("{problem}"))
 }
 
-fn scaled() -> Outcome {
+fn scaled() -> CaseOutcome {
     let mut tally = Tally::default();
     for prism in [FLAT, PRISM] {
         let scene = super::scenes::scene(FULL, "", prism, BOARD);
@@ -92,9 +92,9 @@ fn scaled() -> Outcome {
             let factor = libm::exp10(f64::from(exponent));
             let other = system(&times(&scene, factor));
             for px in places(FULL, 300) {
-                let end = other.look(px);
+                let end = other.trace(px);
                 tally.ended(&end);
-                match (own.look(px), end) {
+                match (own.trace(px), end) {
                     (Ok(a), Ok(b)) => {
                         tally.error(
                             || format!("{px}, factor {factor:e}"),
@@ -109,7 +109,7 @@ fn scaled() -> Outcome {
     tally.done()
 }
 
-fn moved() -> Outcome {
+fn moved() -> CaseOutcome {
     let mut tally = Tally::default();
     for prism in [FLAT, PRISM] {
         let scene = super::scenes::scene(FULL, "", prism, BOARD);
@@ -119,15 +119,15 @@ fn moved() -> Outcome {
             there.camera.position_mm += by;
             there.board.world_from_board.translation_mm += by;
             match &mut there.prism {
-                Prism::Flat(flat) => flat.body.world_from_prism.translation_mm += by,
-                Prism::Polynomial(p) => p.body.world_from_prism.translation_mm += by,
+                PrismSpec::Flat(flat) => flat.body.world_from_prism.translation_mm += by,
+                PrismSpec::Polynomial(p) => p.body.world_from_prism.translation_mm += by,
                 _ => panic!("the cases move flat and polynomial prisms"),
             }
             let other = system(&there);
             for px in places(FULL, 500) {
-                let end = other.look(px);
+                let end = other.trace(px);
                 tally.ended(&end);
-                match (own.look(px), end) {
+                match (own.trace(px), end) {
                     (Ok(a), Ok(b)) => tally.error(|| format!("{px}, {by}"), in_px(&own, px, b.board_mm - a.board_mm)),
                     (a, b) => tally.require(false, || format!("{px}, {by}: {a:?} {b:?}")),
                 }
@@ -137,7 +137,7 @@ fn moved() -> Outcome {
     tally.done()
 }
 
-fn near_and_far() -> Outcome {
+fn near_and_far() -> CaseOutcome {
     let mut tally = Tally::default();
     for (z, square) in [(87.017_000_000_1, 1e-9), (87.1, 1e-3), (1e5, 1.0), (1e9, 1e7), (1e12, 1e9)] {
         let board = format!("columns = 41\nrows = 41\nsquare_mm = {square:?}\nposition_mm = [0.0, 0.0, {z:?}]");
@@ -147,7 +147,7 @@ fn near_and_far() -> Outcome {
         let system = system(&scene);
         let aimer = Aimer::new(&system);
         for px in places(FULL, 300) {
-            let end = system.look(px).and_then(|sight| aimer.aim(sight.board_mm, sight.side));
+            let end = system.trace(px).and_then(|sight| aimer.aim(sight.board_mm, sight.side));
             tally.ended(&end);
             match end {
                 Ok(back) => tally.error(|| format!("{px}, board at {z:e}"), (back - px).length()),
@@ -157,6 +157,6 @@ fn near_and_far() -> Outcome {
     }
     // A view so narrow that the board's rounding shows is still a number.
     let narrow = built([3, 3], "", FLAT, "columns = 1\nrows = 1\nsquare_mm = 1e-9\nposition_mm = [0.0, 0.0, 1e12]");
-    tally.require(narrow.look(DVec2::splat(1.2)).is_ok(), || "a tiny square far away".to_owned());
+    tally.require(narrow.trace(DVec2::splat(1.2)).is_ok(), || "a tiny square far away".to_owned());
     tally.done()
 }

@@ -1,9 +1,9 @@
 //! Sampling: squares far below and far above a pixel, corners on borders, sensors of one pixel, one row, one column.
 
-use super::case::{Case, Unit};
+use super::case::{Case, ErrorUnit};
 use super::scenes::{BOARD, FLAT, NO_GLASS, built};
 use super::tables::PRISM;
-use super::tally::{Outcome, Tally};
+use super::tally::{CaseOutcome, Tally};
 use crate::accuracy::Accuracy;
 use crate::render;
 use crate::system::System;
@@ -19,7 +19,7 @@ pub(super) const CASES: &[Case] = &[
         name: "squares far below a pixel",
         hard: "10 ... 4e4 squares across each pixel, flat prism",
         property: "the picture tends to the mean radiance: the largest departure from it times the squares in a pixel",
-        unit: Unit::Radiance,
+        unit: ErrorUnit::Radiance,
         bound: 4.0 * AMPLITUDE,
         why: "only the squares on a pixel's outline do not cancel: at most 4 of its sides' worth, each less than a square",
         run: fine_squares,
@@ -29,7 +29,7 @@ pub(super) const CASES: &[Case] = &[
         name: "one square fills the view",
         hard: "a square of 1e6 mm, black in the middle",
         property: "every pixel is that square's radiance",
-        unit: Unit::Radiance,
+        unit: ErrorUnit::Radiance,
         bound: 1e-8,
         why: "f32 of 0.05",
         run: one_square,
@@ -41,7 +41,7 @@ pub(super) const CASES: &[Case] = &[
                pixel exactly",
         property: "a pixel with the corner at (a, b) inside it has the closed form (1 - (2a - 1)(2b - 1)) / 2 of its two \
                    radiances",
-        unit: Unit::Radiance,
+        unit: ErrorUnit::Radiance,
         bound: 1e-7,
         why: "f32 of radiances up to 1",
         run: corners,
@@ -51,7 +51,7 @@ pub(super) const CASES: &[Case] = &[
         name: "coverage of the standard level",
         hard: "edges across pixels in which the map bends, full resolution, flat and polynomial prism",
         property: "each pixel against the reference level, as the shift of an edge between black and white in px",
-        unit: Unit::Px,
+        unit: ErrorUnit::Px,
         bound: 2e-5,
         why: "`bend_px` of the standard level: a pixel is divided until no part bends by more",
         run: levels,
@@ -61,14 +61,14 @@ pub(super) const CASES: &[Case] = &[
         name: "sensors of extreme shape",
         hard: "1 x 1, 1 x 97, 97 x 1, 2 x 2, 16384 x 2 and 2 x 16384 pixels",
         property: "every pixel is a number within the board's radiances",
-        unit: Unit::Radiance,
+        unit: ErrorUnit::Radiance,
         bound: 1e-7,
         why: "f32 of radiances up to 1",
         run: extreme_sensors,
     },
 ];
 
-fn fine_squares() -> Outcome {
+fn fine_squares() -> CaseOutcome {
     let mut tally = Tally::default();
     // 480 pixels over the paper's field are 0.63 mm wide on the board.
     for square in [6e-2, 1.3e-2, 1e-3, 1e-4, 1.7e-5] {
@@ -87,7 +87,7 @@ fn fine_squares() -> Outcome {
     tally.done()
 }
 
-fn one_square() -> Outcome {
+fn one_square() -> CaseOutcome {
     let mut tally = Tally::default();
     for prism in [FLAT, NO_GLASS] {
         let board = "columns = 1\nrows = 1\nsquare_mm = 1e6\nposition_mm = [0.0, 0.0, 1000.0]";
@@ -100,7 +100,7 @@ fn one_square() -> Outcome {
     tally.done()
 }
 
-fn corners() -> Outcome {
+fn corners() -> CaseOutcome {
     let mut tally = Tally::default();
     // f = 35 mm, 96 px of 0.11 mm, board at 1000 mm without glass: a pixel is 22/7 mm wide. The board's corner (0, 0) of
     // an even board is moved by any share of a pixel.
@@ -134,7 +134,7 @@ fn corners() -> Outcome {
     tally.done()
 }
 
-fn levels() -> Outcome {
+fn levels() -> CaseOutcome {
     let mut tally = Tally::default();
     for prism in [FLAT, PRISM] {
         // Rows through the middle; a pitch of 80 squares over the field puts edges at all places in a pixel.
@@ -149,7 +149,7 @@ fn levels() -> Outcome {
     tally.done()
 }
 
-fn extreme_sensors() -> Outcome {
+fn extreme_sensors() -> CaseOutcome {
     let mut tally = Tally::default();
     for size in [[1, 1], [1, 97], [97, 1], [2, 2], [16384, 2], [2, 16384]] {
         for prism in [FLAT, NO_GLASS] {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 /// What a case found.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Outcome {
+pub struct CaseOutcome {
     /// Checks made.
     pub checked: usize,
     /// The largest error, in the case's unit.
@@ -25,11 +25,11 @@ const MOST_BROKEN: usize = 8;
 
 /// An outcome in the making.
 #[derive(Debug, Clone)]
-pub struct Tally(Outcome);
+pub struct Tally(CaseOutcome);
 
 impl Default for Tally {
     fn default() -> Self {
-        Self(Outcome {
+        Self(CaseOutcome {
             checked: 0,
             worst: 0.0,
             worst_at: String::new(),
@@ -80,7 +80,7 @@ impl Tally {
     }
 
     /// All that was found.
-    pub fn done(self) -> Outcome {
+    pub fn done(self) -> CaseOutcome {
         self.0
     }
 }

@@ -1,6 +1,6 @@
 //! A picture convolved with a kernel.
 
-use super::kernel::{Far, Kernel};
+use super::kernel::{Far, PointSpread};
 use crate::num::simd::{self, widest};
 use crate::raster::Raster;
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ const BAND_ROWS: usize = 64;
 /// Pixels whose sums are kept in registers at a time.
 const BLOCK: usize = 32;
 
-/// The picture after diffraction. `fine` holds [`Kernel::samples`] samples a pixel along each side; the result has one
+/// The picture after diffraction. `fine` holds [`PointSpread::samples`] samples a pixel along each side; the result has one
 /// value a pixel.
 ///
 /// Beyond its border the picture goes on as its mirror image, by half a sample: so no light is lost there, and none is
@@ -18,18 +18,18 @@ const BLOCK: usize = 32;
 ///
 /// # Panics
 /// When a side of `fine` is not a multiple of the samples.
-pub fn blur(fine: &Raster<f32>, kernel: &Kernel) -> Raster<f32> {
+pub fn blur(fine: &Raster<f32>, kernel: &PointSpread) -> Raster<f32> {
     let n = kernel.samples;
     assert!(fine.width().is_multiple_of(n) && fine.height().is_multiple_of(n), "{n} samples a pixel");
     let (width, height) = (fine.width() / n, fine.height() / n);
-    let far = Field::of(fine, n, &kernel.far);
+    let far = PaddedField::of(fine, n, &kernel.far);
     let mut out = Raster::filled(width, height, 0.0);
     out.data_mut().par_chunks_mut(width * BAND_ROWS).enumerate().for_each(|(k, band)| {
         let planes = Planes::near(fine, kernel, k * BAND_ROWS, band.len() / width);
         let taps = planes.taps(kernel);
         for (j, row) in band.chunks_exact_mut(width).enumerate() {
             far.interpolate(k * BAND_ROWS + j, row);
-            widest(Row { taps: &taps, planes: &planes.values, first: j * planes.stride, out: row });
+            widest(RowConvolution { taps: &taps, planes: &planes.values, first: j * planes.stride, out: row });
         }
     });
     out
@@ -45,7 +45,7 @@ struct Planes {
 }
 
 impl Planes {
-    fn near(fine: &Raster<f32>, kernel: &Kernel, first_row: usize, rows: usize) -> Self {
+    fn near(fine: &Raster<f32>, kernel: &PointSpread, first_row: usize, rows: usize) -> Self {
         let (n, reach) = (kernel.samples, kernel.core);
         let width = fine.width() / n;
         let stride = stride(width, reach);
@@ -67,7 +67,7 @@ impl Planes {
         Self { values, stride, size }
     }
 
-    fn taps(&self, kernel: &Kernel) -> Vec<Tap> {
+    fn taps(&self, kernel: &PointSpread) -> Vec<Tap> {
         let n = kernel.samples;
         orbits(&kernel.near, (2 * kernel.core + 1) * n, |u, v| {
             ((v % n) * n + u % n) * self.size + v / n * self.stride + u / n
@@ -82,7 +82,7 @@ fn stride(width: usize, reach: usize) -> usize {
 
 /// The far light at the middles of blocks, which lie symmetric about the middle of the picture and cover it with half a
 /// block to spare.
-struct Field {
+struct PaddedField {
     values: Vec<f32>,
     /// Blocks along each axis.
     count: [usize; 2],
@@ -91,7 +91,7 @@ struct Field {
     block: usize,
 }
 
-impl Field {
+impl PaddedField {
     fn of(fine: &Raster<f32>, n: usize, far: &Far) -> Self {
         let (block, reach) = (far.block, far.reach);
         let size = [fine.width() / n, fine.height() / n];
@@ -126,7 +126,7 @@ impl Field {
         let taps = orbits(&far.weights, 2 * reach + 1, |u, v| v * stride + u);
         let mut values = vec![0.0; count[0] * count[1]];
         values.par_chunks_mut(count[0]).enumerate().for_each(|(j, out)| {
-            widest(Row { taps: &taps, planes: &means, first: j * stride, out });
+            widest(RowConvolution { taps: &taps, planes: &means, first: j * stride, out });
         });
         // The middle of the first block is its pixel (block - 1) / 2, before the first of the picture or on it.
         let before = over.map(|over| over - (block - 1) / 2);
@@ -185,7 +185,7 @@ fn mirrored(k: isize, side: usize) -> usize {
 }
 
 /// A row of the result, added to what `out` holds.
-struct Row<'a> {
+struct RowConvolution<'a> {
     taps: &'a [Tap],
     planes: &'a [f32],
     /// Where the first pixel of the row has its tap of offset 0.
@@ -193,7 +193,7 @@ struct Row<'a> {
     out: &'a mut [f32],
 }
 
-impl simd::Kernel for Row<'_> {
+impl simd::Kernel for RowConvolution<'_> {
     type Out = ();
 
     #[inline(always)]

@@ -29,7 +29,7 @@ const HIGHEST: f64 = 6.0;
 /// never ends and the kernel does, at `radius` px: the light beyond, a share of `lost`, is put back into the far part in
 /// proportion. All weights sum to 1.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Kernel {
+pub struct PointSpread {
     pub(super) samples: usize,
     pub(super) core: usize,
     /// Of the samples, from the first row of the core: (2 core + 1) samples a side.
@@ -55,7 +55,7 @@ pub(super) fn samples(scale_px: f64) -> usize {
     ((MAX_SAMPLES as f64 / scale_px.max(1.0)).ceil() as usize).clamp(1, MAX_SAMPLES)
 }
 
-impl Kernel {
+impl PointSpread {
     /// The kernel for wavelength times f-number in px, and for pixels whose active part is a square in their middle with a
     /// side of `active` px, from as many samples a pixel as it takes.
     ///
@@ -68,7 +68,7 @@ impl Kernel {
     /// The same from a given number of samples a pixel, along each side.
     ///
     /// # Panics
-    /// As [`Kernel::new`].
+    /// As [`PointSpread::new`].
     pub fn with_samples(scale_px: f64, active: f64, samples: usize) -> Self {
         assert!(scale_px > 0.0 && scale_px <= LARGEST_SCALE_PX, "wavelength x f-number of {scale_px} px");
         assert!(active > 0.0 && active <= 1.0, "an active side of {active} px");

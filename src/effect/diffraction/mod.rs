@@ -14,7 +14,7 @@ mod convolve;
 mod kernel;
 
 pub use convolve::blur;
-pub use kernel::{Kernel, LARGEST_SCALE_PX};
+pub use kernel::{LARGEST_SCALE_PX, PointSpread};
 
 #[cfg(test)]
 mod tests;

@@ -43,7 +43,7 @@ fn transfer_function_and_pattern_are_a_pair() {
 #[test]
 fn weights_of_a_wide_pattern_are_its_heights() {
     let scale = 5.0;
-    let kernel = Kernel::with_samples(scale, 1.0, 1);
+    let kernel = PointSpread::with_samples(scale, 1.0, 1);
     let side = 2 * kernel.core + 1;
     for (i, j) in [(0, 0), (1, 0), (2, 3), (6, 0), (9, 4), (0, 21)] {
         let height = |x: f64, y: f64| airy((x * x + y * y).sqrt() / scale) * PI / 4.0 / (scale * scale);
@@ -57,7 +57,7 @@ fn weights_of_a_wide_pattern_are_its_heights() {
 fn all_light_is_accounted_for() {
     for scale in [1e-3, 0.05, 0.3, 0.8, 1.6, 3.0, 7.0, 16.0] {
         for active in [1.0, 0.6] {
-            let kernel = Kernel::new(scale, active);
+            let kernel = PointSpread::new(scale, active);
             let sum = |weights: &[f64]| weights.iter().sum::<f64>();
             assert!(kernel.near.iter().chain(&kernel.far.weights).all(|w| *w >= 0.0));
             let (near, far) = (sum(&kernel.near), sum(&kernel.far.weights));
@@ -84,7 +84,7 @@ fn the_far_pattern_falls_as_the_cube_of_the_distance() {
         // The next order of J0^2 + J1^2 is a wave of 1 / (2 v) of it.
         assert!((gained / (2.0 * PI * r * mean) - 1.0).abs() < 0.4 / r, "{r}");
     }
-    let kernel = Kernel::new(2.0, 1.0);
+    let kernel = PointSpread::new(2.0, 1.0);
     let (side, reach) = (2 * kernel.far.reach + 1, kernel.far.reach);
     let weight = |m: usize| kernel.far.weights[reach * side + reach + m];
     assert!((weight(8) / weight(16) - 8.0).abs() < 0.2, "{}", weight(8) / weight(16));
@@ -92,7 +92,7 @@ fn the_far_pattern_falls_as_the_cube_of_the_distance() {
 
 #[test]
 fn without_a_pattern_a_pixel_keeps_its_light() {
-    let kernel = Kernel::new(1e-6, 1.0);
+    let kernel = PointSpread::new(1e-6, 1.0);
     let fine = Raster::from_data(28, 20, (0..28 * 20).map(|k| ((k * 7919) % 97) as f32 / 97.0).collect());
     let out = blur(&fine, &kernel);
     let n = kernel.samples();
@@ -130,7 +130,7 @@ fn amplitude(picture: &Raster<f32>, nu: f64, from: usize, to: usize) -> f64 {
 #[test]
 fn waves_lose_the_modulation_that_theory_says() {
     for (scale, active) in [(0.4, 1.0), (0.8, 1.0), (0.8, 0.6), (1.6, 1.0), (3.0, 1.0), (3.0, 0.7)] {
-        let kernel = Kernel::new(scale, active);
+        let kernel = PointSpread::new(scale, active);
         let n = kernel.samples();
         for nu in [0.05, 0.1, 0.2, 0.3, 0.4, 0.45] {
             let (margin, waves) = (kernel.radius() + 1, 80);
@@ -172,7 +172,7 @@ fn sampling_error(scale: f64, active: f64, n: f64) -> f64 {
 #[test]
 fn edges_look_as_theory_says() {
     for (scale, active) in [(0.1, 1.0), (0.3, 1.0), (0.8, 1.0), (0.8, 0.6), (1.6, 1.0), (3.0, 1.0)] {
-        let kernel = Kernel::new(scale, active);
+        let kernel = PointSpread::new(scale, active);
         let (n, margin) = (kernel.samples(), kernel.radius() + 1);
         let width = 2 * margin + 20;
         let step = 1.0 / n as f64;
@@ -202,7 +202,7 @@ fn edges_look_as_theory_says() {
 #[test]
 fn light_is_neither_made_nor_lost_and_uniform_stays_uniform() {
     for scale in [0.3, 0.8, 3.0] {
-        let kernel = Kernel::new(scale, 1.0);
+        let kernel = PointSpread::new(scale, 1.0);
         let n = kernel.samples();
         let (width, height) = (23, 9);
         let noise = |k: usize| crate::num::deviates::Stream::new(5, 0, 0, k as u32).uniform() as f32;
@@ -225,7 +225,7 @@ fn light_is_neither_made_nor_lost_and_uniform_stays_uniform() {
 
 #[test]
 fn a_mirrored_picture_has_the_mirrored_bits() {
-    let kernel = Kernel::new(0.8, 1.0);
+    let kernel = PointSpread::new(0.8, 1.0);
     let n = kernel.samples();
     let (width, height) = (37, 5);
     let noise = |k: usize| crate::num::deviates::Stream::new(6, 0, 0, k as u32).uniform() as f32;
@@ -239,7 +239,7 @@ fn a_mirrored_picture_has_the_mirrored_bits() {
 
 #[test]
 fn the_bits_do_not_depend_on_the_threads() {
-    let kernel = Kernel::new(1.6, 1.0);
+    let kernel = PointSpread::new(1.6, 1.0);
     let n = kernel.samples();
     let noise = |k: usize| crate::num::deviates::Stream::new(7, 0, 0, k as u32).uniform() as f32;
     let fine = Raster::from_data(50 * n, 200 * n, (0..50 * n * 200 * n).map(noise).collect());

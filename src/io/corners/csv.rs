@@ -2,8 +2,8 @@
 //! may leave out), a line of column names, a line a corner.
 
 use super::rules::{CENTRE, MOST_CORNERS, same_count, too_many};
-use super::view::{Listed, Quality, View, polarity_name, polarity_of};
-use crate::error::Problem;
+use super::view::{CornerView, ListedCorner, Quality, polarity_name, polarity_of};
+use crate::error::Error;
 use glam::{DMat2, DVec2};
 use std::fmt::Write;
 use std::ops::Range;
@@ -17,7 +17,7 @@ const COMMENT: &str = "# pixel centre: ";
 /// Begins the line that says how many corners follow.
 const COUNT: &str = "# corners: ";
 
-pub(super) fn to_text(views: &[View]) -> String {
+pub(super) fn to_text(views: &[CornerView]) -> String {
     let full = views.iter().flat_map(|v| &v.corners).all(|c| c.quality.is_some());
     let count: usize = views.iter().map(|v| v.corners.len()).sum();
     let mut text = format!("{COMMENT}{CENTRE}\n{COUNT}{count}\n{HEADER}{}\n", if full { QUALITY } else { "" });
@@ -44,7 +44,7 @@ pub(super) fn to_text(views: &[View]) -> String {
 }
 
 /// A part of the text with its place in it.
-struct Field<'a> {
+struct CsvField<'a> {
     text: &'a str,
     span: Range<usize>,
 }
@@ -55,12 +55,12 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    fn problem(&self, span: Range<usize>, rule: impl Into<String>, help: impl Into<String>) -> Problem {
+    fn problem(&self, span: Range<usize>, rule: impl Into<String>, help: impl Into<String>) -> Error {
         let line = 1 + self.text[..span.start].bytes().filter(|&b| b == b'\n').count();
-        Problem::new(format!("{}:{line}", self.place), rule, help).at(self.text, span)
+        Error::new(format!("{}:{line}", self.place), rule, help).at(self.text, span)
     }
 
-    fn number<T: std::str::FromStr>(&self, field: &Field<'_>, name: &str, what: &str) -> Result<T, Problem> {
+    fn number<T: std::str::FromStr>(&self, field: &CsvField<'_>, name: &str, what: &str) -> Result<T, Error> {
         field.text.parse().map_err(|_| {
             self.problem(
                 field.span.clone(),
@@ -71,10 +71,10 @@ impl Source<'_> {
     }
 }
 
-pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
+pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
     let source = Source { text, place };
     let mut lines = lines(text);
-    let first = lines.next().unwrap_or(Field { text: "", span: 0..0 });
+    let first = lines.next().unwrap_or(CsvField { text: "", span: 0..0 });
     let stated = first.text.strip_prefix(COMMENT);
     if stated != Some(CENTRE) {
         let rule = match stated {
@@ -84,12 +84,12 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
         let help = format!("begin the file with \"{COMMENT}{CENTRE}\", with positions in that convention");
         return Err(source.problem(first.span, rule, help));
     }
-    let end = || Field { text: "", span: text.len()..text.len() };
+    let end = || CsvField { text: "", span: text.len()..text.len() };
     let mut header = lines.next().unwrap_or_else(end);
     let count = match header.text.strip_prefix(COUNT) {
         None => None,
         Some(digits) => {
-            let count = Field { text: digits, span: header.span.clone() };
+            let count = CsvField { text: digits, span: header.span.clone() };
             let count = source.number::<usize>(&count, "corners", "a whole number from 0 on")?;
             header = lines.next().unwrap_or_else(end);
             Some(count)
@@ -106,7 +106,7 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
             "name the columns in the line above the first corner, in this order",
         ));
     }
-    let mut views: Vec<View> = Vec::new();
+    let mut views: Vec<CornerView> = Vec::new();
     for (count, line) in lines.filter(|l| !l.text.is_empty()).enumerate() {
         if count == MOST_CORNERS {
             return Err(too_many(place));
@@ -121,7 +121,7 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
                     "give the corners of one picture",
                 ));
             }
-            None => views.push(View { name, corners: vec![corner], rejected: Vec::new(), blur_px: None }),
+            None => views.push(CornerView { name, corners: vec![corner], rejected: Vec::new(), blur_px: None }),
         }
     }
     same_count(count, &views, place)?;
@@ -137,24 +137,24 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
 const MOST_VIEWS: usize = 16;
 
 /// The lines without their ends.
-fn lines(text: &str) -> impl Iterator<Item = Field<'_>> {
+fn lines(text: &str) -> impl Iterator<Item = CsvField<'_>> {
     text.split_inclusive('\n').scan(0, |end, line| {
         let start = *end;
         *end += line.len();
         let text = line.trim_end_matches(['\n', '\r']);
-        Some(Field { text, span: start..start + text.len() })
+        Some(CsvField { text, span: start..start + text.len() })
     })
 }
 
-fn corner(source: &Source<'_>, line: &Field<'_>, full: bool) -> Result<(String, Listed), Problem> {
+fn corner(source: &Source<'_>, line: &CsvField<'_>, full: bool) -> Result<(String, ListedCorner), Error> {
     let mut start = line.span.start;
-    let fields: Vec<Field<'_>> = line
+    let fields: Vec<CsvField<'_>> = line
         .text
         .split(',')
         .map(|text| {
             let span = start..start + text.len();
             start = span.end + 1;
-            Field { text, span }
+            CsvField { text, span }
         })
         .collect();
     let wanted = if full { 11 } else { 5 };
@@ -185,7 +185,7 @@ fn corner(source: &Source<'_>, line: &Field<'_>, full: bool) -> Result<(String, 
     } else {
         None
     };
-    let corner = Listed {
+    let corner = ListedCorner {
         index: [whole(1, "column")?, whole(2, "row")?],
         position_px: DVec2::new(real(3, "x_px")?, real(4, "y_px")?),
         quality,

@@ -1,8 +1,8 @@
 //! Corners as JSON.
 
 use super::rules::{CENTRE, MOST_CORNERS, broken, too_many};
-use super::view::{Listed, Quality, View, polarity_name, polarity_of};
-use crate::error::Problem;
+use super::view::{CornerView, ListedCorner, Quality, polarity_name, polarity_of};
+use crate::error::Error;
 use glam::{DMat2, DVec2};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -11,12 +11,12 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields)]
 struct File {
     pixel_centre: String,
-    halves: Vec<Half>,
+    halves: Vec<ViewFile>,
 }
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Half {
+struct ViewFile {
     half: String,
     corners: Vec<Entry>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -40,8 +40,8 @@ struct Entry {
     polarity: Option<String>,
 }
 
-pub(super) fn to_text(views: &[View]) -> String {
-    let entry = |c: &Listed| Entry {
+pub(super) fn to_text(views: &[CornerView]) -> String {
+    let entry = |c: &ListedCorner| Entry {
         index: c.index,
         position_px: c.position_px.to_array(),
         covariance_px2: c.quality.map(|q| q.covariance_px2.to_cols_array_2d()),
@@ -49,7 +49,7 @@ pub(super) fn to_text(views: &[View]) -> String {
         residual: c.quality.map(|q| q.residual),
         polarity: c.quality.map(|q| polarity_name(q.polarity).to_owned()),
     };
-    let half = |v: &View| Half {
+    let half = |v: &CornerView| ViewFile {
         half: v.name.clone(),
         corners: v.corners.iter().map(entry).collect(),
         rejected: v.rejected.iter().cloned().collect(),
@@ -60,14 +60,14 @@ pub(super) fn to_text(views: &[View]) -> String {
     text + "\n"
 }
 
-pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
+pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
     let file: File = serde_json::from_str(text).map_err(|error| {
         let line = text.split_inclusive('\n').take(error.line().saturating_sub(1)).map(str::len).sum::<usize>();
         // The byte that serde_json names may lie inside a letter.
         let boundary = |from: usize| (from..=text.len()).find(|&i| text.is_char_boundary(i)).unwrap_or(text.len());
         let at = boundary(line + error.column().saturating_sub(1));
         let end = boundary(at + 1);
-        Problem::new(
+        Error::new(
             format!("{place}:{}", error.line()),
             format!("this is not the JSON of a corner file: {error}"),
             "compare the file with one that `biprism corners --json` writes",
@@ -75,7 +75,7 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
         .at(text, at..end)
     })?;
     if file.pixel_centre != CENTRE {
-        return Err(Problem::new(
+        return Err(Error::new(
             place,
             format!("`pixel_centre` is {:?}, and must be {CENTRE:?}", file.pixel_centre),
             "convert the positions to that convention, and say so",
@@ -89,12 +89,12 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
         .map(|half| {
             let name = half.half;
             let corners = half.corners.into_iter().map(|e| listed(e, &name, place)).collect::<Result<_, _>>()?;
-            Ok(View { name, corners, rejected: half.rejected.into_iter().collect(), blur_px: half.blur_px })
+            Ok(CornerView { name, corners, rejected: half.rejected.into_iter().collect(), blur_px: half.blur_px })
         })
         .collect()
 }
 
-fn listed(entry: Entry, view: &str, place: &str) -> Result<Listed, Problem> {
+fn listed(entry: Entry, view: &str, place: &str) -> Result<ListedCorner, Error> {
     let [i, j] = entry.index;
     let at = format!("corner ({i}, {j}) of the view {view:?}");
     let quality = match (entry.covariance_px2, entry.contrast, entry.residual, entry.polarity) {
@@ -111,5 +111,5 @@ fn listed(entry: Entry, view: &str, place: &str) -> Result<Listed, Problem> {
             return Err(broken(place, format!("{at} has some, {rule}")));
         }
     };
-    Ok(Listed { index: entry.index, position_px: DVec2::from_array(entry.position_px), quality })
+    Ok(ListedCorner { index: entry.index, position_px: DVec2::from_array(entry.position_px), quality })
 }

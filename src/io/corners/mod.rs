@@ -19,7 +19,7 @@ mod view;
 mod rules;
 mod file;
 
-pub use file::{Format, parse, read, to_text};
+pub use file::{CornerFormat, parse, read, to_text};
 pub use pixel_centre::{PixelCentre, move_centre};
 pub use rules::{MOST_BYTES, MOST_CORNERS, MOST_INDEX};
-pub use view::{Listed, Quality, View};
+pub use view::{CornerView, ListedCorner, Quality};

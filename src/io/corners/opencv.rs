@@ -7,8 +7,8 @@
 
 use super::pixel_centre::{PixelCentre, move_centre};
 use super::rules::{MOST_CORNERS, OPENCV_CENTRE, broken, same_count, too_many};
-use super::view::{Listed, Quality, View};
-use crate::error::Problem;
+use super::view::{CornerView, ListedCorner, Quality};
+use crate::error::Error;
 use crate::vision::Polarity;
 use glam::{DMat2, DVec2};
 use std::collections::BTreeMap;
@@ -21,7 +21,7 @@ const COUNT_KEY: &str = "corners";
 /// Values of a row of `<view>_quality`.
 const QUALITY: usize = 6;
 
-pub(super) fn to_text(views: &[View]) -> String {
+pub(super) fn to_text(views: &[CornerView]) -> String {
     let count: usize = views.iter().map(|v| v.corners.len()).sum();
     // For every view or for none: a reader could not tell one that was lost from one that was not known.
     let full = views.iter().flat_map(|v| &v.corners).all(|c| c.quality.is_some());
@@ -69,7 +69,7 @@ struct Matrix {
     values: Vec<f64>,
 }
 
-pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
+pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
     if !text.starts_with(FIRST_LINE) {
         let first = text.lines().next().unwrap_or("");
         return Err(broken(
@@ -82,7 +82,7 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
         Some(OPENCV_CENTRE) => {}
         other => {
             let found = other.map_or("missing".to_owned(), |v| format!("{v:?}"));
-            return Err(Problem::new(
+            return Err(Error::new(
                 place,
                 format!("`{CENTRE_KEY}` is {found}, and must be {OPENCV_CENTRE:?}, OpenCV's own"),
                 format!("add the line `{CENTRE_KEY}: \"{OPENCV_CENTRE}\"` if the positions come from OpenCV"),
@@ -91,10 +91,10 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
     }
     let names: Vec<String> =
         matrices.iter().filter_map(|(key, _)| Some(key.strip_suffix("_corners")?.to_owned())).collect();
-    let views: Vec<View> =
-        names.into_iter().map(|name| view(name, &mut matrices, place)).collect::<Result<_, Problem>>()?;
+    let views: Vec<CornerView> =
+        names.into_iter().map(|name| view(name, &mut matrices, place)).collect::<Result<_, Error>>()?;
     // A file of our own that was cut at the end of a line may lack only the quality of its last view.
-    let with_quality = |v: &&View| v.corners.iter().any(|c| c.quality.is_some());
+    let with_quality = |v: &&CornerView| v.corners.iter().any(|c| c.quality.is_some());
     let without = views.iter().find(|v| !v.corners.is_empty() && !with_quality(v));
     if let Some(view) = without.filter(|_| views.iter().any(|v| with_quality(&v))) {
         let rule = format!("`{}_quality` is missing, and must be there for each view or for none", view.name);
@@ -115,8 +115,8 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<View>, Problem> {
 
 type Matrices = Vec<(String, Matrix)>;
 
-fn view(name: String, matrices: &mut Matrices, place: &str) -> Result<View, Problem> {
-    let mut take = |suffix: &str, channels: usize| -> Result<Option<Vec<f64>>, Problem> {
+fn view(name: String, matrices: &mut Matrices, place: &str) -> Result<CornerView, Error> {
+    let mut take = |suffix: &str, channels: usize| -> Result<Option<Vec<f64>>, Error> {
         let key = format!("{name}_{suffix}");
         let Some(at) = matrices.iter().position(|(k, _)| *k == key) else { return Ok(None) };
         let (_, matrix) = matrices.remove(at);
@@ -155,21 +155,26 @@ fn view(name: String, matrices: &mut Matrices, place: &str) -> Result<View, Prob
             }
         });
         let position = DVec2::new(corners[2 * k], corners[2 * k + 1]);
-        Ok(Listed {
+        Ok(ListedCorner {
             index: [whole(index[2 * k])?, whole(index[2 * k + 1])?],
             position_px: move_centre(position, PixelCentre::Whole, PixelCentre::Half),
             quality,
         })
     });
-    Ok(View { corners: listed.collect::<Result<_, _>>()?, rejected: Vec::new(), blur_px: None, name: name.clone() })
+    Ok(CornerView {
+        corners: listed.collect::<Result<_, _>>()?,
+        rejected: Vec::new(),
+        blur_px: None,
+        name: name.clone(),
+    })
 }
 
 /// The top-level entries: plain values by key, and matrices in the order of the file.
-fn entries<'a>(text: &'a str, place: &str) -> Result<(BTreeMap<&'a str, &'a str>, Matrices), Problem> {
+fn entries<'a>(text: &'a str, place: &str) -> Result<(BTreeMap<&'a str, &'a str>, Matrices), Error> {
     let (mut scalars, mut matrices) = (BTreeMap::new(), Vec::new());
     let mut lines = text.lines().enumerate().skip(1).peekable();
     while let Some((number, line)) = lines.next() {
-        let at = |rule: String| Problem { place: format!("{place}:{}", number + 1), ..broken(place, rule) };
+        let at = |rule: String| Error { place: format!("{place}:{}", number + 1), ..broken(place, rule) };
         if line == "---" || line == "..." || line.trim().is_empty() {
             continue;
         }
@@ -191,20 +196,20 @@ fn entries<'a>(text: &'a str, place: &str) -> Result<(BTreeMap<&'a str, &'a str>
         }
         matrices.push((
             key.to_owned(),
-            matrix_of(&body, key, place).map_err(|p| Problem { place: format!("{place}:{}", number + 1), ..p })?,
+            matrix_of(&body, key, place).map_err(|p| Error { place: format!("{place}:{}", number + 1), ..p })?,
         ));
     }
     Ok((scalars, matrices))
 }
 
-fn matrix_of(body: &str, key: &str, place: &str) -> Result<Matrix, Problem> {
+fn matrix_of(body: &str, key: &str, place: &str) -> Result<Matrix, Error> {
     let field = |name: &str| {
         let value = body.lines().find_map(|line| line.trim_start().strip_prefix(name)?.strip_prefix(':'));
         value
             .map(|v| v.trim().trim_matches('"'))
             .ok_or_else(|| broken(place, format!("`{key}` has no `{name}`, and must have rows, cols, dt and data")))
     };
-    let size = |name: &str| -> Result<usize, Problem> {
+    let size = |name: &str| -> Result<usize, Error> {
         let value = field(name)?;
         let rule = || broken(place, format!("`{name}` of `{key}` is {value:?}, and must be a whole number from 0 on"));
         value.parse().map_err(|_| rule())

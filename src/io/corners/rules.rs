@@ -1,7 +1,7 @@
 //! The rules that corner files keep in every format.
 
-use super::view::View;
-use crate::error::Problem;
+use super::view::CornerView;
+use crate::error::Error;
 use std::collections::BTreeSet;
 
 /// Corners in a file at most.
@@ -16,7 +16,7 @@ pub(super) const CENTRE: &str = "(i + 0.5, j + 0.5)";
 pub(super) const OPENCV_CENTRE: &str = "(i, j)";
 
 /// The rules that hold in every format.
-pub(super) fn check(views: &[View], place: &str) -> Result<(), Problem> {
+pub(super) fn check(views: &[CornerView], place: &str) -> Result<(), Error> {
     let mut names = BTreeSet::new();
     for view in views {
         let name = &view.name;
@@ -68,7 +68,7 @@ pub(super) fn check(views: &[View], place: &str) -> Result<(), Problem> {
 }
 
 /// A file that says how many corners it has must have them: one that was cut between two lines has fewer.
-pub(super) fn same_count(stated: Option<usize>, views: &[View], place: &str) -> Result<(), Problem> {
+pub(super) fn same_count(stated: Option<usize>, views: &[CornerView], place: &str) -> Result<(), Error> {
     let found: usize = views.iter().map(|v| v.corners.len()).sum();
     match stated.filter(|&count| count != found) {
         None => Ok(()),
@@ -76,12 +76,12 @@ pub(super) fn same_count(stated: Option<usize>, views: &[View], place: &str) -> 
     }
 }
 
-pub(super) fn broken(place: &str, rule: String) -> Problem {
-    Problem::new(place, rule, "mend the file, or write it again with `biprism corners`")
+pub(super) fn broken(place: &str, rule: String) -> Error {
+    Error::new(place, rule, "mend the file, or write it again with `biprism corners`")
 }
 
-pub(super) fn too_many(place: &str) -> Problem {
-    Problem::new(
+pub(super) fn too_many(place: &str) -> Error {
+    Error::new(
         place,
         format!("the file holds more than {MOST_CORNERS} corners, the most that are taken"),
         "give the corners of one picture",

@@ -12,18 +12,22 @@ fn quality(k: f64) -> Quality {
     }
 }
 
-fn views() -> Vec<View> {
-    let corner = |i: i32, k: f64| Listed {
+fn views() -> Vec<CornerView> {
+    let corner = |i: i32, k: f64| ListedCorner {
         index: [i, -2],
         position_px: DVec2::new(100.0 / 3.0 * k, 7.25),
         quality: Some(quality(k)),
     };
-    let view =
-        |name: &str, corners: Vec<Listed>| View { name: name.to_owned(), corners, rejected: Vec::new(), blur_px: None };
+    let view = |name: &str, corners: Vec<ListedCorner>| CornerView {
+        name: name.to_owned(),
+        corners,
+        rejected: Vec::new(),
+        blur_px: None,
+    };
     vec![view("left", vec![corner(0, 1.0), corner(1, 2.0)]), view("right", vec![corner(0, 30.1)])]
 }
 
-const FORMATS: [Format; 3] = [Format::Csv, Format::Json, Format::OpenCv];
+const FORMATS: [CornerFormat; 3] = [CornerFormat::Csv, CornerFormat::Json, CornerFormat::OpenCv];
 
 #[test]
 fn what_is_written_reads_back() {
@@ -37,7 +41,7 @@ fn what_is_written_reads_back() {
                 for (a, b) in a.corners.iter().zip(&b.corners) {
                     assert_eq!((a.index, a.quality), (b.index, b.quality), "{format:?}");
                     // Half an ulp of 1000 px where half a pixel is taken off and put back; else exactly.
-                    let allowed = if format == Format::OpenCv { 1.2e-13 } else { 0.0 };
+                    let allowed = if format == CornerFormat::OpenCv { 1.2e-13 } else { 0.0 };
                     assert!(a.position_px.distance(b.position_px) <= allowed, "{format:?}");
                 }
             }
@@ -49,7 +53,7 @@ fn what_is_written_reads_back() {
 fn quality_is_written_of_every_corner_or_of_none() {
     let mut mixed = views();
     mixed[1].corners[0].quality = None;
-    for format in [Format::Csv, Format::OpenCv] {
+    for format in [CornerFormat::Csv, CornerFormat::OpenCv] {
         let back = parse(&to_text(&mixed, format), format, "a").unwrap();
         assert!(back.iter().flat_map(|v| &v.corners).all(|c| c.quality.is_none()), "{format:?}");
     }
@@ -60,12 +64,12 @@ fn json_keeps_blur_and_counts() {
     let mut views = views();
     views[0].blur_px = Some([0.7, 0.71]);
     views[0].rejected = vec![("cut".to_owned(), 3), ("ring".to_owned(), 5)];
-    assert_eq!(parse(&to_text(&views, Format::Json), Format::Json, "a").unwrap(), views);
+    assert_eq!(parse(&to_text(&views, CornerFormat::Json), CornerFormat::Json, "a").unwrap(), views);
 }
 
 #[test]
 fn opencv_positions_are_half_a_pixel_less() {
-    let text = to_text(&views(), Format::OpenCv);
+    let text = to_text(&views(), CornerFormat::OpenCv);
     let head = "%YAML:1.0\n---\npixel_centre: \"(i, j)\"\ncorners: 3\nleft_corners: !!opencv-matrix\n   rows: 2\n";
     assert!(text.starts_with(head));
     assert!(text.contains("data: [ 32.833333333333336, 6.75,\n"), "{text}");
@@ -77,7 +81,7 @@ fn what_opencv_writes_is_read() {
     let text = "%YAML:1.0\n---\npixel_centre: \"(i, j)\"\nwhole_corners: !!opencv-matrix\n   rows: 2\n   cols: 1\n   dt: \"2f\"\n   \
                 data: [ 1., 2.50000000e+00,\n       3.25000000e+00, 4. ]\nwhole_index: !!opencv-matrix\n   rows: 2\n   cols: 2\n   \
                 dt: i\n   data: [ 0, 0, 1, 0 ]\n";
-    let views = parse(text, Format::OpenCv, "a").unwrap();
+    let views = parse(text, CornerFormat::OpenCv, "a").unwrap();
     let positions: Vec<DVec2> = views[0].corners.iter().map(|c| c.position_px).collect();
     assert_eq!(positions, [DVec2::new(1.5, 3.0), DVec2::new(3.75, 4.5)]);
     assert_eq!(views[0].corners[1].index, [1, 0]);
@@ -86,9 +90,9 @@ fn what_opencv_writes_is_read() {
 #[test]
 fn bad_files_are_refused_with_place_and_rule() {
     let good = |format| to_text(&views(), format);
-    let csv = |from: &str, to: &str| (Format::Csv, good(Format::Csv).replacen(from, to, 1));
-    let json = |from: &str, to: &str| (Format::Json, good(Format::Json).replacen(from, to, 1));
-    let yaml = |from: &str, to: &str| (Format::OpenCv, good(Format::OpenCv).replacen(from, to, 1));
+    let csv = |from: &str, to: &str| (CornerFormat::Csv, good(CornerFormat::Csv).replacen(from, to, 1));
+    let json = |from: &str, to: &str| (CornerFormat::Json, good(CornerFormat::Json).replacen(from, to, 1));
+    let yaml = |from: &str, to: &str| (CornerFormat::OpenCv, good(CornerFormat::OpenCv).replacen(from, to, 1));
     let cases = [
         (csv("# pixel centre: ", "# "), "a:1", "must name where a pixel's centre lies"),
         (csv("(i + 0.5, j + 0.5)", "(i, j)"), "a:1", "the pixel centre is \"(i, j)\""),
@@ -99,7 +103,7 @@ fn bad_files_are_refused_with_place_and_rule() {
         (csv("left,1,", "left,1.5,"), "a:5", "`column` is \"1.5\""),
         (csv("left,1,", "left,99999999999,"), "a:5", "`column`"),
         (csv("left,1,", "left,1000001,"), "a", "within 1000000 of 0"),
-        ((Format::Csv, good(Format::Csv).trim_end().to_owned()), "a:6", "the last line has no end"),
+        ((CornerFormat::Csv, good(CornerFormat::Csv).trim_end().to_owned()), "a:6", "the last line has no end"),
         (csv(",7.25,", ",NaN,"), "a", "must lie at finite px"),
         (csv(",7.25,", ",7,25,"), "a:4", "12 values"),
         (csv(",anti", ",both"), "a:4", "`polarity` is \"both\""),
@@ -114,7 +118,7 @@ fn bad_files_are_refused_with_place_and_rule() {
         (yaml("%YAML:1.0", "%YAML 1.2"), "a", "the first line is"),
         (yaml("pixel_centre", "pixel_center"), "a", "`pixel_centre` is missing"),
         (yaml("left_index", "left_indices"), "a", "`left_index` is missing"),
-        ((Format::OpenCv, "%YAML:1.0\npixel_centre: \"(i, j)\"\n".to_owned()), "a", "no matrix is named"),
+        ((CornerFormat::OpenCv, "%YAML:1.0\npixel_centre: \"(i, j)\"\n".to_owned()), "a", "no matrix is named"),
         (yaml("right_quality", "right_qualities"), "a", "`right_quality` is missing"),
         (yaml("corners: 3", "corners: -3"), "a", "`corners` is \"-3\""),
         (yaml("corners: 3", "corners: 2"), "a", "holds 3 corners, and says that it has 2"),
@@ -153,11 +157,11 @@ fn nonsense_is_refused_without_panic() {
 
 #[test]
 fn files_go_by_their_ending() {
-    assert_eq!(Format::of(Path::new("a/b.YAML")), Ok(Format::OpenCv));
-    assert!(Format::of(Path::new("a.txt")).is_err());
+    assert_eq!(CornerFormat::of(Path::new("a/b.YAML")), Ok(CornerFormat::OpenCv));
+    assert!(CornerFormat::of(Path::new("a.txt")).is_err());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("corners.csv");
     assert!(read(&path).is_err());
-    crate::io::atomic::write_bytes(&path, to_text(&views(), Format::Csv).as_bytes()).unwrap();
+    crate::io::atomic::write_bytes(&path, to_text(&views(), CornerFormat::Csv).as_bytes()).unwrap();
     assert_eq!(read(&path).unwrap(), views());
 }

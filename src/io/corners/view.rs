@@ -18,7 +18,7 @@ pub struct Quality {
 
 /// A corner in a file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Listed {
+pub struct ListedCorner {
     /// Column and row.
     pub index: [i32; 2],
     /// Position in the whole picture, in px, in our own convention ([`PixelCentre::Half`]).
@@ -29,21 +29,21 @@ pub struct Listed {
 
 /// One view of the board: a half of the picture, or the whole of it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct View {
+pub struct CornerView {
     /// `left`, `right` or `whole`: lower-case letters.
     pub name: String,
     /// Its corners.
-    pub corners: Vec<Listed>,
+    pub corners: Vec<ListedCorner>,
     /// How many candidates were turned down for each reason; kept in JSON only.
     pub rejected: Vec<(String, usize)>,
     /// The blur across both families of lines, in px; kept in JSON only.
     pub blur_px: Option<[f64; 2]>,
 }
 
-impl View {
+impl CornerView {
     /// What was detected in the columns of a picture from `first_column` on.
     pub fn new(name: &str, first_column: usize, detection: &Detection) -> Self {
-        let listed = |c: &Corner| Listed {
+        let listed = |c: &Corner| ListedCorner {
             index: c.index,
             position_px: c.position_px + DVec2::new(first_column as f64, 0.0),
             quality: Some(Quality {

@@ -11,12 +11,12 @@ pub struct Channel {
     /// ASCII name, at most 31 characters. `Y` is the light; a dot groups the rest, `board.U`.
     pub name: String,
     /// The values.
-    pub samples: Samples,
+    pub samples: ChannelSamples,
 }
 
 /// The values of a channel, in the two types that EXR can keep without loss here.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Samples {
+pub enum ChannelSamples {
     /// Any quantity.
     F32(Raster<f32>),
     /// Classes and counts.
@@ -26,16 +26,16 @@ pub enum Samples {
 impl Channel {
     /// A plane of f32.
     pub fn f32(name: impl Into<String>, values: Raster<f32>) -> Self {
-        Self { name: name.into(), samples: Samples::F32(values) }
+        Self { name: name.into(), samples: ChannelSamples::F32(values) }
     }
 
     /// A plane of u32.
     pub fn u32(name: impl Into<String>, values: Raster<u32>) -> Self {
-        Self { name: name.into(), samples: Samples::U32(values) }
+        Self { name: name.into(), samples: ChannelSamples::U32(values) }
     }
 }
 
-impl Samples {
+impl ChannelSamples {
     /// Columns and rows.
     pub fn size(&self) -> (usize, usize) {
         match self {

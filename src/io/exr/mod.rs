@@ -5,7 +5,7 @@ mod write;
 mod channel;
 
 pub(super) use channel::SIGNATURE;
-pub use channel::{Channel, Samples};
+pub use channel::{Channel, ChannelSamples};
 
 pub use read::{read, read_channels};
 pub use write::{BLOCK_ROWS, write, write_strips};

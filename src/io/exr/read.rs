@@ -1,7 +1,7 @@
 //! EXR files to linear light, and to the channels that they hold.
 
-use super::channel::{Channel, Samples};
-use crate::error::Problem;
+use super::channel::{Channel, ChannelSamples};
+use crate::error::Error;
 use crate::io::metadata::{Metadata, checked_size};
 use crate::io::picture_file::open;
 use crate::raster::transfer::{Transfer, luminance};
@@ -9,7 +9,7 @@ use crate::raster::{MAX_PIXELS, Raster};
 use ::exr::block::UncompressedBlock;
 use ::exr::block::lines::LineRef;
 use ::exr::block::reader::{ChunksReader, Reader};
-use ::exr::error::Error;
+use ::exr::error::Error as ExrError;
 use ::exr::meta::header::Header;
 use ::exr::prelude::{AttributeValue, IntegerBounds, SampleType, Vec2, f16};
 use std::collections::{BTreeMap, BTreeSet};
@@ -21,7 +21,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// Those of [`crate::io::picture_file::read`], and channels of other names only, which are then named.
-pub fn read(path: &Path) -> Result<(Raster<f32>, Metadata), Problem> {
+pub fn read(path: &Path) -> Result<(Raster<f32>, Metadata), Error> {
     read_from(path, open(path)?, None)
 }
 
@@ -30,7 +30,7 @@ pub fn read(path: &Path) -> Result<(Raster<f32>, Metadata), Problem> {
 ///
 /// # Errors
 /// Those of [`read`], except that any value is allowed.
-pub fn read_channels(path: &Path, names: &[&str]) -> Result<Vec<Channel>, Problem> {
+pub fn read_channels(path: &Path, names: &[&str]) -> Result<Vec<Channel>, Error> {
     let reader = checked(path, open(path)?)?;
     match part_with(reader.headers(), names) {
         Some(part) => planes(path, reader, part, names),
@@ -43,10 +43,10 @@ pub(in crate::io) fn read_from(
     path: &Path,
     source: impl Read + Seek,
     stated: Option<Transfer>,
-) -> Result<(Raster<f32>, Metadata), Problem> {
+) -> Result<(Raster<f32>, Metadata), Error> {
     if stated == Some(Transfer::Srgb) {
         let rule = "the transfer curve is stated as sRGB, and OpenEXR holds linear light";
-        return Err(Problem::new(path.display(), rule, "leave the transfer curve out, or state linear"));
+        return Err(Error::new(path.display(), rule, "leave the transfer curve out, or state linear"));
     }
     let reader = checked(path, source)?;
     let headers = reader.headers();
@@ -70,10 +70,10 @@ fn grey(red: &Raster<f32>, green: &Raster<f32>, blue: &Raster<f32>) -> Raster<f3
 }
 
 /// The values as f32, each of which must be a number.
-fn finite(path: &Path, channel: Channel) -> Result<Raster<f32>, Problem> {
+fn finite(path: &Path, channel: Channel) -> Result<Raster<f32>, Error> {
     let values = match channel.samples {
-        Samples::F32(values) => values,
-        Samples::U32(values) => values.map(|value| value as f32),
+        ChannelSamples::F32(values) => values,
+        ChannelSamples::U32(values) => values.map(|value| value as f32),
     };
     match values.data().iter().position(|value| !value.is_finite()) {
         None => Ok(values),
@@ -81,7 +81,7 @@ fn finite(path: &Path, channel: Channel) -> Result<Raster<f32>, Problem> {
             let (i, j) = (index % values.width(), index / values.width());
             let rule =
                 format!("channel {} is {} at pixel ({i}, {j}), and must be finite", channel.name, values.get(i, j));
-            Err(Problem::new(path.display(), rule, "export the picture without infinite or missing values"))
+            Err(Error::new(path.display(), rule, "export the picture without infinite or missing values"))
         }
     }
 }
@@ -128,37 +128,35 @@ fn part_with(headers: &[Header], names: &[&str]) -> Option<usize> {
     headers.iter().position(|header| names.iter().all(|name| header.channels.list.iter().any(|c| c.name == **name)))
 }
 
-fn missing(path: &Path, headers: &[Header], wanted: &str) -> Problem {
+fn missing(path: &Path, headers: &[Header], wanted: &str) -> Error {
     let found: Vec<String> =
         headers.iter().flat_map(|header| header.channels.list.iter().map(|channel| channel.name.to_string())).collect();
     let rule = format!("no part of the file has the channels {wanted}; it has {}", found.join(", "));
-    Problem::new(path.display(), rule, "export the picture with a channel Y, or with R, G and B")
+    Error::new(path.display(), rule, "export the picture with a channel Y, or with R, G and B")
 }
 
-fn damaged(path: &Path, error: &Error) -> Problem {
+fn damaged(path: &Path, error: &ExrError) -> Error {
     match error {
-        Error::NotSupported(what) => Problem::new(
+        ExrError::NotSupported(what) => Error::new(
             path.display(),
             format!("the EXR uses what is not supported here: {what}"),
             "export it as flat scan lines with ZIP compression",
         ),
-        other => Problem::new(
-            path.display(),
-            format!("the EXR is damaged: {other}"),
-            "copy the file again, or export it anew",
-        ),
+        other => {
+            Error::new(path.display(), format!("the EXR is damaged: {other}"), "copy the file again, or export it anew")
+        }
     }
 }
 
 /// The file with its header read and every size in it checked, before memory is taken for any.
-fn checked<R: Read + Seek>(path: &Path, mut source: R) -> Result<Reader<R>, Problem> {
+fn checked<R: Read + Seek>(path: &Path, mut source: R) -> Result<Reader<R>, Error> {
     let bytes = source
         .seek(SeekFrom::End(0))
         .and_then(|bytes| source.rewind().map(|()| bytes))
-        .map_err(|error| damaged(path, &Error::Io(error)))?;
+        .map_err(|error| damaged(path, &ExrError::Io(error)))?;
     let reader = Reader::read_from_buffered(source, false).map_err(|error| damaged(path, &error))?;
     let refuse = |rule: String| {
-        Err(Problem::new(path.display(), rule, "export it as flat scan lines with ZIP compression, one picture a file"))
+        Err(Error::new(path.display(), rule, "export it as flat scan lines with ZIP compression, one picture a file"))
     };
     let mut chunks: u64 = 0;
     for header in reader.headers() {
@@ -178,7 +176,7 @@ fn checked<R: Read + Seek>(path: &Path, mut source: R) -> Result<Reader<R>, Prob
 }
 
 /// Reads the named channels of one part.
-fn planes(path: &Path, reader: Reader<impl Read + Seek>, part: usize, names: &[&str]) -> Result<Vec<Channel>, Problem> {
+fn planes(path: &Path, reader: Reader<impl Read + Seek>, part: usize, names: &[&str]) -> Result<Vec<Channel>, Error> {
     let header = reader.headers()[part].clone();
     suits(path, &header, names.len())?;
     let Vec2(width, height) = header.layer_size;
@@ -206,7 +204,7 @@ fn planes(path: &Path, reader: Reader<impl Read + Seek>, part: usize, names: &[&
                     || index.level != largest
                     || !done.insert((index.pixel_position.x(), index.pixel_position.y()))
                 {
-                    return Err(Error::Invalid("a block is missing, and another one is there twice".into()));
+                    return Err(ExrError::Invalid("a block is missing, and another one is there twice".into()));
                 }
                 for line in block.lines(&meta.headers[part].channels) {
                     let kind = meta.headers[part].channels.list[line.location.channel].sample_type;
@@ -222,8 +220,8 @@ fn planes(path: &Path, reader: Reader<impl Read + Seek>, part: usize, names: &[&
 }
 
 /// Whether a part's channels can be taken as pictures of the whole view.
-fn suits(path: &Path, header: &Header, wanted: usize) -> Result<(), Problem> {
-    let refuse = |rule: String, help: &str| Err(Problem::new(path.display(), rule, help));
+fn suits(path: &Path, header: &Header, wanted: usize) -> Result<(), Error> {
+    let refuse = |rule: String, help: &str| Err(Error::new(path.display(), rule, help));
     if let Some(channel) = header.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
         let rule = format!("the channel {} has fewer values than the picture has pixels", channel.name);
         return refuse(rule, "export all channels at full resolution");
@@ -246,15 +244,15 @@ fn suits(path: &Path, header: &Header, wanted: usize) -> Result<(), Problem> {
 }
 
 /// One line of a block into its plane.
-fn copy(line: LineRef<'_>, kind: SampleType, channel: &mut Channel) -> Result<(), Error> {
+fn copy(line: LineRef<'_>, kind: SampleType, channel: &mut Channel) -> Result<(), ExrError> {
     let Vec2(first, row) = line.location.position;
     let place = |width: usize| row * width + first..row * width + first + line.location.sample_count;
     match &mut channel.samples {
-        Samples::U32(plane) => {
+        ChannelSamples::U32(plane) => {
             let place = place(plane.width());
             line.read_samples_into_slice(&mut plane.data_mut()[place])
         }
-        Samples::F32(plane) => {
+        ChannelSamples::F32(plane) => {
             let place = place(plane.width());
             let values = &mut plane.data_mut()[place];
             if kind == SampleType::F32 {

@@ -1,13 +1,13 @@
 //! Planes to an EXR file: one part, so that every viewer shows all channels; scan lines in order, ZIP16, no loss.
 
-use super::channel::{Channel, Samples};
-use crate::error::Problem;
+use super::channel::{Channel, ChannelSamples};
+use crate::error::Error;
 use crate::io::atomic::write_atomically;
 use crate::io::metadata::{KEY, Notes, checked_size};
 use ::exr::block::lines::LineRefMut;
 use ::exr::block::writer::{ChunkWriter, ChunksWriter, write_chunks_with};
 use ::exr::block::{BlockIndex, UncompressedBlock};
-use ::exr::error::Error;
+use ::exr::error::Error as ExrError;
 use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::{ChannelDescription, LineOrder, SampleType};
 use ::exr::meta::header::{Header, LayerAttributes};
@@ -30,7 +30,7 @@ const MAX_NAME_BYTES: usize = 31;
 /// # Errors
 /// No channel, a name that is empty, too long, not ASCII or given twice, channels of different sizes, a size outside
 /// the limits, and those of [`write_atomically`].
-pub fn write(path: &Path, channels: Vec<Channel>, notes: &Notes<'_>) -> Result<(), Problem> {
+pub fn write(path: &Path, channels: Vec<Channel>, notes: &Notes<'_>) -> Result<(), Error> {
     let height = channels.first().map_or(0, |channel| channel.samples.size().1);
     write_strips(path, height, once(channels), notes)
 }
@@ -45,7 +45,7 @@ pub fn write_strips(
     height: usize,
     mut strips: impl Iterator<Item = Vec<Channel>>,
     notes: &Notes<'_>,
-) -> Result<(), Problem> {
+) -> Result<(), Error> {
     let first = sorted(strips.next().unwrap_or_default());
     let (width, _) = check(path, &first)?;
     let size = checked_size(path, width, height)?;
@@ -57,7 +57,7 @@ pub fn write_strips(
         let strips = once(first).chain(strips.map(sorted));
         write_chunks_with(out, once(header).collect(), true, |meta, chunks| blocks(&meta.headers, chunks, strips))
             .map_err(|error| match error {
-                Error::Io(error) => error,
+                ExrError::Io(error) => error,
                 other => io::Error::other(other.to_string()),
             })
     })
@@ -68,7 +68,7 @@ fn blocks<W: io::Write + io::Seek>(
     headers: &[Header],
     chunks: &mut ChunkWriter<W>,
     strips: impl Iterator<Item = Vec<Channel>>,
-) -> Result<(), Error> {
+) -> Result<(), ExrError> {
     let header = &headers[0];
     let Vec2(width, height) = header.layer_size;
     let mut row = 0;
@@ -82,7 +82,7 @@ fn blocks<W: io::Write + io::Seek>(
             });
         let fits = row % BLOCK_ROWS == 0 && row + rows <= height;
         if !(same && fits) {
-            return Err(Error::Invalid("a strip does not fit into the picture".into()));
+            return Err(ExrError::Invalid("a strip does not fit into the picture".into()));
         }
         let block = |first: usize| {
             let index = BlockIndex {
@@ -94,8 +94,8 @@ fn blocks<W: io::Write + io::Seek>(
             let line = |line: LineRefMut<'_>| {
                 let from = (line.location.position.y() - row) * width;
                 match &strip[line.location.channel].samples {
-                    Samples::F32(plane) => line.write_samples_from_slice(&plane.data()[from..from + width]),
-                    Samples::U32(plane) => line.write_samples_from_slice(&plane.data()[from..from + width]),
+                    ChannelSamples::F32(plane) => line.write_samples_from_slice(&plane.data()[from..from + width]),
+                    ChannelSamples::U32(plane) => line.write_samples_from_slice(&plane.data()[from..from + width]),
                 }
                 .expect("a line of the block is as long as a row of the strip");
             };
@@ -108,7 +108,7 @@ fn blocks<W: io::Write + io::Seek>(
         row += rows;
     }
     if row < height {
-        return Err(Error::Invalid("the strips end before the picture".into()));
+        return Err(ExrError::Invalid("the strips end before the picture".into()));
     }
     Ok(())
 }
@@ -118,15 +118,15 @@ fn sorted(mut channels: Vec<Channel>) -> Vec<Channel> {
     channels
 }
 
-fn kind(samples: &Samples) -> SampleType {
+fn kind(samples: &ChannelSamples) -> SampleType {
     match samples {
-        Samples::F32(_) => SampleType::F32,
-        Samples::U32(_) => SampleType::U32,
+        ChannelSamples::F32(_) => SampleType::F32,
+        ChannelSamples::U32(_) => SampleType::U32,
     }
 }
 
-fn check(path: &Path, channels: &[Channel]) -> Result<(usize, usize), Problem> {
-    let refuse = |rule: String, help: &str| Err(Problem::new(path.display(), rule, help));
+fn check(path: &Path, channels: &[Channel]) -> Result<(usize, usize), Error> {
+    let refuse = |rule: String, help: &str| Err(Error::new(path.display(), rule, help));
     let Some(first) = channels.first() else {
         return refuse("there is no channel to write".to_owned(), "give at least the channel Y");
     };
@@ -221,11 +221,11 @@ mod tests {
                 let cut = |width: usize| first * width..last * width;
                 let (width, _) = channel.samples.size();
                 match channel.samples {
-                    Samples::F32(p) => {
+                    ChannelSamples::F32(p) => {
                         let data = p.data()[cut(width)].to_vec();
                         Channel::f32(channel.name, Raster::from_data(width, last - first, data))
                     }
-                    Samples::U32(p) => {
+                    ChannelSamples::U32(p) => {
                         let data = p.data()[cut(width)].to_vec();
                         Channel::u32(channel.name, Raster::from_data(width, last - first, data))
                     }
@@ -236,7 +236,7 @@ mod tests {
             let path = directory.path().join(name);
             let strips = cuts.windows(2).map(|pair| part(pair[0], pair[1]).collect());
             write_strips(&path, 200, strips, &notes)?;
-            Ok::<_, Problem>(std::fs::read(path).unwrap())
+            Ok::<_, Error>(std::fs::read(path).unwrap())
         };
         assert_eq!(by("strips.exr", &[0, 16, 64, 160, 200]).unwrap(), std::fs::read(whole).unwrap());
         for cuts in [&[0, 160][..], &[0, 24, 200], &[0, 160, 200, 200], &[0]] {

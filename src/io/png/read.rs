@@ -1,6 +1,6 @@
 //! PNG files of any depth and colour type to linear light.
 
-use crate::error::Problem;
+use crate::error::Error;
 use crate::io::metadata::{Metadata, checked_size};
 use crate::io::picture_file::open;
 use crate::raster::Raster;
@@ -17,7 +17,7 @@ const MAX_EXPONENT: f64 = 10.0;
 ///
 /// # Errors
 /// Those of [`crate::io::picture_file::read`].
-pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Problem> {
+pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Error> {
     read_from(path, open(path)?, stated)
 }
 
@@ -26,7 +26,7 @@ pub(in crate::io) fn read_from(
     path: &Path,
     source: impl BufRead + Seek,
     stated: Option<Transfer>,
-) -> Result<(Raster<f32>, Metadata), Problem> {
+) -> Result<(Raster<f32>, Metadata), Error> {
     let damaged = |error: DecodingError| damaged(path, &error);
     let mut decoder = Decoder::new(source);
     // Palettes to colours, 1, 2 and 4 bits to 8, a transparent colour to opacity.
@@ -38,16 +38,16 @@ pub(in crate::io) fn read_from(
     let mut reader = decoder.read_info().map_err(damaged)?;
     if reader.info().animation_control.is_some() {
         let rule = "the file is an animation, and must hold one picture";
-        return Err(Problem::new(path.display(), rule, "export the picture that is meant"));
+        return Err(Error::new(path.display(), rule, "export the picture that is meant"));
     }
     // The decoder would take colours that are not there.
     if let Some(palette) = &reader.info().palette
         && (!palette.len().is_multiple_of(3) || palette.len() > 768)
     {
         let rule = format!("the PNG's palette has {} bytes, and a colour has 3, of at most 256 colours", palette.len());
-        return Err(Problem::new(path.display(), rule, "export the picture anew"));
+        return Err(Error::new(path.display(), rule, "export the picture anew"));
     }
-    let curve = Curve::choose(path, reader.info(), stated)?;
+    let curve = TransferCurve::choose(path, reader.info(), stated)?;
     let bytes = reader.output_buffer_size().ok_or_else(|| damaged(DecodingError::LimitsExceeded))?;
     let mut values = vec![0; bytes];
     let frame = reader.next_frame(&mut values).map_err(damaged)?;
@@ -68,18 +68,16 @@ pub(in crate::io) fn read_from(
     Ok((Raster::from_data(width, height, data), metadata))
 }
 
-fn damaged(path: &Path, error: &DecodingError) -> Problem {
+fn damaged(path: &Path, error: &DecodingError) -> Error {
     match error {
-        DecodingError::LimitsExceeded => Problem::new(
+        DecodingError::LimitsExceeded => Error::new(
             path.display(),
             "the file's texts and profiles take more than 64 MiB",
             "export the picture without them",
         ),
-        _ => Problem::new(
-            path.display(),
-            format!("the PNG is damaged: {error}"),
-            "copy the file again, or export it anew",
-        ),
+        _ => {
+            Error::new(path.display(), format!("the PNG is damaged: {error}"), "copy the file again, or export it anew")
+        }
     }
 }
 
@@ -103,7 +101,7 @@ fn to_light(
     depth: BitDepth,
     light: &[f64],
     width: usize,
-) -> Result<Vec<f32>, Problem> {
+) -> Result<Vec<f32>, Error> {
     let wide = depth == BitDepth::Sixteen;
     let step = if wide { 2 } else { 1 };
     let sample = |pixel: &[u8], k: usize| {
@@ -123,7 +121,7 @@ fn to_light(
         if opacity.is_some_and(|k| sample(pixel, k) != opaque) {
             let (i, j) = (index % width, index / width);
             let rule = format!("pixel ({i}, {j}) is transparent, so its light is not known");
-            return Err(Problem::new(path.display(), rule, "flatten the picture onto its background first"));
+            return Err(Error::new(path.display(), rule, "flatten the picture onto its background first"));
         }
         let value = |k| light[sample(pixel, k)];
         data.push(if colours == 1 { value(0) } else { luminance(value(0), value(1), value(2)) } as f32);
@@ -132,23 +130,23 @@ fn to_light(
 }
 
 /// The curve of a file: its exponent or piecewise form, its name, and who says so.
-struct Curve {
-    form: Form,
+struct TransferCurve {
+    form: CurveForm,
     name: String,
     source: String,
 }
 
 #[derive(Clone, Copy)]
-enum Form {
+enum CurveForm {
     Known(Transfer),
     /// Light = value^exponent.
     Power(f64),
 }
 
-impl Curve {
+impl TransferCurve {
     /// The curve that the caller states, or else the one that the file states, in the order of precedence of the PNG
     /// specification (third edition, 4.3): cICP, iCCP, sRGB, gAMA.
-    fn choose(path: &Path, info: &Info<'_>, stated: Option<Transfer>) -> Result<Self, Problem> {
+    fn choose(path: &Path, info: &Info<'_>, stated: Option<Transfer>) -> Result<Self, Error> {
         let from_file = Self::of_file(info);
         if let Some(transfer) = stated {
             let source = match &from_file {
@@ -157,21 +155,21 @@ impl Curve {
                 }
                 _ => "stated by the caller".to_owned(),
             };
-            return Ok(Self { form: Form::Known(transfer), name: transfer.name().to_owned(), source });
+            return Ok(Self { form: CurveForm::Known(transfer), name: transfer.name().to_owned(), source });
         }
         let rule = match from_file {
             Ok(Some(curve)) => return Ok(curve),
             Ok(None) => "the file does not say how its values stand for light (no sRGB, gAMA or cICP chunk)".to_owned(),
             Err(rule) => rule,
         };
-        Err(Problem::new(path.display(), rule, "state it with --transfer linear or --transfer srgb"))
+        Err(Error::new(path.display(), rule, "state it with --transfer linear or --transfer srgb"))
     }
 
     /// What the file says; nothing, or the rule that keeps it from being understood.
     fn of_file(info: &Info<'_>) -> Result<Option<Self>, String> {
         let known = |transfer: Transfer, source: &str| {
             let name = transfer.name().to_owned();
-            Ok(Some(Self { form: Form::Known(transfer), name, source: source.to_owned() }))
+            Ok(Some(Self { form: CurveForm::Known(transfer), name, source: source.to_owned() }))
         };
         if let Some(cicp) = info.coding_independent_code_points {
             // Rec. ITU-T H.273, table 3.
@@ -197,7 +195,7 @@ impl Curve {
             return Err(format!("its gAMA chunk is {}, and must be 0.1 to 10", f64::from(gamma.into_scaled()) / 1e5));
         }
         let name = format!("power {exponent:.4}");
-        Ok(Some(Self { form: Form::Power(exponent), name, source: "gAMA chunk".to_owned() }))
+        Ok(Some(Self { form: CurveForm::Power(exponent), name, source: "gAMA chunk".to_owned() }))
     }
 
     /// The light of every value of `depth`.
@@ -206,8 +204,8 @@ impl Curve {
         let light = |k| {
             let value = f64::from(k) / f64::from(top);
             match self.form {
-                Form::Known(transfer) => transfer.decode(value),
-                Form::Power(exponent) => libm::pow(value, exponent),
+                CurveForm::Known(transfer) => transfer.decode(value),
+                CurveForm::Power(exponent) => libm::pow(value, exponent),
             }
         };
         (0..=top).map(light).collect()

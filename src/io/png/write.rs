@@ -1,6 +1,6 @@
 //! Pictures to PNG files. The bytes depend on the arguments only (and on the compressor's version): no time, no path.
 
-use crate::error::Problem;
+use crate::error::Error;
 use crate::io::atomic::write_atomically;
 use crate::io::metadata::{KEY, Notes, checked_size};
 use crate::raster::Raster;
@@ -22,12 +22,7 @@ const CHUNK_BYTES: usize = 1 << 16;
 ///
 /// # Errors
 /// A picture without pixels or too large, a pitch that PNG cannot state, and those of [`write_atomically`].
-pub fn write_grey16(
-    path: &Path,
-    picture: &Raster<f32>,
-    transfer: Transfer,
-    notes: &Notes<'_>,
-) -> Result<usize, Problem> {
+pub fn write_grey16(path: &Path, picture: &Raster<f32>, transfer: Transfer, notes: &Notes<'_>) -> Result<usize, Error> {
     write_grey16_strips(path, (picture.width(), picture.height()), once(picture), transfer, notes)
 }
 
@@ -42,9 +37,9 @@ pub fn write_grey16_strips(
     strips: impl Iterator<Item: Borrow<Raster<f32>>>,
     transfer: Transfer,
     notes: &Notes<'_>,
-) -> Result<usize, Problem> {
+) -> Result<usize, Error> {
     let mut clamped = 0;
-    let form = Form { color: ColorType::Grayscale, depth: BitDepth::Sixteen, transfer };
+    let form = SampleForm { color: ColorType::Grayscale, depth: BitDepth::Sixteen, transfer };
     let strips = strips.map(|strip| {
         let data = strip.borrow().data();
         clamped += data.iter().filter(|light| !(0.0..=1.0).contains(*light)).count();
@@ -65,9 +60,9 @@ pub fn write_rgb16_strips(
     strips: impl Iterator<Item: Borrow<Raster<[f32; 3]>>>,
     transfer: Transfer,
     notes: &Notes<'_>,
-) -> Result<usize, Problem> {
+) -> Result<usize, Error> {
     let mut clamped = 0;
-    let form = Form { color: ColorType::Rgb, depth: BitDepth::Sixteen, transfer };
+    let form = SampleForm { color: ColorType::Rgb, depth: BitDepth::Sixteen, transfer };
     let outside = |light: &f32| !(0.0..=1.0).contains(light);
     let strips = strips.map(|strip| {
         let data = strip.borrow().data();
@@ -82,8 +77,8 @@ pub fn write_rgb16_strips(
 ///
 /// # Errors
 /// Those of [`write_grey16`].
-pub fn write_rgb(path: &Path, figure: &Raster<[u8; 3]>, notes: &Notes<'_>) -> Result<(), Problem> {
-    let form = Form { color: ColorType::Rgb, depth: BitDepth::Eight, transfer: Transfer::Srgb };
+pub fn write_rgb(path: &Path, figure: &Raster<[u8; 3]>, notes: &Notes<'_>) -> Result<(), Error> {
+    let form = SampleForm { color: ColorType::Rgb, depth: BitDepth::Eight, transfer: Transfer::Srgb };
     write(path, (figure.width(), figure.height()), form, once(figure.data().as_flattened()), notes)
 }
 
@@ -91,8 +86,8 @@ pub fn write_rgb(path: &Path, figure: &Raster<[u8; 3]>, notes: &Notes<'_>) -> Re
 ///
 /// # Errors
 /// Those of [`write_grey16`].
-pub fn write_rgba(path: &Path, figure: &Raster<[u8; 4]>, notes: &Notes<'_>) -> Result<(), Problem> {
-    let form = Form { color: ColorType::Rgba, depth: BitDepth::Eight, transfer: Transfer::Srgb };
+pub fn write_rgba(path: &Path, figure: &Raster<[u8; 4]>, notes: &Notes<'_>) -> Result<(), Error> {
+    let form = SampleForm { color: ColorType::Rgba, depth: BitDepth::Eight, transfer: Transfer::Srgb };
     write(path, (figure.width(), figure.height()), form, once(figure.data().as_flattened()), notes)
 }
 
@@ -110,7 +105,7 @@ fn level16(light: f32, transfer: Transfer) -> u16 {
 
 /// What the samples of a file mean.
 #[derive(Clone, Copy)]
-struct Form {
+struct SampleForm {
     color: ColorType,
     depth: BitDepth,
     transfer: Transfer,
@@ -119,10 +114,10 @@ struct Form {
 fn write(
     path: &Path,
     (width, height): (usize, usize),
-    form: Form,
+    form: SampleForm,
     strips: impl Iterator<Item: AsRef<[u8]>>,
     notes: &Notes<'_>,
-) -> Result<(), Problem> {
+) -> Result<(), Error> {
     checked_size(path, width, height)?;
     let density = notes.pitch_mm.map(|pitch| density(path, pitch)).transpose()?;
     write_atomically(path, |out| encode(out, (width as u32, height as u32), form, density, notes.json, strips))
@@ -131,7 +126,7 @@ fn write(
 fn encode(
     out: impl Write,
     (width, height): (u32, u32),
-    form: Form,
+    form: SampleForm,
     density: Option<PixelDimensions>,
     json: &str,
     mut strips: impl Iterator<Item: AsRef<[u8]>>,
@@ -164,12 +159,12 @@ fn encode(
 
 /// The pHYs chunk of square pixels: whole pixels in a metre, so the pitch is kept to half a pixel a metre (3e-6 of a
 /// pitch of 5.5 um).
-fn density(path: &Path, pitch_mm: f64) -> Result<PixelDimensions, Problem> {
+fn density(path: &Path, pitch_mm: f64) -> Result<PixelDimensions, Error> {
     let per_metre = (1000.0 / pitch_mm).round();
     // PNG's four-byte numbers end at 2^31 - 1.
     if !(1.0..=f64::from(i32::MAX)).contains(&per_metre) {
         let rule = format!("the pixel pitch is {pitch_mm} mm, and a PNG can state 1 to 2147483647 pixels in a metre");
-        return Err(Problem::new(path.display(), rule, "check the pixel pitch of the scene"));
+        return Err(Error::new(path.display(), rule, "check the pixel pitch of the scene"));
     }
     Ok(PixelDimensions { xppu: per_metre as u32, yppu: per_metre as u32, unit: Unit::Meter })
 }
@@ -203,7 +198,7 @@ mod tests {
             let mut data = picture.data().iter().copied().chain([0.5].into_iter().cycle());
             let strips = heights.iter().map(|&h| Raster::from_data(64, h, data.by_ref().take(64 * h).collect()));
             write_grey16_strips(&path, (64, 64), strips, Transfer::Linear, &Notes::default())?;
-            Ok::<_, Problem>(std::fs::read(path).unwrap())
+            Ok::<_, Error>(std::fs::read(path).unwrap())
         };
         assert_eq!(by_rows("rows.png", &[1, 30, 33]).unwrap(), std::fs::read(whole).unwrap());
         for heights in [&[63][..], &[64, 1], &[]] {

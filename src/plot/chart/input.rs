@@ -35,7 +35,7 @@ pub enum Look {
 
 /// Points that belong together.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Series {
+pub struct ChartSeries {
     /// Name in the legend.
     pub name: String,
     /// How it is drawn.
@@ -80,7 +80,7 @@ pub struct ChartInput {
     /// Vertical axis.
     pub y: AxisInput,
     /// What is shown, the first series first.
-    pub series: Vec<Series>,
+    pub series: Vec<ChartSeries>,
     /// Whether the best points are set off; series drawn as lines only do not take part.
     pub front: Front,
     /// Width and height of the figure in px; each held within 300..=4000.

@@ -1,11 +1,11 @@
 //! Words beside the points of a chart, where they cover nothing.
 
-use super::input::{Look, Point, Series};
+use super::input::{ChartSeries, Look, Point};
 use super::marks::front_steps;
 use crate::geom::Rect;
 use crate::plot::colour::{INK, SERIES, WHITE, mixed};
 use crate::plot::drawing::{Drawing, Item, clipped};
-use crate::plot::frame::Frame;
+use crate::plot::frame::PlotFrame;
 use crate::plot::text::{self, Align, CAP_HEIGHT, Direction, Font};
 use glam::DVec2;
 
@@ -15,10 +15,10 @@ const MARKER: f64 = 0.45;
 /// Draws the labels of all series, in their order: each where it crosses fewest lines among the places around its point
 /// at which it covers neither a marker nor other words nor the frame; the steps of the `front` are lines too. The paper
 /// below words is white, so that nothing strikes them through.
-pub(super) fn draw(drawing: &mut Drawing, frame: &Frame, em: f64, series: &[Series], front: &[Point]) {
+pub(super) fn draw(drawing: &mut Drawing, frame: &PlotFrame, em: f64, series: &[ChartSeries], front: &[Point]) {
     let font = Font::regular(0.85 * em);
-    let marked = |s: &&Series| matches!(s.look, Look::Markers | Look::MarkersAndLine);
-    let places = |s: &Series| s.points.iter().map(|p| frame.place(p.x, p.y)).collect::<Vec<Option<DVec2>>>();
+    let marked = |s: &&ChartSeries| matches!(s.look, Look::Markers | Look::MarkersAndLine);
+    let places = |s: &ChartSeries| s.points.iter().map(|p| frame.place(p.x, p.y)).collect::<Vec<Option<DVec2>>>();
     // Ticks reach into the area.
     let room = frame.area.grown(-0.5 * em);
     let inside = |p: &DVec2| frame.area.grown(0.01).contains(*p);

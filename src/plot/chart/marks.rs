@@ -1,13 +1,13 @@
 //! The marks of a chart: markers, lines, error bars and the Pareto front.
 
-use super::input::{Look, Point, Series};
+use super::input::{ChartSeries, Look, Point};
 use crate::plot::colour::{ACCENT, Rgb, SERIES, WHITE, mixed};
 use crate::plot::drawing::{Drawing, Item, Stroke};
-use crate::plot::frame::Frame;
+use crate::plot::frame::PlotFrame;
 use glam::DVec2;
 
 /// Draws one series; ends with the number of points that have no place within the frame.
-pub(super) fn draw_series(drawing: &mut Drawing, frame: &Frame, em: f64, series: &Series, k: usize) -> usize {
+pub(super) fn draw_series(drawing: &mut Drawing, frame: &PlotFrame, em: f64, series: &ChartSeries, k: usize) -> usize {
     let colour = SERIES[k % SERIES.len()];
     let places: Vec<Option<DVec2>> = series.points.iter().map(|p| frame.place(p.x, p.y)).collect();
     if let Some(stroke) = line_of(series.look, colour, em) {
@@ -38,7 +38,7 @@ pub(super) fn line_of(look: Look, colour: Rgb, em: f64) -> Option<Stroke> {
 }
 
 /// A bar between the places of its ends; an end without a place (zero on a logarithmic axis) is at the frame's edge.
-fn error_bar(drawing: &mut Drawing, frame: &Frame, em: f64, at: DVec2, ends: [Option<DVec2>; 2], colour: Rgb) {
+fn error_bar(drawing: &mut Drawing, frame: &PlotFrame, em: f64, at: DVec2, ends: [Option<DVec2>; 2], colour: Rgb) {
     let stroke = Stroke::solid(colour, 0.09 * em);
     let cap = DVec2::new(0.25 * em, 0.0);
     let edge = [frame.area.max.y, frame.area.min.y];
@@ -66,11 +66,11 @@ pub(super) fn marker(drawing: &mut Drawing, at: DVec2, k: usize, em: f64) {
 }
 
 /// The steps of the Pareto front: what lies right of and above them is beaten.
-pub(super) fn draw_front(drawing: &mut Drawing, frame: &Frame, em: f64, front: &[Point]) {
+pub(super) fn draw_front(drawing: &mut Drawing, frame: &PlotFrame, em: f64, front: &[Point]) {
     drawing.line_within(&frame.area, &front_steps(frame, front), front_stroke(em));
 }
 
-pub(super) fn front_steps(frame: &Frame, front: &[Point]) -> Vec<DVec2> {
+pub(super) fn front_steps(frame: &PlotFrame, front: &[Point]) -> Vec<DVec2> {
     let places: Vec<DVec2> = front.iter().filter_map(|p| frame.place(p.x, p.y)).collect();
     let (Some(first), Some(last)) = (places.first(), places.last()) else { return Vec::new() };
     let mut steps = vec![DVec2::new(first.x, frame.area.min.y)];

@@ -5,12 +5,12 @@ mod legend;
 mod marks;
 mod input;
 
-pub use input::{AxisInput, ChartInput, Front, Look, Point, Series};
+pub use input::{AxisInput, ChartInput, ChartSeries, Front, Look, Point};
 
 use super::axis::{Axis, Scale};
 use super::colour::{GREY, INK};
 use super::drawing::Drawing;
-use super::frame::{Frame, Grows, Style};
+use super::frame::{Grows, PlotFrame, Style};
 use super::text::{self, Align, Font};
 use crate::geom::Rect;
 use glam::DVec2;
@@ -36,7 +36,7 @@ pub fn draw(input: &ChartInput) -> Drawing {
         min: DVec2::new(style.room_left(&y, bottom - top) + 0.8 * em, top),
         max: DVec2::new(sheet.x - legend.width - 1.6 * em, bottom),
     };
-    let frame = Frame { area, x: &x, y: &y, grows: Grows::Up };
+    let frame = PlotFrame { area, x: &x, y: &y, grows: Grows::Up };
 
     frame.grid(&mut drawing, &style);
     let front = if input.front == Front::SmallIsGood { front(input) } else { Vec::new() };
@@ -124,9 +124,9 @@ mod tests {
         AxisInput { name: name.into(), scale, range: None }
     }
 
-    fn series(name: &str, look: Look, points: &[(f64, f64)]) -> Series {
+    fn series(name: &str, look: Look, points: &[(f64, f64)]) -> ChartSeries {
         let labels = points.iter().map(|(x, _)| format!("at {x}")).collect();
-        Series { name: name.into(), look, points: points.iter().map(|&(x, y)| Point::new(x, y)).collect(), labels }
+        ChartSeries { name: name.into(), look, points: points.iter().map(|&(x, y)| Point::new(x, y)).collect(), labels }
     }
 
     fn cost() -> ChartInput {
@@ -174,7 +174,7 @@ mod tests {
         bars.title = "Slope with error bars".into();
         (bars.x.scale, bars.y.scale) = (Scale::Linear, Scale::Linear);
         (bars.x.name, bars.y.name) = ("field angle, °".into(), "epipolar slope, mrad".into());
-        bars.series = vec![Series {
+        bars.series = vec![ChartSeries {
             name: "measured".into(),
             look: Look::Markers,
             points: (-8..=8)
@@ -267,7 +267,7 @@ mod tests {
         let points: Vec<Point> =
             values.iter().flat_map(|&x| values.map(|y| Point { x, y, y_range: Some([y, x]) })).collect();
         let labels = vec![long.clone(), "short".to_owned(), String::new()];
-        let one = Series { name: long.clone(), look: Look::MarkersAndLine, points, labels };
+        let one = ChartSeries { name: long.clone(), look: Look::MarkersAndLine, points, labels };
         for size_px in [[0, 0], [300, 900], [900, 300], [640, 480]] {
             for scale in [Scale::Linear, Scale::Log] {
                 for range in [None, Some([f64::NAN, 1.0]), Some([5.0, -5.0])] {

@@ -1,6 +1,6 @@
 //! The study as one table of comma-separated values: a row per setting, whatever was turned.
 
-use crate::analysis::cost::{Design, Meshed, Setting, Shifts, Spread, Study};
+use crate::analysis::cost::{CostStudy, DesignSetting, Meshed, Setting, Shifts, Spread};
 
 /// The columns. Times in ms, shifts in px; a field that does not apply is empty.
 pub const HEADER: &str = "kind,knob,value,number,time_min_ms,time_median_ms,time_p90_ms,repetitions,yardsticks_median,\
@@ -9,7 +9,7 @@ pub const HEADER: &str = "kind,knob,value,number,time_min_ms,time_median_ms,time
     optical_path_spread_mm,fit_rms_mm,axis_mean_abs_mm";
 
 /// [`HEADER`] and one line a setting. Every number reads back as the same f64.
-pub fn text(study: &Study) -> String {
+pub fn text(study: &CostStudy) -> String {
     let mut lines = vec![HEADER.to_owned()];
     lines.extend(study.pictures.iter().map(picture));
     lines.extend(study.meshes.iter().map(mesh));
@@ -53,7 +53,7 @@ fn mesh(m: &Meshed) -> String {
     format!("{},{}", start("mesh", &knob, &m.triangles.to_string(), number, m.time_ms, m.yardsticks), fields(&values))
 }
 
-fn design(d: &Design) -> String {
+fn design(d: &DesignSetting) -> String {
     let mut values = vec![None; 14];
     values.extend([d.reprojection_rms_px, None, Some(d.optical_path_spread_mm), Some(d.fit_rms_mm)]);
     values.push(d.axis_mean_abs_mm);

@@ -1,7 +1,7 @@
 //! A study of cost with what is needed to read it.
 
 use crate::accuracy::Level;
-use crate::analysis::cost::{Setting, Study};
+use crate::analysis::cost::{CostStudy, Setting};
 use serde::Serialize;
 
 /// The machine on which times were taken.
@@ -25,7 +25,7 @@ impl std::fmt::Display for Machine {
 
 /// A study of cost with what is needed to read it.
 #[derive(Debug, Clone, Serialize)]
-pub struct Report<'a> {
+pub struct CostReport<'a> {
     /// Always `biprism-cost/1`.
     pub schema: &'static str,
     /// The scene's name.
@@ -36,7 +36,7 @@ pub struct Report<'a> {
     pub words: Words,
     /// The figures.
     #[serde(flatten)]
-    pub study: &'a Study,
+    pub study: &'a CostStudy,
     /// The settings that no other beats: less time and a smaller error than any that is as good in the other.
     pub pareto_front: Vec<Name>,
 }
@@ -65,9 +65,9 @@ pub struct Name {
     pub value: String,
 }
 
-impl<'a> Report<'a> {
+impl<'a> CostReport<'a> {
     /// The report of a study.
-    pub fn new(scene: &'a str, machine: &'a Machine, study: &'a Study) -> Self {
+    pub fn new(scene: &'a str, machine: &'a Machine, study: &'a CostStudy) -> Self {
         let words = Words {
             time: "CPU time of one picture (of one design) on one thread, ms; all settings in one interleaved run",
             yardsticks: "time of a picture over that of a fixed f64 kernel that traces one ray a pixel, run right before",

@@ -7,4 +7,4 @@ pub mod table;
 mod tests;
 mod document;
 
-pub use document::{Machine, Name, Report, Words, error_px, front};
+pub use document::{CostReport, Machine, Name, Words, error_px, front};

@@ -1,11 +1,11 @@
 //! The study as a table to read.
 
 use super::document::{Machine, front};
-use crate::analysis::cost::{Setting, Study};
+use crate::analysis::cost::{CostStudy, Setting};
 use std::fmt::Write;
 
 /// The whole table.
-pub fn text(scene: &str, machine: &Machine, study: &Study) -> String {
+pub fn text(scene: &str, machine: &Machine, study: &CostStudy) -> String {
     let [width, height] = study.size_px;
     let yard = study.yardstick_ns;
     let mut text = format!(
@@ -34,7 +34,7 @@ fn short(value: Option<f64>) -> String {
     }
 }
 
-fn pictures(text: &mut String, study: &Study) {
+fn pictures(text: &mut String, study: &CostStudy) {
     let best = front(&study.pictures);
     let _ = writeln!(
         text,
@@ -84,7 +84,7 @@ fn pictures(text: &mut String, study: &Study) {
     );
 }
 
-fn meshes(text: &mut String, study: &Study) {
+fn meshes(text: &mut String, study: &CostStudy) {
     if study.meshes.is_empty() {
         return;
     }
@@ -121,7 +121,7 @@ fn meshes(text: &mut String, study: &Study) {
     text.push_str("one ray a pixel, from a sample of the right half; the hierarchy is built once\n");
 }
 
-fn designs(text: &mut String, study: &Study) {
+fn designs(text: &mut String, study: &CostStudy) {
     if study.designs.is_empty() {
         return;
     }

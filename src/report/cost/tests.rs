@@ -1,5 +1,5 @@
 use super::*;
-use crate::analysis::cost::{Measured, Meshed, Setting, Shifts, Spread, Study};
+use crate::analysis::cost::{CostStudy, Measured, Meshed, Setting, Shifts, Spread};
 use crate::plot::svg;
 use crate::render::Counts;
 use crate::report::figures::cost as chart;
@@ -33,8 +33,8 @@ fn setting(value: &str, ms: f64, error: f64) -> Setting {
     }
 }
 
-fn study() -> Study {
-    let reference = crate::render::Account {
+fn study() -> CostStudy {
+    let reference = crate::render::AccuracyReport {
         level: crate::accuracy::Level::Reference,
         target_px: None,
         promise_px: 0.0,
@@ -55,7 +55,7 @@ fn study() -> Study {
         reprojection_rms_px: None,
         lost: 0,
     };
-    Study {
+    CostStudy {
         yardstick_ns: spread(20.0),
         size_px: [1920, 1080],
         reference,
@@ -103,7 +103,7 @@ fn every_line_of_the_csv_has_every_column() {
 fn the_json_says_what_it_is_and_what_is_best() {
     let (study, machine) = (study(), machine());
     let value: serde_json::Value =
-        serde_json::from_str(&Report::new("paper", &machine, &study).to_json()).expect("it is JSON");
+        serde_json::from_str(&CostReport::new("paper", &machine, &study).to_json()).expect("it is JSON");
     assert_eq!(value["schema"], "biprism-cost/1");
     assert_eq!(value["pictures"][1]["time_ms"]["median"], 1.0);
     assert_eq!(value["pareto_front"][2]["value"], "4 x 4");

@@ -21,7 +21,7 @@ pub struct Dot {
 
 /// One step of one design.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Panel {
+pub struct BudgetPanel {
     /// Name of the step.
     pub name: String,
     /// Its corners; none where the design has no such step.
@@ -30,11 +30,11 @@ pub struct Panel {
 
 /// A row of the figure: a design.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row {
+pub struct BudgetRow {
     /// Name: "flat prism".
     pub name: String,
     /// Its steps, the last of them their sum.
-    pub panels: Vec<Panel>,
+    pub panels: Vec<BudgetPanel>,
 }
 
 /// The figure.
@@ -47,7 +47,7 @@ pub struct BudgetInput {
     /// Column of the seam between the halves.
     pub seam_px: f64,
     /// The designs.
-    pub rows: Vec<Row>,
+    pub rows: Vec<BudgetRow>,
     /// Width of the figure in px; held within 600..=4000.
     pub width_px: u32,
 }
@@ -101,7 +101,7 @@ pub fn draw(input: &BudgetInput) -> Drawing {
     drawing.with_height(libm::ceil(end + em) as u32)
 }
 
-fn draw_panel(drawing: &mut Drawing, input: &BudgetInput, panel: &Panel, area: &Rect, colours: &Axis, em: f64) {
+fn draw_panel(drawing: &mut Drawing, input: &BudgetInput, panel: &BudgetPanel, area: &Rect, colours: &Axis, em: f64) {
     let line = Stroke::solid(PALE, 0.1 * em);
     let place = |at: DVec2| area.min + at / input.picture_px.max(DVec2::ONE) * area.size();
     let seam = place(DVec2::new(input.seam_px, 0.0)).x;
@@ -139,11 +139,11 @@ mod tests {
             (0..29 * 16).map(|k| Dot { at: place(k), size: size * (place(k) / 1000.0).length_squared() }).collect()
         };
         let steps = [("optics", 0.7), ("fit", 3e-4), ("detector", 3e-6), ("sampling", 2e-8), ("measured − ideal", 0.7)];
-        let row = |name: &str, fit: bool| Row {
+        let row = |name: &str, fit: bool| BudgetRow {
             name: name.into(),
             panels: steps
                 .iter()
-                .map(|(step, size)| Panel {
+                .map(|(step, size)| BudgetPanel {
                     name: (*step).into(),
                     dots: if *step == "fit" && !fit { Vec::new() } else { dots(size * scale) },
                 })

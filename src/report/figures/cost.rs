@@ -1,8 +1,8 @@
 //! The study as charts: error over time.
 
-use crate::analysis::cost::{Design, Meshed, Setting, Spread, Study};
+use crate::analysis::cost::{CostStudy, DesignSetting, Meshed, Setting, Spread};
 use crate::plot::axis::{Scale, superscript};
-use crate::plot::chart::{self, AxisInput, ChartInput, Front, Look, Point, Series};
+use crate::plot::chart::{self, AxisInput, ChartInput, ChartSeries, Front, Look, Point};
 use crate::plot::drawing::Drawing;
 use crate::report::cost::{Machine, error_px};
 
@@ -10,7 +10,7 @@ use crate::report::cost::{Machine, error_px};
 const SIZE_PX: [u32; 2] = [1600, 1000];
 
 /// The title of [`pictures`].
-pub fn title(scene: &str, study: &Study) -> String {
+pub fn title(scene: &str, study: &CostStudy) -> String {
     let [width, height] = study.size_px;
     format!("What accuracy costs: scene {scene}, {width} × {height} px")
 }
@@ -22,12 +22,12 @@ pub fn design_title(scene: &str) -> String {
 
 /// Largest shift of a line of the board over the time of a picture, for every setting of the simulator, and the shift of
 /// corners through the prism as a mesh.
-pub fn pictures(scene: &str, machine: &Machine, study: &Study) -> Drawing {
+pub fn pictures(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
     let of = |knob: &str| study.pictures.iter().filter(|s| s.knob == knob).collect::<Vec<&Setting>>();
     let named = |name: &str, knob: &str, look: Look, word: &dyn Fn(&Setting) -> String| {
         let settings = of(knob);
         let points = settings.iter().map(|s| point(s.time_ms, error_px(s)));
-        Series {
+        ChartSeries {
             name: name.to_owned(),
             look,
             points: points.collect(),
@@ -60,11 +60,11 @@ pub fn pictures(scene: &str, machine: &Machine, study: &Study) -> Drawing {
 }
 
 /// Error of the integration over the time of a design.
-pub fn designs(scene: &str, machine: &Machine, study: &Study) -> Drawing {
+pub fn designs(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
     let series = [("Euler", "euler"), ("midpoint", "midpoint"), ("RK4", "rk4"), ("Dormand-Prince", "dormand_prince")];
     let named = |(name, knob): (&str, &str)| {
-        let own: Vec<&Design> = study.designs.iter().filter(|d| d.knob == knob).collect();
-        Series {
+        let own: Vec<&DesignSetting> = study.designs.iter().filter(|d| d.knob == knob).collect();
+        ChartSeries {
             name: name.to_owned(),
             look: Look::MarkersAndLine,
             points: own.iter().map(|d| point(d.time_ms, d.optical_path_spread_mm)).collect(),
@@ -83,7 +83,7 @@ pub fn designs(scene: &str, machine: &Machine, study: &Study) -> Drawing {
 }
 
 /// A step, or a tolerance.
-fn label(design: &Design) -> String {
+fn label(design: &DesignSetting) -> String {
     match design.knob {
         "dormand_prince" => format!("{} mm", power_of_ten(design.number)),
         _ => design.value.replace("um", "µm"),
@@ -94,9 +94,9 @@ fn point(time: Spread, error: f64) -> Point {
     Point::new(time.median, error)
 }
 
-fn mesh_series(name: &str, normals: &str, meshes: &[Meshed]) -> Series {
+fn mesh_series(name: &str, normals: &str, meshes: &[Meshed]) -> ChartSeries {
     let own: Vec<&Meshed> = meshes.iter().filter(|m| m.normals == normals && m.corners_px.is_some()).collect();
-    Series {
+    ChartSeries {
         name: name.to_owned(),
         look: Look::MarkersAndLine,
         points: own.iter().filter_map(|m| Some(point(m.time_ms, m.corners_px?.max))).collect(),
@@ -110,7 +110,7 @@ fn power_of_ten(value: f64) -> String {
 }
 
 /// Where and how times were taken.
-fn note(machine: &Machine, study: &Study) -> String {
+fn note(machine: &Machine, study: &CostStudy) -> String {
     format!("{machine}; median of one interleaved run; yardstick {:.1} ns a ray", study.yardstick_ns.median)
 }
 

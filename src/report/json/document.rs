@@ -37,7 +37,7 @@ pub struct Design {
     /// Left against right.
     pub stereo: Stereo,
     /// Both halves, pooled, against their pinholes.
-    pub pinhole: Pinhole,
+    pub pinhole: PinholeEntry,
     /// Corners of both halves together.
     pub corners: Corners,
     /// How the rays ended, by name of the fate.
@@ -46,7 +46,7 @@ pub struct Design {
     pub timing_s: BTreeMap<String, f64>,
     /// How accurately the picture was made; absent where it was not made here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub accuracy: Option<Accuracy>,
+    pub accuracy: Option<AccuracyEntry>,
     /// Where the error of a corner comes from, when it was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error_budget: Option<ErrorBudget>,
@@ -55,7 +55,8 @@ pub struct Design {
 /// How accurately a picture was made: shifts of its lines and corners, in px.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Accuracy {
+#[schemars(rename = "Accuracy")]
+pub struct AccuracyEntry {
     /// `draft`, `standard`, `exact` or `reference`.
     pub level: String,
     /// What was asked for, where the level was chosen by that: the cheapest that promises it.
@@ -73,19 +74,20 @@ pub struct Accuracy {
 #[serde(deny_unknown_fields)]
 pub struct Halves {
     /// Columns `0..width / 2`.
-    pub left: Half,
+    pub left: HalfEntry,
     /// Columns from `width / 2` rounded up to `width`; the middle column of an odd width is in neither half.
-    pub right: Half,
+    pub right: HalfEntry,
 }
 
 /// One half of the image.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Half {
+#[schemars(rename = "Half")]
+pub struct HalfEntry {
     /// Its corners.
     pub corners: Corners,
     /// It against its pinhole.
-    pub pinhole: Pinhole,
+    pub pinhole: PinholeEntry,
 }
 
 /// Left against right, on the raw halves.
@@ -117,7 +119,8 @@ pub struct Stereo {
 /// An image against a pinhole.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Pinhole {
+#[schemars(rename = "Pinhole")]
+pub struct PinholeEntry {
     /// Against the designed virtual camera, nothing fitted: rays on its virtual image plane.
     pub designed: Designed,
     /// Against the pinhole that fits best.

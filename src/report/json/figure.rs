@@ -1,6 +1,6 @@
 //! One number of a report, with all that is needed to compare it.
 
-use crate::metrics::Both;
+use crate::metrics::MeasuredAndTrue;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ pub struct Figure {
     /// Where the errors live.
     pub frame: Frame,
     /// Where pixel (i, j) has its centre.
-    pub pixel_centre: PixelCentre,
+    pub pixel_centre: PixelCentreName,
     /// Nearest and farthest depth of the points behind the values, in mm, where it matters and is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub depths_mm: Option<[f64; 2]>,
@@ -86,7 +86,8 @@ pub enum Frame {
 
 /// Where pixel (i, j) has its centre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum PixelCentre {
+#[schemars(rename = "PixelCentre")]
+pub enum PixelCentreName {
     /// The pixel-edge convention: it covers `[i, i+1) x [j, j+1)`. OpenCV's positions are less by 0.5.
     #[serde(rename = "(i + 0.5, j + 0.5)")]
     Half,
@@ -118,7 +119,7 @@ impl Definition {
 
     /// A figure of this definition from results: `pick` takes the value and its N out of each. A side that was never
     /// asked for is `None`.
-    pub fn figure<T>(self, both: &Both<T>, pick: impl Fn(&T) -> (f64, usize)) -> Figure {
+    pub fn figure<T>(self, both: &MeasuredAndTrue<T>, pick: impl Fn(&T) -> (f64, usize)) -> Figure {
         let side = |result: &Option<Result<T, crate::metrics::Unmeasurable>>| match result {
             None => (None, 0, None),
             Some(Err(reason)) => (None, 0, Some(reason.to_string())),
@@ -141,7 +142,7 @@ impl Definition {
             unit: self.unit,
             normaliser: self.normaliser,
             frame: self.frame,
-            pixel_centre: PixelCentre::Half,
+            pixel_centre: PixelCentreName::Half,
             depths_mm: self.depths_mm,
             reason,
         }

@@ -3,11 +3,11 @@
 use super::document::{Centre, Designed, Fitted, Stereo};
 use super::figure::{Definition, Figure, Frame, Normaliser, Unit};
 use crate::metrics::epipolar::Summary;
-use crate::metrics::ray_bundle::{CommonPoint, Misses, PlaneDeviation};
+use crate::metrics::ray_bundle::{CommonPoint, PlaneDeviation, RayMisses};
 use crate::metrics::reprojection::Parameter;
 use crate::metrics::stereo::{DepthLaw, Disparity};
 use crate::metrics::straightness::RowsAndColumns;
-use crate::metrics::{Both, Deviation};
+use crate::metrics::{Deviation, MeasuredAndTrue};
 use glam::DVec3;
 
 /// Nearest and farthest depth of what was looked at, in mm; `None` where it is unknown (a photograph).
@@ -16,10 +16,10 @@ pub type Depths = Option<[f64; 2]>;
 /// Left against right: the disparities of corners at `board_mm`, the epipolar curves over `epipolar_mm`, and the law of
 /// disparities over the same range.
 pub fn stereo(
-    disparity: &Both<Disparity>,
+    disparity: &MeasuredAndTrue<Disparity>,
     board_mm: Depths,
-    epipolar: &Both<Summary>,
-    law: &Both<DepthLaw>,
+    epipolar: &MeasuredAndTrue<Summary>,
+    law: &MeasuredAndTrue<DepthLaw>,
     epipolar_mm: Depths,
 ) -> Stereo {
     let at_board = |normaliser| Definition { depths_mm: board_mm, ..Definition::px(normaliser) };
@@ -43,17 +43,22 @@ pub fn stereo(
 /// Against the designed virtual camera on its virtual image plane, by rays beyond the glass: Table 1 of the design
 /// paper. Measured rays come from corners at several depths
 /// ([`rays_from_depths`](crate::metrics::ray_bundle::rays_from_depths)).
-pub fn designed_by_rays(found: &Both<PlaneDeviation>) -> Designed {
+pub fn designed_by_rays(found: &MeasuredAndTrue<PlaneDeviation>) -> Designed {
     designed(Frame::VirtualImagePlane, None, &found.then(|d| Ok(d.mm)), &found.then(|d| Ok(d.px)))
 }
 
 /// Against the designed virtual camera at the depth of a board: corners minus projected corners, in px and, by the
 /// pixel pitch, in mm on the sensor. A ray that misses the centre but meets the board where it should is no error here.
-pub fn designed_by_corners(found_px: &Both<Deviation>, pitch_mm: f64, board_mm: Depths) -> Designed {
+pub fn designed_by_corners(found_px: &MeasuredAndTrue<Deviation>, pitch_mm: f64, board_mm: Depths) -> Designed {
     designed(Frame::RawHalf, board_mm, &found_px.then(|d| Ok(d.scaled(pitch_mm))), found_px)
 }
 
-fn designed(frame: Frame, depths_mm: Depths, mm: &Both<Deviation>, px: &Both<Deviation>) -> Designed {
+fn designed(
+    frame: Frame,
+    depths_mm: Depths,
+    mm: &MeasuredAndTrue<Deviation>,
+    px: &MeasuredAndTrue<Deviation>,
+) -> Designed {
     let in_mm = Definition { depths_mm, ..Definition::mm(Normaliser::MeanAbs, frame) };
     let in_px = |normaliser| Definition { frame, depths_mm, ..Definition::px(normaliser) };
     Designed {
@@ -68,7 +73,7 @@ fn designed(frame: Frame, depths_mm: Depths, mm: &Both<Deviation>, px: &Both<Dev
 
 /// Against a fitted pinhole, of which `free` was fitted. Both halves pooled: give the deviation of their joined
 /// residuals.
-pub fn fitted(free: &[Parameter], deviation: &Both<Deviation>, depths_mm: Depths) -> Fitted {
+pub fn fitted(free: &[Parameter], deviation: &MeasuredAndTrue<Deviation>, depths_mm: Depths) -> Fitted {
     let px = |normaliser| Definition { depths_mm, ..Definition::px(normaliser) };
     Fitted {
         free: free.iter().map(|p| p.name().to_owned()).collect(),
@@ -78,13 +83,17 @@ pub fn fitted(free: &[Parameter], deviation: &Both<Deviation>, depths_mm: Depths
 }
 
 /// RMS and largest distance from straight, of rows and columns together.
-pub fn straightness(found: &Both<RowsAndColumns>) -> (Figure, Figure) {
+pub fn straightness(found: &MeasuredAndTrue<RowsAndColumns>) -> (Figure, Figure) {
     let rms = Definition::px(Normaliser::Rms).figure(found, |s| (s.both.rms_px, s.both.n));
     (rms, Definition::px(Normaliser::Max).figure(found, |s| (s.both.max_px, s.both.n)))
 }
 
 /// The rays against one centre: the best common point, and the designed one at `designed_mm`.
-pub fn centre(designed_mm: DVec3, common: &Both<CommonPoint>, designed: &Both<Misses>) -> Centre {
+pub fn centre(
+    designed_mm: DVec3,
+    common: &MeasuredAndTrue<CommonPoint>,
+    designed: &MeasuredAndTrue<RayMisses>,
+) -> Centre {
     let mm = |normaliser| Definition::mm(normaliser, Frame::World);
     Centre {
         drift_mm: mm(Normaliser::Fit).figure(common, |c| ((c.point_mm - designed_mm).length(), c.misses.n)),

@@ -17,7 +17,7 @@ pub mod figure;
 pub mod judgement;
 
 pub use budget::{BudgetTerm, CornerBudget, ErrorBudget};
-pub use figure::{Definition, Figure, Frame, Normaliser, PixelCentre, Unit};
+pub use figure::{Definition, Figure, Frame, Normaliser, PixelCentreName, Unit};
 
 /// The report as it is written: indented, keys in the order of the types, a newline at the end.
 pub fn to_text(report: &Report) -> String {
@@ -84,5 +84,6 @@ mod tests;
 mod document;
 
 pub use document::{
-    Accuracy, Centre, Corners, Depth, Design, Designed, Fitted, Half, Halves, Pinhole, Report, SchemaName, Stereo,
+    AccuracyEntry, Centre, Corners, Depth, Design, Designed, Fitted, HalfEntry, Halves, PinholeEntry, Report,
+    SchemaName, Stereo,
 };

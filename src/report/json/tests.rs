@@ -1,12 +1,14 @@
 use super::*;
-use crate::metrics::{Both, Deviation, Pair, Unmeasurable, epipolar, reprojection, stereo, straightness};
+use crate::metrics::{Deviation, MeasuredAndTrue, Pair, Unmeasurable, epipolar, reprojection, stereo, straightness};
 use glam::DVec2;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-fn deviation(error: f64) -> Both<Deviation> {
-    Both::of(Some(vec![DVec2::new(error, -2.0 * error)]), Some(vec![DVec2::splat(error)]), |e| Deviation::of(&e))
+fn deviation(error: f64) -> MeasuredAndTrue<Deviation> {
+    MeasuredAndTrue::of(Some(vec![DVec2::new(error, -2.0 * error)]), Some(vec![DVec2::splat(error)]), |e| {
+        Deviation::of(&e)
+    })
 }
 
 /// A report read back; where not, the place and the rule.
@@ -14,20 +16,23 @@ fn from_text(text: &str) -> Result<Report, (usize, String)> {
     serde_json::from_str(text).map_err(|error| (error.line(), error.to_string()))
 }
 
-fn pinhole() -> Pinhole {
-    let no_rows = Both::of(Some([]), None, |c| straightness::straightness(&c, straightness::Reference::Chord));
+fn pinhole() -> PinholeEntry {
+    let no_rows = MeasuredAndTrue::of(Some([]), None, |c| {
+        straightness::straightness(&c, straightness::StraightnessReference::Chord)
+    });
     let (straightness_rms_px, straightness_max_px) = judgement::straightness(&no_rows);
     let designed = judgement::designed_by_corners(&deviation(2.0), 0.005, Some([500.0; 2]));
     let fitted = judgement::fitted(&reprojection::POSE, &deviation(0.125), None);
-    let centre = judgement::centre(glam::DVec3::ZERO, &Both::NEITHER, &Both::NEITHER);
+    let centre = judgement::centre(glam::DVec3::ZERO, &MeasuredAndTrue::NEITHER, &MeasuredAndTrue::NEITHER);
     let depth = Depth {
         depth_mm: 500.0,
         designed: designed.clone(),
         fitted: fitted.clone(),
-        centre_drift_mm: Definition::mm(Normaliser::Fit, Frame::World).figure(&Both::NEITHER, |d: &(f64, usize)| *d),
+        centre_drift_mm: Definition::mm(Normaliser::Fit, Frame::World)
+            .figure(&MeasuredAndTrue::NEITHER, |d: &(f64, usize)| *d),
         straightness_rms_px: straightness_rms_px.clone(),
     };
-    Pinhole {
+    PinholeEntry {
         designed,
         anamorphic: Some(fitted.clone()),
         fitted,
@@ -40,16 +45,22 @@ fn pinhole() -> Pinhole {
 
 fn report() -> Report {
     let pair = Pair { index: [0, 0], left_px: DVec2::new(9.0, 5.0), right_px: DVec2::new(7.0, 5.25) };
-    let disparity = Both::of(Some([pair]), None, |p| stereo::disparity(&p));
+    let disparity = MeasuredAndTrue::of(Some([pair]), None, |p| stereo::disparity(&p));
     let curves = vec![vec![DVec2::ZERO, DVec2::new(10.0, 1.0), DVec2::new(20.0, 2.0)]];
-    let epipolar = Both::of(None, Some(curves), |c| epipolar::summary(&c, 960.0));
+    let epipolar = MeasuredAndTrue::of(None, Some(curves), |c| epipolar::summary(&c, 960.0));
     let corners =
         Corners { visible: Some(4), found: 3, spurious: Some(0), rms_error_px: Some(0.5), ..Corners::default() };
-    let half = Half { corners: corners.clone(), pinhole: pinhole() };
+    let half = HalfEntry { corners: corners.clone(), pinhole: pinhole() };
     let design = Design {
         name: "freeform".to_owned(),
         halves: Halves { left: half.clone(), right: half },
-        stereo: judgement::stereo(&disparity, Some([1000.0; 2]), &epipolar, &Both::NEITHER, Some([500.0, 2000.0])),
+        stereo: judgement::stereo(
+            &disparity,
+            Some([1000.0; 2]),
+            &epipolar,
+            &MeasuredAndTrue::NEITHER,
+            Some([500.0, 2000.0]),
+        ),
         pinhole: pinhole(),
         corners,
         fates: BTreeMap::from([("ok".to_owned(), 7)]),
@@ -107,7 +118,8 @@ fn a_figure_says_what_it_is_and_why_it_is_not() {
     assert!((slope.exact.unwrap() - libm::atan(0.1)).abs() < 1e-15);
     let reason = design.pinhole.straightness_rms_px.reason.as_deref();
     assert_eq!(reason, Some("too few rows of 3 corners: 0, and at least 1 needed"));
-    let infinite = Both { measured: Some(Ok(f64::INFINITY)), exact: Some(Err(Unmeasurable::Degenerate("flat"))) };
+    let infinite =
+        MeasuredAndTrue { measured: Some(Ok(f64::INFINITY)), exact: Some(Err(Unmeasurable::Degenerate("flat"))) };
     let figure = Definition::px(Normaliser::Max).figure(&infinite, |v| (*v, 2));
     assert_eq!((figure.measured, figure.exact), (None, None));
     assert_eq!(figure.reason.as_deref(), Some("measured: its value is inf; true: flat"));
@@ -117,9 +129,13 @@ fn a_figure_says_what_it_is_and_why_it_is_not() {
 fn two_halves_pool_only_where_both_have_a_value() {
     let (one, bad) = (Some(Ok(1)), Some(Err(Unmeasurable::Degenerate("flat"))));
     let sum = |a: &i32, b: &i32| Ok(a + b);
-    let pooled = Both { measured: one, exact: one }.with(&Both { measured: one, exact: bad }, sum);
-    assert_eq!(pooled, Both { measured: Some(Ok(2)), exact: bad });
-    assert_eq!(Both { measured: bad, exact: None }.with(&Both::NEITHER, sum), Both { measured: bad, exact: None });
+    let pooled =
+        MeasuredAndTrue { measured: one, exact: one }.with(&MeasuredAndTrue { measured: one, exact: bad }, sum);
+    assert_eq!(pooled, MeasuredAndTrue { measured: Some(Ok(2)), exact: bad });
+    assert_eq!(
+        MeasuredAndTrue { measured: bad, exact: None }.with(&MeasuredAndTrue::NEITHER, sum),
+        MeasuredAndTrue { measured: bad, exact: None }
+    );
 }
 
 fn figure_values(figure: &mut Figure, value: f64) {

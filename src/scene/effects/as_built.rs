@@ -2,12 +2,12 @@
 
 use crate::effect::manufacture::{Displacement, Manufacture, SurfaceError};
 use crate::effect::roughness::Roughness;
-use crate::error::Problem;
+use crate::error::Error;
 use crate::num::bernstein::MAX_DEGREE;
 use crate::scene::document::Document;
 use crate::scene::limits::*;
-use crate::scene::model::{Body, Prism};
-use crate::surface::figure_error::{Flaw, Wave, zernike};
+use crate::scene::model::{GlassSpec, PrismSpec};
+use crate::surface::figure_error::{FigureError, SurfaceWave, zernike};
 use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -104,8 +104,12 @@ pub(super) fn roughness(file: &RoughnessFile) -> Roughness {
 }
 
 /// The index must stay one, and only a smooth surface has a figure that errors can be added to.
-pub(super) fn manufacture(document: &Document, file: &ManufactureFile, prism: &Prism) -> Result<Manufacture, Problem> {
-    if let Some(Body { index, .. }) = prism.body()
+pub(super) fn manufacture(
+    document: &Document,
+    file: &ManufactureFile,
+    prism: &PrismSpec,
+) -> Result<Manufacture, Error> {
+    if let Some(GlassSpec { index, .. }) = prism.body()
         && index + file.index < SMALLEST_INDEX
     {
         let rule = format!(
@@ -132,12 +136,12 @@ fn displacement(decentre_mm: [f64; 3], tilt_deg: [f64; 3]) -> Displacement {
     }
 }
 
-fn surface(document: &Document, path: &str, file: &SurfaceErrorFile, prism: &Prism) -> Result<SurfaceError, Problem> {
+fn surface(document: &Document, path: &str, file: &SurfaceErrorFile, prism: &PrismSpec) -> Result<SurfaceError, Error> {
     let place = displacement(file.decentre_mm, file.tilt_deg);
     if file.zernike.is_none() && file.waves.is_empty() {
         return Ok(SurfaceError { place, figure: None });
     }
-    if matches!(prism, Prism::Mesh(_)) {
+    if matches!(prism, PrismSpec::Mesh(_)) {
         let rule = format!("`{path}` has errors of figure, and a mesh has its figure in its points");
         let help = "take `zernike` and `waves` out, and give the files of the surface as it was made";
         return Err(document.problem(document.span(path), rule, help));
@@ -156,11 +160,11 @@ fn surface(document: &Document, path: &str, file: &SurfaceErrorFile, prism: &Pri
     let sag = zernike(radius_mm, &terms).expect("the terms were judged above");
     let wave = |wave: &WaveFile| {
         let (sin, cos) = libm::sincos(wave.direction_deg.to_radians());
-        Wave {
+        SurfaceWave {
             amplitude_mm: wave.amplitude_um / 1000.0,
             rad_per_mm: DVec2::new(cos, sin) * (std::f64::consts::TAU / wave.period_mm),
             phase_rad: wave.phase_deg.to_radians(),
         }
     };
-    Ok(SurfaceError { place, figure: Some(Flaw { sag, waves: file.waves.iter().map(wave).collect() }) })
+    Ok(SurfaceError { place, figure: Some(FigureError { sag, waves: file.waves.iter().map(wave).collect() }) })
 }

@@ -1,13 +1,13 @@
 //! Lenses other than the pinhole, and what stands in their light, as a scene file writes them.
 
-use crate::scene::Patch;
 use crate::effect::clipping::{Clipping, Outline, Stop};
 use crate::effect::quadrature::LEAST_REPLICATES;
 use crate::effect::{Quadrature, Telecentric};
-use crate::error::Problem;
+use crate::error::Error;
+use crate::scene::PolynomialPatch;
 use crate::scene::document::Document;
 use crate::scene::limits::*;
-use crate::scene::model::{Board, Body, Camera, PolynomialPrism, Prism};
+use crate::scene::model::{BoardSpec, CameraSpec, GlassSpec, PolynomialSpec, PrismSpec};
 use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -64,13 +64,13 @@ pub(super) struct StopFile {
 }
 
 /// Two lenses cannot stand in one place.
-pub(super) fn two_lenses(document: &Document) -> Problem {
+pub(super) fn two_lenses(document: &Document) -> Error {
     let rule = "`effect.thin_lens` and `effect.telecentric` are both there, and the camera has one lens";
     document.problem(document.span("effect.telecentric"), rule.to_owned(), "take one of the two tables out")
 }
 
 /// The cone behind the lens must be less than a half-space as well.
-pub(super) fn telecentric(document: &Document, file: &TelecentricFile) -> Result<Telecentric, Problem> {
+pub(super) fn telecentric(document: &Document, file: &TelecentricFile) -> Result<Telecentric, Error> {
     let &TelecentricFile { magnification, na, focus_mm } = file;
     if na >= magnification {
         let rule = format!(
@@ -86,26 +86,26 @@ pub(super) fn telecentric(document: &Document, file: &TelecentricFile) -> Result
 
 /// What a stop must stand before, and how far along z that is from the camera, in mm: the ridge or the lowest place of the
 /// front of the prism, or the middle of the board where there is none.
-fn beyond_stop(camera: &Camera, prism: &Prism, board: &Board) -> (&'static str, f64) {
-    let depth = |body: &Body, point: DVec3| body.world_from_prism.point(point).z - camera.position_mm.z;
+fn beyond_stop(camera: &CameraSpec, prism: &PrismSpec, board: &BoardSpec) -> (&'static str, f64) {
+    let depth = |body: &GlassSpec, point: DVec3| body.world_from_prism.point(point).z - camera.position_mm.z;
     let mirrored = |point: DVec3| [point, DVec3::new(-point.x, point.y, point.z)];
-    let lowest = |body: &Body, points: &mut dyn Iterator<Item = DVec3>| {
+    let lowest = |body: &GlassSpec, points: &mut dyn Iterator<Item = DVec3>| {
         let depths = points.flat_map(mirrored).map(|point| depth(body, point));
         ("front of the prism", depths.fold(f64::INFINITY, f64::min))
     };
     match prism {
-        Prism::None => ("board", board.world_from_board.translation_mm.z - camera.position_mm.z),
-        Prism::Flat(biprism) | Prism::Freeform(biprism, _) => {
+        PrismSpec::None => ("board", board.world_from_board.translation_mm.z - camera.position_mm.z),
+        PrismSpec::Flat(biprism) | PrismSpec::Freeform(biprism, _) => {
             ("ridge of the prism", depth(&biprism.body, DVec3::Z * biprism.ridge_distance_mm))
         }
-        Prism::Polynomial(PolynomialPrism { body, front: Patch { sag, domain }, .. }) => {
+        PrismSpec::Polynomial(PolynomialSpec { body, front: PolynomialPatch { sag, domain }, .. }) => {
             // The right half from the ridge on, at the corners and the middles between them.
             let from = DVec2::new(domain.min.x.max(0.0), domain.min.y);
             let place = |k: usize| from + (domain.max - from) * DVec2::new((k % 3) as f64, (k / 3) as f64) / 2.0;
             lowest(body, &mut (0..9).map(place).map(|at| at.extend(sag.value(at.x, at.y))))
         }
-        Prism::PointCloud(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
-        Prism::Mesh(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
+        PrismSpec::PointCloud(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
+        PrismSpec::Mesh(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
     }
 }
 
@@ -113,10 +113,10 @@ fn beyond_stop(camera: &Camera, prism: &Prism, board: &Board) -> (&'static str, 
 pub(super) fn clipping(
     document: &Document,
     file: &ClippingFile,
-    camera: &Camera,
-    prism: &Prism,
-    board: &Board,
-) -> Result<Clipping, Problem> {
+    camera: &CameraSpec,
+    prism: &PrismSpec,
+    board: &BoardSpec,
+) -> Result<Clipping, Error> {
     let refused = |key: &str, rule: String, help: &str| {
         Err(document.problem(document.span(&format!("effect.clipping.{key}")), rule, help))
     };
@@ -148,7 +148,7 @@ pub(super) fn clipping(
 }
 
 /// A target of noise needs sets enough to know the noise.
-pub(super) fn quadrature(document: &Document, file: &QuadratureFile) -> Result<Quadrature, Problem> {
+pub(super) fn quadrature(document: &Document, file: &QuadratureFile) -> Result<Quadrature, Error> {
     let &QuadratureFile { points, replicates, noise, seed } = file;
     if noise.is_some() && replicates < LEAST_REPLICATES {
         let rule = format!(

@@ -1,14 +1,16 @@
 //! The effects of the glass on light: their tables as written, with their ranges, and what they become.
 
 use crate::effect::{Absorption, Coating, Dispersion, Fresnel, Ghosts};
-use crate::error::Problem;
+use crate::error::Error;
 use crate::optics::fresnel::{Layer, absorption_per_mm};
 use crate::optics::medium::MATERIALS;
-use crate::optics::polarisation::Light as Polarised;
-use crate::optics::spectrum::{Band, Illuminant, Light, Line, Response, Sensitivity, VISIBLE_NM, nodes};
+use crate::optics::polarisation::PolarisationState as Polarised;
+use crate::optics::spectrum::{
+    Illuminant, LightSource, Response, Sensitivity, SpectralLine, VISIBLE_NM, WavelengthBand, nodes,
+};
 use crate::scene::document::Document;
 use crate::scene::limits::*;
-use crate::scene::model::{Body, Prism};
+use crate::scene::model::{GlassSpec, PrismSpec};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -159,7 +161,7 @@ pub(super) fn fresnel(file: &FresnelFile) -> Fresnel {
 }
 
 /// One of two keys of a table, and not both.
-fn either(document: &Document, table: &str, keys: [&str; 2], values: [Option<f64>; 2]) -> Result<f64, Problem> {
+fn either(document: &Document, table: &str, keys: [&str; 2], values: [Option<f64>; 2]) -> Result<f64, Error> {
     let (at, rule, help) = match values {
         [Some(value), None] => return Ok(value),
         [None, Some(value)] => return Ok(value),
@@ -176,7 +178,7 @@ fn either(document: &Document, table: &str, keys: [&str; 2], values: [Option<f64
 }
 
 /// The layer on the glass of `prism`.
-pub(super) fn coating(document: &Document, file: &CoatingFile, prism: &Prism) -> Result<Coating, Problem> {
+pub(super) fn coating(document: &Document, file: &CoatingFile, prism: &PrismSpec) -> Result<Coating, Error> {
     let keys = ["thickness_nm", "quarter_wave_nm"];
     let value = either(document, "effect.coating", keys, [file.thickness_nm, file.quarter_wave_nm])?;
     let layer = match file.thickness_nm {
@@ -191,7 +193,7 @@ pub(super) fn coating(document: &Document, file: &CoatingFile, prism: &Prism) ->
     })
 }
 
-pub(super) fn absorption(document: &Document, file: &AbsorptionFile) -> Result<Absorption, Problem> {
+pub(super) fn absorption(document: &Document, file: &AbsorptionFile) -> Result<Absorption, Error> {
     let keys = ["per_mm", "transmittance_10mm"];
     let value = either(document, "effect.absorption", keys, [file.per_mm, file.transmittance_10mm])?;
     Ok(Absorption { per_mm: file.per_mm.unwrap_or_else(|| absorption_per_mm(value, 10.0)) })
@@ -202,7 +204,7 @@ pub(super) fn ghosts(file: &GhostsFile) -> Ghosts {
 }
 
 /// A table without which another says nothing.
-pub(super) fn needs_fresnel(document: &Document, table: &str) -> Problem {
+pub(super) fn needs_fresnel(document: &Document, table: &str) -> Error {
     let rule = format!("`[{table}]` is about light that surfaces reflect, and the scene has no `[effect.fresnel]`");
     document.problem(
         document.span(table),
@@ -212,7 +214,7 @@ pub(super) fn needs_fresnel(document: &Document, table: &str) -> Problem {
 }
 
 /// The wavelengths of the light in the glass of `prism`.
-pub(super) fn dispersion(document: &Document, file: &DispersionFile, prism: &Prism) -> Result<Dispersion, Problem> {
+pub(super) fn dispersion(document: &Document, file: &DispersionFile, prism: &PrismSpec) -> Result<Dispersion, Error> {
     let key = |key: &str| format!("effect.dispersion.{key}");
     let fault = |at: &str, rule: String, help: &str| Err(document.problem(document.span(&key(at)), rule, help));
     let Some((glass, body)) = prism.body().and_then(|body| Some((body.glass?, body))) else {
@@ -231,7 +233,7 @@ pub(super) fn dispersion(document: &Document, file: &DispersionFile, prism: &Pri
     }
     let light = light(document, file)?;
     let response = response(document, file)?;
-    let Band { from_nm, to_nm } = light.band();
+    let WavelengthBand { from_nm, to_nm } = light.band();
     if from_nm < first || to_nm > last {
         let at = if file.lines_nm.is_empty() { "band_nm" } else { "lines_nm" };
         let rule = format!(
@@ -262,7 +264,7 @@ pub(super) fn dispersion(document: &Document, file: &DispersionFile, prism: &Pri
     }
 }
 
-fn light(document: &Document, file: &DispersionFile) -> Result<Light, Problem> {
+fn light(document: &Document, file: &DispersionFile) -> Result<LightSource, Error> {
     let fault = |key: &str, rule: String, help: &str| {
         Err(document.problem(document.span(&format!("effect.dispersion.{key}")), rule, help))
     };
@@ -284,7 +286,7 @@ fn light(document: &Document, file: &DispersionFile) -> Result<Light, Problem> {
             let rule = format!("`effect.dispersion.band_nm` runs from {from_nm} to {to_nm} nm, which is nowhere");
             return fault("band_nm", rule, "give the shorter wavelength first");
         }
-        let band = Band { from_nm, to_nm };
+        let band = WavelengthBand { from_nm, to_nm };
         let known = VISIBLE_NM;
         if matches!(file.illuminant, IlluminantFile::D65) && (from_nm < known.from_nm || to_nm > known.to_nm) {
             let rule = format!(
@@ -294,9 +296,9 @@ fn light(document: &Document, file: &DispersionFile) -> Result<Light, Problem> {
             return fault("band_nm", rule, "keep the band within that, or take another `illuminant`");
         }
         return Ok(match file.illuminant {
-            IlluminantFile::Even => Light::Band(band),
-            IlluminantFile::A => Light::Illuminant(Illuminant::A, band),
-            IlluminantFile::D65 => Light::Illuminant(Illuminant::D65, band),
+            IlluminantFile::Even => LightSource::Band(band),
+            IlluminantFile::A => LightSource::Illuminant(Illuminant::A, band),
+            IlluminantFile::D65 => LightSource::Illuminant(Illuminant::D65, band),
         });
     }
     if !file.powers.is_empty() && file.powers.len() != file.lines_nm.len() {
@@ -309,11 +311,11 @@ fn light(document: &Document, file: &DispersionFile) -> Result<Light, Problem> {
         return fault("powers", rule, "give at least one line a power above 0");
     }
     let power = |k: usize| file.powers.get(k).copied().unwrap_or(1.0);
-    let line = |(k, &wavelength_nm): (usize, &f64)| Line { wavelength_nm, power: power(k) };
-    Ok(Light::Lines(file.lines_nm.iter().enumerate().map(line).collect()))
+    let line = |(k, &wavelength_nm): (usize, &f64)| SpectralLine { wavelength_nm, power: power(k) };
+    Ok(LightSource::Lines(file.lines_nm.iter().enumerate().map(line).collect()))
 }
 
-fn response(document: &Document, file: &DispersionFile) -> Result<Response, Problem> {
+fn response(document: &Document, file: &DispersionFile) -> Result<Response, Error> {
     if file.sensitivities.is_empty() {
         return Ok(match file.response {
             ResponseFile::Grey => Response::Flat,
@@ -329,7 +331,7 @@ fn response(document: &Document, file: &DispersionFile) -> Result<Response, Prob
     Ok(Response::Rgb(file.sensitivities.iter().map(row).collect()))
 }
 
-impl Body {
+impl GlassSpec {
     /// What is doubtful about the index of a named glass: it lies farther from the catalogue's than the melts of a glass
     /// differ.
     pub fn index_doubt(&self) -> Option<String> {

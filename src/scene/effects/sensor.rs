@@ -2,7 +2,7 @@
 
 use crate::effect::Sensor;
 use crate::effect::sensor::{Adc, Bayer, Demosaic, Order};
-use crate::error::Problem;
+use crate::error::Error;
 use crate::scene::document::Document;
 use crate::scene::limits::*;
 use schemars::JsonSchema;
@@ -91,7 +91,7 @@ fn one() -> f64 {
 ///
 /// # Errors
 /// A key that says something of what another key would have to name first.
-pub(super) fn sensor(document: &Document, file: &SensorFile) -> Result<Sensor, Problem> {
+pub(super) fn sensor(document: &Document, file: &SensorFile) -> Result<Sensor, Error> {
     let needs = |given: bool, key: &str, rule: &str, help: &str| {
         let at = format!("effect.sensor.{key}");
         if given { Err(document.problem(document.span(&at), format!("`{at}` {rule}"), help)) } else { Ok(()) }

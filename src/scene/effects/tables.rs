@@ -7,10 +7,10 @@ use crate::accuracy::COARSEST_TARGET_PX;
 use crate::effect::diffraction::LARGEST_SCALE_PX;
 use crate::effect::thin_lens::{Aperture, ThinLens};
 use crate::effect::{Cos4, Diffraction, Effects, Lamp, Threshold};
-use crate::error::Problem;
+use crate::error::Error;
 use crate::scene::document::Document;
 use crate::scene::limits::*;
-use crate::scene::model::{Board, Camera, Prism};
+use crate::scene::model::{BoardSpec, CameraSpec, PrismSpec};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -166,10 +166,10 @@ pub(crate) fn effects(
     which: EffectsFile,
     file: &EffectTables,
     quadrature: &QuadratureFile,
-    camera: &Camera,
-    board: &Board,
-    prism: &Prism,
-) -> Result<Effects, Problem> {
+    camera: &CameraSpec,
+    board: &BoardSpec,
+    prism: &PrismSpec,
+) -> Result<Effects, Error> {
     for (there, table) in [(file.coating.is_some(), "effect.coating"), (file.ghosts.is_some(), "effect.ghosts")] {
         if there && file.fresnel.is_none() {
             return Err(light::needs_fresnel(document, table));
@@ -215,14 +215,14 @@ pub(crate) fn effects(
     })
 }
 
-fn thin_lens(file: &ThinLensFile, camera: &Camera) -> ThinLens {
+fn thin_lens(file: &ThinLensFile, camera: &CameraSpec) -> ThinLens {
     let rotation_rad = file.rotation_deg.to_radians();
     let aperture = file.blades.map_or(Aperture::Circle, |blades| Aperture::Polygon { blades, rotation_rad });
     ThinLens::new(file.f_number, file.focus_mm, aperture, camera.focal_length_mm)
 }
 
 /// A pattern must not be much larger than what is kept of it.
-fn diffraction(document: &Document, file: &DiffractionFile, camera: &Camera) -> Result<Diffraction, Problem> {
+fn diffraction(document: &Document, file: &DiffractionFile, camera: &CameraSpec) -> Result<Diffraction, Error> {
     let diffraction =
         Diffraction { wavelength_nm: file.wavelength_nm, f_number: file.f_number, pitch_mm: camera.pitch_mm };
     let scale_px = diffraction.scale_px();
@@ -239,7 +239,7 @@ fn diffraction(document: &Document, file: &DiffractionFile, camera: &Camera) -> 
 }
 
 /// A lamp must stand on the side of the board that the camera sees.
-fn lamp(document: &Document, file: &LampFile, camera: &Camera, board: &Board) -> Result<Lamp, Problem> {
+fn lamp(document: &Document, file: &LampFile, camera: &CameraSpec, board: &BoardSpec) -> Result<Lamp, Error> {
     let (middle, normal) = (board.world_from_board.translation_mm, board.world_from_board.rotation.z_axis);
     let position_mm = DVec3::from_array(file.position_mm);
     let height = |point: DVec3| normal.dot(point - middle);

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 /// Which way a line of corners runs on the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Along {
+pub enum LineDirection {
     /// Corners of one row of the board.
     Row,
     /// Corners of one column of the board.
@@ -19,7 +19,7 @@ pub struct LineName {
     /// Whether its corners lie in the right half image.
     pub right: bool,
     /// Row or column.
-    pub along: Along,
+    pub along: LineDirection,
     /// Index of the row or column.
     pub index: i32,
 }
@@ -28,8 +28,8 @@ impl LineName {
     /// The name in words: "row 3, left half".
     pub fn words(&self) -> String {
         let along = match self.along {
-            Along::Row => "row",
-            Along::Column => "column",
+            LineDirection::Row => "row",
+            LineDirection::Column => "column",
         };
         format!("{along} {}, {} half", self.index, if self.right { "right" } else { "left" }).replace('-', "−")
     }
@@ -77,7 +77,7 @@ pub fn bends(corners: &[CornerMark], seam_px: f64) -> BTreeMap<LineName, Bend> {
     for corner in corners.iter().filter(|corner| corner.position_px.is_finite()) {
         let right = corner.position_px.x >= seam_px;
         let [column, row] = corner.index;
-        for (along, index, order) in [(Along::Row, row, column), (Along::Column, column, row)] {
+        for (along, index, order) in [(LineDirection::Row, row, column), (LineDirection::Column, column, row)] {
             lines.entry(LineName { right, along, index }).or_default().insert(order, corner.position_px);
         }
     }
@@ -116,7 +116,7 @@ mod tests {
         corners.reverse();
         let all = bends(&corners, 500.0);
         let worst = worst(&all).expect("there are lines");
-        assert_eq!(worst.line, LineName { right: false, along: Along::Column, index: 2 });
+        assert_eq!(worst.line, LineName { right: false, along: LineDirection::Column, index: 2 });
         assert!((worst.size_px() - 8.0).abs() < 1e-12);
         assert_eq!(worst.farthest_px, DVec2::new(108.0, 160.0));
         assert_eq!(worst.corners_px.len(), 9);

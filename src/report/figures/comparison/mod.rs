@@ -18,7 +18,7 @@ use input::sizes;
 pub use input::{ComparisonInput, FigureRow, Panel, suitable_gain};
 use layout::Layout;
 
-pub use bend::{Along, Bend, LineName, bends, worst};
+pub use bend::{Bend, LineDirection, LineName, bends, worst};
 
 /// Lays the comparison out.
 pub fn draw(input: &ComparisonInput) -> Drawing {

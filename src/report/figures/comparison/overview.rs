@@ -24,14 +24,14 @@ const SHAFT: f64 = 2.0;
 const HEAD: f64 = 10.0;
 
 /// Where a panel's picture stands in the figure.
-struct Place {
+struct PanelPlace {
     /// Whole px.
     area: Rect,
     /// Px of the figure for one px of the picture.
     scale: f64,
 }
 
-impl Place {
+impl PanelPlace {
     /// The largest place in column `k` below `top` that keeps the picture's proportions and is not much higher than
     /// a column is wide.
     fn of(input: &ComparisonInput, layout: &Layout, k: usize, top: f64) -> Self {
@@ -69,7 +69,7 @@ pub(super) fn draw(
     let name = text::shortened(&format!("({}) {}", ["a", "b"][k], panel.name), layout.head, room);
     drawing.text(name, layout.head, INK, DVec2::new(left, y), Align::Start);
 
-    let place = Place::of(input, layout, k, (y + 0.6 * layout.head.size_px).round());
+    let place = PanelPlace::of(input, layout, k, (y + 0.6 * layout.head.size_px).round());
     let pixels = (place.area.size().x as usize, place.area.size().y as usize);
     if panel.picture.data().is_empty() {
         drawing.push(Item::Fill(place.area, MISSING));
@@ -163,7 +163,7 @@ pub(super) fn key(
     }
 
     let y = y + 1.9 * font.size_px;
-    let per_px = input.arrow_gain * Place::of(input, layout, 0, 0.0).scale;
+    let per_px = input.arrow_gain * PanelPlace::of(input, layout, 0, 0.0).scale;
     if per_px > 0.0 && per_px.is_finite() && !errors_of_both.is_empty() {
         let sample = axis::round_below(100.0 * unit / per_px);
         let tip = DVec2::new(left + sample * per_px, y);
@@ -180,7 +180,7 @@ pub(super) fn key(
 }
 
 /// The seam and the names of the halves.
-fn halves(drawing: &mut Drawing, layout: &Layout, place: &Place, seam_px: f64) {
+fn halves(drawing: &mut Drawing, layout: &Layout, place: &PanelPlace, seam_px: f64) {
     let (unit, font) = (layout.unit, layout.strong);
     let seam = place.of_px(DVec2::new(seam_px, 0.0)).x;
     let ends = [DVec2::new(seam, place.area.min.y), DVec2::new(seam, place.area.max.y)];

@@ -1,7 +1,7 @@
 //! The lower half of the comparison: the line that the first picture bends most, in both pictures, enlarged across the
 //! line but not along it, as if one looked along the line, so that a bend of a pixel shows.
 
-use super::bend::{Along, Bend, LineName, worst};
+use super::bend::{Bend, LineDirection, LineName, worst};
 use super::input::Panel;
 use super::layout::Layout;
 use crate::geom::Rect;
@@ -36,8 +36,8 @@ impl Zoom {
         let step = start.distance(end) / (first.corners_px.len() - 1) as f64;
         let across = (ACROSS * first.size_px()).max(LEAST_ACROSS_PX);
         let margin = match first.line.along {
-            Along::Row => DVec2::new(step, across),
-            Along::Column => DVec2::new(across, step),
+            LineDirection::Row => DVec2::new(step, across),
+            LineDirection::Column => DVec2::new(across, step),
         };
         let whole = |k: usize| DVec2::new(panels[k].picture.width() as f64, panels[k].picture.height() as f64);
         let size = ((end - start).abs() + margin).ceil().min(whole(0)).min(whole(1));
@@ -80,8 +80,8 @@ impl Zoom {
         let y = area.max.y + 1.5 * layout.body.size_px;
         let times = area.size() / source.size();
         let across = match self.line.along {
-            Along::Row => times.y,
-            Along::Column => times.x,
+            LineDirection::Row => times.y,
+            LineDirection::Column => times.x,
         };
         let scale = format!("{width} × {height} px, {} × across the line", axis::significant(across, 2));
         drawing.text(&scale, layout.small, GREY, DVec2::new(area.max.x, y), Align::End);
