@@ -2,7 +2,6 @@
 
 use super::figures::budget::{BudgetPanel, BudgetRow, Dot};
 use super::json::{BudgetTerm, CornerBudget, ErrorBudget};
-use super::table::number;
 use crate::analysis::budget::{Budget, CornerErrors as Found};
 use crate::num::stats;
 use crate::vision::half::Half;
@@ -55,28 +54,6 @@ pub fn entry(budget: &Budget) -> ErrorBudget {
         left_out: budget.left_out as u64,
         corners: all().map(|(half, c)| corner(half, c)).collect(),
     }
-}
-
-/// The budget of a design in a line.
-pub fn words(name: &str, entry: &ErrorBudget) -> String {
-    let any = !entry.corners.is_empty();
-    let px = |term: &BudgetTerm| number(any.then_some(term.rms_px));
-    let steps = [
-        ("optics", Some(&entry.optics)),
-        ("fit", entry.fit.as_ref()),
-        ("detector", Some(&entry.detector)),
-        ("effects", entry.effects.as_ref()),
-        ("sampling", Some(&entry.sampling)),
-    ];
-    let step = |(name, term): (&str, Option<&BudgetTerm>)| Some(format!("{name} {}", px(term?)));
-    let sum: Vec<String> = steps.into_iter().filter_map(step).collect();
-    format!(
-        "steps of a corner's error, RMS px, {name}: {}; in all {} (remainder at most {} px; {} corners left out)",
-        sum.join(", "),
-        px(&entry.total),
-        number(any.then_some(entry.remainder_max_px)),
-        entry.left_out,
-    )
 }
 
 /// Rows of a figure: for each budget, by its name, a panel for each step that some budget has, and the total. `full` puts a

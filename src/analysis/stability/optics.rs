@@ -273,7 +273,7 @@ fn seams() -> CaseOutcome {
 fn paper_flat() -> CaseOutcome {
     let system = built(FULL, "", FLAT, BOARD);
     let mut tally = Tally::default();
-    super::freeform::against(&mut tally, &system, tables::FLAT);
+    crate::analysis::stability::tally::against(&mut tally, &system, tables::FLAT);
     tally.done()
 }
 
