@@ -79,7 +79,7 @@ struct Section {
 }
 
 /// The whole page.
-pub fn page() -> String {
+pub(crate) fn page() -> String {
     let schema: Value = serde_json::from_str(&scene::schema_json()).expect("the schema is JSON");
     let mut sections = Vec::new();
     table("", "", &schema, &mut sections);
