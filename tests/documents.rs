@@ -5,7 +5,8 @@
 //! - `<!-- not run: WHY -->`: it is left out;
 //! - `<!-- file: NAME -->`: it is the file NAME, for the blocks behind it;
 //! - nothing, before `sh`: it runs in the document's folder, which holds `scenes/` and what the blocks before left there;
-//! - nothing, before `toml`: its tables take the place of those in `scenes/paper.toml`, and `biprism check` takes the whole.
+//! - nothing, before `toml`: its tables take the place of those in the scene that the line above names, `scenes/paper.toml`
+//!   where it names none, and `biprism check` takes the whole.
 
 use biprism::cli::args::Args;
 use clap::Parser;
@@ -24,6 +25,8 @@ struct Block {
     language: String,
     /// The comment on the line before the fence.
     mark: Option<String>,
+    /// The scene that the line above names.
+    scene: Option<String>,
     text: String,
 }
 
@@ -46,6 +49,7 @@ fn documents() -> Vec<(String, String)> {
 fn blocks(name: &str, text: &str) -> Vec<Block> {
     let mut found = Vec::new();
     let mut before = "";
+    let mut sentence = "";
     let mut lines = text.lines().enumerate();
     while let Some((k, line)) = lines.next() {
         if let Some(language) = line.strip_prefix("```") {
@@ -55,10 +59,12 @@ fn blocks(name: &str, text: &str) -> Vec<Block> {
                 place: format!("{name}:{}", k + 1),
                 language: language.to_owned(),
                 mark: mark.map(str::to_owned),
+                scene: sentence.split('`').find(|span| span.starts_with("scenes/")).map(str::to_owned),
                 text: inside.join("\n") + "\n",
             });
         }
         before = line;
+        sentence = if line.trim().is_empty() { sentence } else { line };
     }
     found
 }
@@ -96,8 +102,9 @@ fn take(block: &Block, folder: &Path) {
             assert!(run.status.success(), "{place}: {}\n{}", run.status, String::from_utf8_lossy(&run.stderr));
         }
         (None, "toml") => {
-            let paper = fs::read_to_string(folder.join("scenes/paper.toml")).expect("the scene is there");
-            let mut scene: toml::Table = paper.parse().expect("the scene is TOML");
+            let base = folder.join(block.scene.as_deref().unwrap_or("scenes/paper.toml"));
+            let base = fs::read_to_string(base).unwrap_or_else(|error| panic!("{place}: the scene above: {error}"));
+            let mut scene: toml::Table = base.parse().expect("the scene is TOML");
             let own: toml::Table = block.text.parse().unwrap_or_else(|error| panic!("{place}: {error}"));
             scene.extend(own);
             fs::write(folder.join("block.toml"), scene.to_string()).expect("written");
