@@ -1,9 +1,9 @@
 //! Which corner of the board is which corner of a detected lattice?
 //!
 //! A checkerboard that fills the view has no mark of its own, so a lattice found in a picture is known only up to a
-//! shift and a quarter turn. The virtual camera settles both: near the half image's centre it is right by
-//! construction, and elsewhere it need only be right to half a square. Of the instrument only the half's central ray
-//! enters.
+//! shift and a quarter turn. The virtual camera settles both. Only the corners nearest to the half image's
+//! centre vote, where it is right by construction and need only be right to 0.3 of a square (`MOST_DOUBT`). Of the
+//! instrument only the half's central ray enters.
 
 use super::half_image::HalfFrame;
 use crate::geom::Ray;

@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Each corner is fitted with the model that a camera's pixels obey: two edges, bent as the grid says, under a Gaussian
-//! blur and a square pixel, with light that varies linearly (`refine`). Without noise it errs by less than 0.001 px;
-//! with noise it reaches the Cramer-Rao bound, and its covariance says so.
+//! blur and a square pixel, with light that varies linearly (`refine`). Without noise it errs by less than 0.001 px
+//! RMS over a picture, and by 0.0018 px at the worst corner of 70 kinds of picture (`tests/vision`); with noise it reaches the Cramer-Rao bound, and its covariance says so.
 //!
 //! # What counts as sufficiently visible
 //! A corner is looked for where the ring of 4.5 px around it lies in the picture and outside every mask, and where at

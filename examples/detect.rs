@@ -1,21 +1,22 @@
-//! The measuring eye as a library by itself: a picture in, corners with their covariance out, and into a file for OpenCV.
+//! The corner detector by itself: `cargo run --release --example detect [PICTURE] [srgb|linear]`.
+//!
+//! A picture in, corners with their covariance out, and into a file for OpenCV.
 //!
 //! ```sh
-//! cargo run --release --example corners                          # a board made here
-//! cargo run --release --example corners -- photo.jpg srgb        # any picture: PNG, EXR, JPEG, BMP or PNM
+//! cargo run --release --example detect                          # a board made here
+//! cargo run --release --example detect -- photo.jpg srgb        # any picture: PNG, EXR, JPEG, BMP or PNM
 //! ```
 //!
 //! The second argument, `srgb` or `linear`, states the curve of a picture that does not say its own; none is guessed.
 //! Corners go to `corners.yml`, which `cv::FileStorage` reads; the endings `.csv` and `.json` work as well.
 
-use biprism::error::Error;
 use biprism::io::atomic;
 use biprism::io::corners::{CornerFormat, CornerView, to_text};
 use biprism::raster::Raster;
 use biprism::raster::transfer::Transfer;
-use biprism::vision::{Settings, detect};
+use biprism::vision::Settings;
+use biprism::{Error, detect};
 use std::path::Path;
-use std::process::ExitCode;
 
 /// A board of 40 px squares whose lines lie between pixels: a pixel that a line cuts holds the mean of both its sides.
 fn board() -> Raster<f32> {
@@ -63,12 +64,9 @@ fn run() -> Result<(), Error> {
     atomic::write_bytes(Path::new("corners.yml"), text.as_bytes())
 }
 
-fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(problem) => {
-            eprintln!("{}", problem.render(false));
-            ExitCode::from(2)
-        }
+fn main() {
+    if let Err(error) = run() {
+        eprintln!("{error}");
+        std::process::exit(2);
     }
 }

@@ -9,9 +9,9 @@
 //! Boards of 13 x 17 inner corners on 960 x 1080 px, black 0.05 and white 0.85, rendered exactly by a renderer of the
 //! tests. `tools/compare_corners.py FOLDER` measures the same files with OpenCV.
 
-#[path = "../tests/common/mod.rs"]
+#[path = "../../tests/common/mod.rs"]
 mod common;
-#[path = "../tests/vision/judge.rs"]
+#[path = "../../tests/vision/judge.rs"]
 #[allow(dead_code, reason = "shared with tests that use more of it")]
 mod judge;
 
