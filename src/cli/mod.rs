@@ -16,7 +16,6 @@ mod design;
 mod expect;
 mod files;
 pub mod golden;
-mod identity;
 mod machine;
 mod measure;
 mod progress;

@@ -10,7 +10,7 @@
 //!   (see [`Deviation::rms_of_components`]);
 //! - too little, collinear, or non-finite input is an [`Unmeasurable`] that says which, never a NaN.
 
-pub use measured_and_true::MeasuredAndTrue;
+pub use measured_and_true::{MeasuredAndTrue, Numbers};
 
 pub mod line;
 pub mod stereo;

@@ -1,9 +1,12 @@
 //! Error budgets as the report's entries, in words, and as the rows of a figure.
 
-use super::figures::budget::{BudgetPanel, BudgetRow, Dot};
+use super::figures::budget::{BudgetInput, BudgetPanel, BudgetRow, Dot, draw};
 use super::json::{BudgetTerm, CornerBudget, ErrorBudget};
 use crate::analysis::budget::{Budget, CornerErrors as Found};
+use crate::analysis::compare::JudgedDesign;
 use crate::num::stats;
+use crate::plot::drawing::Drawing;
+use crate::scene::Scene;
 use crate::vision::half::Half;
 use glam::DVec2;
 
@@ -56,9 +59,25 @@ pub fn entry(budget: &Budget) -> ErrorBudget {
     }
 }
 
+/// `budget.png`: where the error of each corner of the judged prisms comes from; `None` where no prism was judged.
+pub fn figure(scene: &Scene, judged: &[JudgedDesign]) -> Option<Drawing> {
+    let budgets: Vec<(String, &Budget)> =
+        judged.iter().filter_map(|design| Some((format!("{} prism", design.name), design.budget.as_ref()?))).collect();
+    let first = judged.first()?;
+    let full = |k: usize, px: DVec2| first.judgement.view.halves[k].frame.full(px);
+    let camera = &scene.camera;
+    Some(draw(&BudgetInput {
+        title: format!("{}: where the error of a corner comes from", scene.name),
+        picture_px: DVec2::new(camera.width_px as f64, camera.height_px as f64),
+        seam_px: 0.5 * camera.width_px as f64,
+        rows: rows(&budgets, full),
+        width_px: 2000,
+    }))
+}
+
 /// Rows of a figure: for each budget, by its name, a panel for each step that some budget has, and the total. `full` puts a
 /// half's px into the whole picture.
-pub fn rows(budgets: &[(String, &Budget)], full: impl Fn(usize, DVec2) -> DVec2) -> Vec<BudgetRow> {
+fn rows(budgets: &[(String, &Budget)], full: impl Fn(usize, DVec2) -> DVec2) -> Vec<BudgetRow> {
     let has = |of: fn(&Found) -> Option<DVec2>| {
         budgets.iter().flat_map(|(_, b)| b.halves.iter().flatten()).any(|c| of(c).is_some())
     };

@@ -1,6 +1,10 @@
 //! Results to files and figures.
 
 pub mod budget;
+pub mod comparison;
+pub mod expectations;
+pub mod identity;
+pub mod picture;
 pub mod cost;
 pub mod design;
 pub mod figures;

@@ -8,7 +8,7 @@ use std::fmt::{Debug, Write};
 /// What the truth of a picture depends on: for each part of the scene and of the `system` built from it, its name and a
 /// checksum, in hexadecimal. A checksum is that of the part's values as this version of the program writes them; of effects
 /// those count that are kept.
-pub(super) fn parts(scene: &Scene, system: &System) -> Map<String, Value> {
+pub fn parts(scene: &Scene, system: &System) -> Map<String, Value> {
     let part = |name: &str, value: &dyn Debug| (name.to_owned(), Value::from(checksum(value)));
     [
         part("camera", &scene.camera),
@@ -21,7 +21,7 @@ pub(super) fn parts(scene: &Scene, system: &System) -> Map<String, Value> {
 }
 
 /// The parts that are not those of `said`, in words.
-pub(super) fn others(scene: &Scene, system: &System, said: &Value) -> Vec<String> {
+pub fn others(scene: &Scene, system: &System, said: &Value) -> Vec<String> {
     parts(scene, system).into_iter().filter(|(name, sum)| said[name] != *sum).map(|(name, _)| name).collect()
 }
 
