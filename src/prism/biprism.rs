@@ -5,12 +5,14 @@ use super::first_face::RIDGE_ROUNDINGS;
 use super::packet::PackedBiprism;
 use super::payload::Payload;
 use super::refract_at::pass;
+use super::side::Side;
 use super::surface_modifier::Relief;
 use crate::design::{DesignInput, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::geom::{Pose, Ray, Rect};
 use crate::optics::fate::Fate;
+use crate::surface::face::Face;
 use crate::surface::hit::Hit;
 use crate::surface::mesh::Mesh;
 use crate::surface::shape::{PolynomialSurface, Surface};
@@ -27,15 +29,6 @@ pub fn facet_angle_rad(flat: &scene::BiprismSpec, camera: &scene::CameraSpec) ->
         Some(angle) => Ok(angle),
         None => design::angle::facet_angle_rad(flat.body.index / flat.body.outer_index, camera.half_centre_rad()),
     }
-}
-
-/// A side of the prism: x < 0 or x >= 0 in its own frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Side {
-    /// x < 0
-    Left,
-    /// x >= 0
-    Right,
 }
 
 /// A biprism: rays enter through the front of one side and leave through the back of the same side.
@@ -221,18 +214,18 @@ impl Prism {
     ) -> Result<(Ray, Side), Fate> {
         let own = self.enter(ray, carry);
         let (side, meeting) = self.first_facet(&own, residual_mm)?;
-        finish.keep(0, &own, &meeting)?;
+        finish.keep(Face::Front, &own, &meeting)?;
         self.refract(&own, side, &meeting, residual_mm, carry, finish).map(|out| (out, side))
     }
 
-    /// Whether light goes on from this place (in the prism's frame) of the front (0) or the back (1).
-    pub(crate) fn passes_at(&self, which: usize, at_mm: DVec3) -> bool {
-        self.finish.as_ref().is_none_or(|finish| finish.passes_at(which, at_mm))
+    /// Whether light goes on from this place (in the prism's frame) of the front or the back.
+    pub(crate) fn passes_at(&self, face: Face, at_mm: DVec3) -> bool {
+        self.finish.as_ref().is_none_or(|finish| finish.passes_at(face, at_mm))
     }
 
-    /// The normal by which the front (0) or the back (1) refracts.
-    pub(crate) fn normal(&self, which: usize, meeting: &Hit) -> DVec3 {
-        self.finish.as_ref().map_or(meeting.normal, |finish| finish.relief(which).normal(meeting))
+    /// The normal by which the front or the back refracts.
+    pub(crate) fn normal(&self, face: Face, meeting: &Hit) -> DVec3 {
+        self.finish.as_ref().map_or(meeting.normal, |finish| finish.relief(face).normal(meeting))
     }
 
     /// The ray behind the prism when it passes `side`, whether or not it meets that side of the ridge, and unclipped.
@@ -244,7 +237,7 @@ impl Prism {
         carry: &mut C,
     ) -> Result<Ray, Fate> {
         let own = self.enter(ray, carry);
-        let meeting = self.sides[side as usize][0].intersect(&own, residual_mm)?;
+        let meeting = self.surface(side, Face::Front).intersect(&own, residual_mm)?;
         match &self.finish {
             None => self.refract(&own, side, &meeting, residual_mm, carry, &()),
             Some(finish) => {
@@ -257,27 +250,27 @@ impl Prism {
     /// Where a ray of the world meets the front of a side, in the prism's frame, in mm.
     pub(crate) fn met_mm(&self, ray: &Ray, side: Side, residual_mm: f64) -> Option<DVec3> {
         let own = self.enter(ray, &mut ());
-        self.sides[side as usize][0].intersect(&own, residual_mm).ok().map(|met| own.at(met.t_mm))
+        self.surface(side, Face::Front).intersect(&own, residual_mm).ok().map(|met| own.at(met.t_mm))
     }
 
-    /// The front (0) or back (1) surface of a side, in the prism's frame.
-    pub fn surface(&self, side: Side, which: usize) -> &Surface {
-        &self.sides[side as usize][which]
+    /// The front or back surface of a side, in the prism's frame.
+    pub fn surface(&self, side: Side, face: Face) -> &Surface {
+        &self.sides[side as usize][face as usize]
     }
 
     /// The ray behind the prism when other shapes stand in for the surfaces of `side`: `intersect` says where a ray, in the
-    /// prism's frame, meets the front (0) or the back (1).
+    /// prism's frame, meets the front or the back.
     pub fn pass_shapes(
         &self,
         ray: &Ray,
         side: Side,
-        mut intersect: impl FnMut(usize, &Ray) -> Result<Hit, Fate>,
+        mut intersect: impl FnMut(Face, &Ray) -> Result<Hit, Fate>,
     ) -> Result<Ray, Fate> {
         let own = self.enter(ray, &mut ());
         let [front, back] = &self.sides[side as usize];
-        let met = intersect(0, &own)?;
+        let met = intersect(Face::Front, &own)?;
         let inside = pass(&own, front, &(), &met, self.eta_in, &mut ())?;
-        let met = intersect(1, &inside)?;
+        let met = intersect(Face::Back, &inside)?;
         let out = pass(&inside, back, &(), &met, self.eta_out, &mut ())?;
         Ok(self.poses.map_or(out, |[world_from_prism, _]| out.moved(&world_from_prism)))
     }
@@ -332,10 +325,10 @@ impl Prism {
         finish: &impl Finish,
     ) -> Result<Ray, Fate> {
         let [facet, base] = &self.sides[side as usize];
-        let out = pass(ray, facet, &finish.relief(0), front, self.eta_in, carry).and_then(|inside| {
+        let out = pass(ray, facet, &finish.relief(Face::Front), front, self.eta_in, carry).and_then(|inside| {
             let meeting = base.intersect(&inside, residual_mm)?;
-            finish.keep(1, &inside, &meeting)?;
-            pass(&inside, base, &finish.relief(1), &meeting, self.eta_out, carry)
+            finish.keep(Face::Back, &inside, &meeting)?;
+            pass(&inside, base, &finish.relief(Face::Back), &meeting, self.eta_out, carry)
         });
         match &self.poses {
             None => out,

@@ -4,30 +4,31 @@ use super::surface_modifier::{Relief, Slope};
 use crate::effect::Clipping;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
+use crate::surface::face::Face;
 use crate::surface::hit::Hit;
 use glam::{DVec2, DVec3};
 
-/// What the front (0) and the back (1) of a prism do to rays besides refracting them by their shapes; `()` is nothing, and
+/// What the front and the back of a prism do to rays besides refracting them by their shapes; `()` is nothing, and
 /// costs nothing.
 pub(super) trait Finish {
     /// What tilts the normals of a surface.
     type Relief: Relief;
     /// Whether a ray (in the prism's frame) goes on where it is met.
-    fn keep(&self, which: usize, ray: &Ray, meeting: &Hit) -> Result<(), Fate>;
+    fn keep(&self, face: Face, ray: &Ray, meeting: &Hit) -> Result<(), Fate>;
     /// What lies on the front or the back.
-    fn relief(&self, which: usize) -> Self::Relief;
+    fn relief(&self, face: Face) -> Self::Relief;
 }
 
 impl Finish for () {
     type Relief = ();
 
     #[inline(always)]
-    fn keep(&self, _: usize, _: &Ray, _: &Hit) -> Result<(), Fate> {
+    fn keep(&self, _: Face, _: &Ray, _: &Hit) -> Result<(), Fate> {
         Ok(())
     }
 
     #[inline(always)]
-    fn relief(&self, _: usize) {}
+    fn relief(&self, _: Face) {}
 }
 
 /// Surfaces a part of which lets no light pass, or that are not smooth.
@@ -40,20 +41,20 @@ pub(super) struct Unideal {
 }
 
 impl Unideal {
-    /// Whether light goes on from this place (in the prism's frame) of the front (0) or the back (1).
-    pub(super) fn passes_at(&self, which: usize, at_mm: DVec3) -> bool {
-        self.clip.is_none_or(|clip| clip.margin_mm(which, at_mm) >= 0.0)
+    /// Whether light goes on from this place (in the prism's frame) of the front or the back.
+    pub(super) fn passes_at(&self, face: Face, at_mm: DVec3) -> bool {
+        self.clip.is_none_or(|clip| clip.margin_mm(face, at_mm) >= 0.0)
     }
 }
 
 impl Finish for Unideal {
     type Relief = Slope;
 
-    fn keep(&self, which: usize, ray: &Ray, meeting: &Hit) -> Result<(), Fate> {
-        if self.passes_at(which, ray.at(meeting.t_mm)) { Ok(()) } else { Err(Fate::Clipped) }
+    fn keep(&self, face: Face, ray: &Ray, meeting: &Hit) -> Result<(), Fate> {
+        if self.passes_at(face, ray.at(meeting.t_mm)) { Ok(()) } else { Err(Fate::Clipped) }
     }
 
-    fn relief(&self, which: usize) -> Slope {
-        Slope(self.slopes[which])
+    fn relief(&self, face: Face) -> Slope {
+        Slope(self.slopes[face as usize])
     }
 }

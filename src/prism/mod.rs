@@ -12,3 +12,4 @@ mod as_built;
 mod follow;
 mod finish;
 mod first_face;
+pub mod side;

@@ -6,6 +6,7 @@ use crate::geom::{Pose, Ray};
 use crate::optics::snell::Refracted;
 use crate::prism::payload::Payload;
 use crate::prism::surface_modifier::Relief;
+use crate::surface::face::Face;
 use crate::surface::hit::Hit;
 use crate::surface::shape::Surface;
 use glam::DVec2;
@@ -19,7 +20,7 @@ pub(super) struct Margin<'a> {
 
 impl Payload for Margin<'_> {
     fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Hit, _: f64, _: &Refracted) {
-        self.least_mm = self.least_mm.min(self.clipping.margin_mm(self.met, ray.at(meeting.t_mm)));
+        self.least_mm = self.least_mm.min(self.clipping.margin_mm(Face::ALL[self.met], ray.at(meeting.t_mm)));
         self.met += 1;
     }
 
