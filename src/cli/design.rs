@@ -6,9 +6,9 @@ use super::{files, output};
 use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM, text};
 use crate::error::Error;
 use crate::io::atomic::write_atomically;
-use crate::io::point_cloud::Surface;
 use crate::io::point_grid;
 use crate::scene::{DesignSettings, MarchOrder, PrismSpec};
+use crate::surface::face::Face;
 
 pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let scene = crate::scene::load(&args.scene)?;
@@ -33,8 +33,8 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let text = text::scene_prism(&designed.front.patch, &designed.back.patch, &body);
     files::text(&args.out.join("prism.toml"), &text)?;
     write_atomically(&args.out.join("cloud.csv"), |out| point_grid::write_csv(&designed.cloud, out))?;
-    write_atomically(&args.out.join("front.ply"), |out| point_grid::write_ply(&designed.cloud, Surface::Front, out))?;
-    write_atomically(&args.out.join("back.ply"), |out| point_grid::write_ply(&designed.cloud, Surface::Back, out))?;
+    write_atomically(&args.out.join("front.ply"), |out| point_grid::write_ply(&designed.cloud, Face::Front, out))?;
+    write_atomically(&args.out.join("back.ply"), |out| point_grid::write_ply(&designed.cloud, Face::Back, out))?;
     let (camera, front, back) = (&designed.camera, &designed.front, &designed.back);
     if args.json {
         let figures = serde_json::json!({

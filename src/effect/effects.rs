@@ -19,6 +19,7 @@ use super::sensor::Sensor;
 use super::telecentric::Telecentric;
 use super::thin_lens::ThinLens;
 use super::variant::Variant;
+use crate::surface::face::Face;
 use glam::DVec2;
 
 /// The effects that a scene calls for, with their settings; `None` is absent.
@@ -101,7 +102,7 @@ impl Effects {
         let pupil_mm = self.thin_lens.map_or(0.0, |lens| lens.radius_mm) + self.telecentric.map_or(0.0, cone_mm);
         // What a slope of the back does is done behind the glass.
         let draws = self.sets() as f64 * self.quadrature.points as f64;
-        let rough = self.roughness.map_or(0.0, |rough| rough.steepest(0, draws));
+        let rough = self.roughness.map_or(0.0, |rough| rough.steepest(Face::Front, draws));
         let stray_mm = self.manufacture.as_ref().map_or(0.0, |made| made.stray_mm(reach_mm, way_mm));
         let waves = self.dispersion.iter().flat_map(|dispersion| &dispersion.waves);
         // A tangent of 1 or less, times d tan(r) = -tan(r) dn / n.
@@ -157,8 +158,8 @@ impl Effects {
         let mut within = if self.has_pupil() { DVec2::ONE } else { DVec2::new(0.5, 1.0) };
         let mut slopes = plain.slopes;
         if let Some(rough) = &self.roughness {
-            for which in [0, 1].into_iter().filter(|which| rough.slope[*which] > 0.0) {
-                slopes[which] = rough.slopes(which, two() * within);
+            for face in Face::ALL.into_iter().filter(|face| rough.slope[*face as usize] > 0.0) {
+                slopes[face as usize] = rough.slopes(face, two() * within);
                 within = DVec2::ONE;
             }
         }

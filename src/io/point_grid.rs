@@ -1,7 +1,7 @@
 //! The point cloud of a design to a file, as a table or for a viewer of point clouds.
 
-use super::point_cloud::Surface;
 use crate::design::point_grid::PointGrid;
+use crate::surface::face::Face;
 use std::io::{self, BufWriter, Write};
 
 /// The columns of [`write_csv`].
@@ -31,11 +31,11 @@ pub fn write_csv(cloud: &PointGrid, out: impl Write) -> io::Result<()> {
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_ply(cloud: &PointGrid, surface: Surface, out: impl Write) -> io::Result<()> {
+pub fn write_ply(cloud: &PointGrid, face: Face, out: impl Write) -> io::Result<()> {
     let mut out = BufWriter::new(out);
-    let name = match surface {
-        Surface::Front => "front surface (faces the camera)",
-        Surface::Back => "back surface (faces the scene)",
+    let name = match face {
+        Face::Front => "front surface (faces the camera)",
+        Face::Back => "back surface (faces the scene)",
     };
     writeln!(out, "ply\nformat binary_little_endian 1.0")?;
     writeln!(
@@ -50,9 +50,9 @@ pub fn write_ply(cloud: &PointGrid, surface: Surface, out: impl Write) -> io::Re
     }
     writeln!(out, "end_header")?;
     for point in cloud.points() {
-        let p = match surface {
-            Surface::Front => point.front_mm,
-            Surface::Back => point.back_mm,
+        let p = match face {
+            Face::Front => point.front_mm,
+            Face::Back => point.back_mm,
         };
         for value in [p.x, p.y, p.z, point.u_px, point.v_px] {
             out.write_all(&value.to_le_bytes())?;
@@ -109,7 +109,7 @@ pub(crate) mod tests {
     fn ply_is_as_long_as_its_header_says() {
         let cloud = small_cloud();
         let mut bytes = Vec::new();
-        write_ply(&cloud, Surface::Back, &mut bytes).unwrap();
+        write_ply(&cloud, Face::Back, &mut bytes).unwrap();
         let end = b"end_header\n";
         let body = bytes.windows(end.len()).position(|w| w == end).unwrap() + end.len();
         assert!(bytes.starts_with(b"ply\nformat binary_little_endian 1.0\n"));

@@ -10,5 +10,5 @@ pub mod refract_at;
 pub mod biprism;
 mod as_built;
 mod follow;
-mod finish;
 mod first_face;
+pub mod side;

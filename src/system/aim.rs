@@ -2,7 +2,7 @@
 
 use super::instrument::System;
 use crate::optics::fate::Fate;
-use crate::prism::biprism::Side;
+use crate::prism::side::Side;
 use glam::DVec2;
 
 /// Rays along each edge of the coarse grid from which a search starts.
@@ -25,7 +25,7 @@ impl<'a> Aimer<'a> {
     /// Traces the grid of starts.
     pub fn new(system: &'a System) -> Self {
         let [width, height] = system.camera.size_px().map(|n| n as f64);
-        let starts = [Side::Left, Side::Right].map(|side| {
+        let starts = Side::ALL.map(|side| {
             let first = if side == Side::Left { 0.0 } else { 0.5 * width };
             let along = |k: usize| k as f64 / (STARTS - 1) as f64;
             let places = (0..STARTS).flat_map(|j| (0..STARTS).map(move |i| (i, j)));

@@ -17,7 +17,8 @@ mod margin;
 pub use build::{build, ideal};
 pub use instrument::{BoardHit, Footprint, System};
 
-pub use crate::prism::biprism::{Prism, Side};
+pub use crate::prism::biprism::Prism;
+pub use crate::prism::side::Side;
 pub use board::Board;
 pub use bounds::Bound;
 pub use camera::Camera;

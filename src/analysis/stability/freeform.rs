@@ -202,7 +202,7 @@ fn fold() -> CaseOutcome {
     for board_mm in
         [DVec2::new(1e4, 0.0), DVec2::new(-3e3, 2e3), DVec2::splat(1e12), DVec2::splat(1e160), DVec2::splat(1e300)]
     {
-        for side in [Side::Left, Side::Right] {
+        for side in Side::ALL {
             let end = aimer.aim(board_mm, side);
             tally.ended(&end);
             let right = match end {
