@@ -6,7 +6,7 @@ use crate::metrics::MeasuredAndTrue;
 use crate::metrics::pixel_map::DEGREE;
 use crate::metrics::ray_bundle::{PixelRay, rays_from_depths};
 use crate::scene::Scene;
-use crate::system::System;
+use crate::system::{InLight, System};
 use glam::DVec2;
 
 /// The rays of a uniform grid of pixels of a half: measured from the corners at several depths, and traced.
@@ -29,6 +29,7 @@ pub(super) fn pixel_rays(
 
 /// The exit rays of a uniform `n` x `n` grid over the half image, borders included, where they pass.
 pub fn grid_sightings(system: &System, frame: &HalfFrame, n: usize) -> Vec<PixelRay> {
+    let light = InLight::new(system);
     let centre = frame.own(frame.centre_px(system));
     let [width, height] = system.camera.size_px().map(|n| n as f64);
     let along = |k: usize| if n < 2 { 0.0 } else { k as f64 / (n - 1) as f64 - 0.5 };
@@ -37,7 +38,7 @@ pub fn grid_sightings(system: &System, frame: &HalfFrame, n: usize) -> Vec<Pixel
         .filter_map(|(i, j)| {
             let image_px = centre + DVec2::new(along(i) * 0.5 * width, along(j) * height);
             // Rays of the seam itself are taken through this half's own side.
-            let ray = system.exit_ray_through(frame.full(image_px), frame.side()).ok()?;
+            let ray = light.exit_ray_through(frame.full(image_px), frame.side()).ok()?;
             Some(PixelRay { image_px, ray })
         })
         .collect()
