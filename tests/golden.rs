@@ -1,7 +1,6 @@
 //! Did any picture or corner move?
 
-use biprism::cli::golden::check;
-use biprism::golden::{Folders, Mode};
+use biprism::golden::{Folders, Mode, check};
 use std::path::Path;
 
 #[test]

@@ -15,7 +15,7 @@ mod cost;
 mod design;
 mod expect;
 mod files;
-pub mod golden;
+mod golden;
 mod machine;
 mod measure;
 mod progress;

@@ -42,6 +42,14 @@ pub fn run(
         let place = folders.cases.display();
         return Err(Error::new(place, "the folder has no case (*.toml)", "add a small scene to it"));
     }
+    if mode == Mode::Check && !folders.golden.exists() {
+        let (golden, cases, n) = (folders.golden.display(), folders.cases.display(), names.len());
+        let missing = format!(
+            "{golden}: there is no such folder of goldens for the {n} cases of {cases}\n    name it with --golden, or make \
+             it with UPDATE_GOLDEN=1"
+        );
+        return Ok(GoldenReport { cases: vec![], orphans: vec![], missing: Some(missing) });
+    }
     let cases = names
         .iter()
         .map(|name| judge(folders, mode, tolerance, name, render(&file(folders.cases, name, "toml"))))
@@ -51,7 +59,7 @@ pub fn run(
         Ok(found.into_iter().filter(|name| !names.contains(name)).map(move |name| format!("{name}.{ending}")))
     };
     let orphans = left_over("json")?.chain(left_over("png")?).collect();
-    Ok(GoldenReport { cases, orphans })
+    Ok(GoldenReport { cases, orphans, missing: None })
 }
 
 /// Holds one case against its golden; on failure leaves the evidence or writes the golden anew.

@@ -1,4 +1,5 @@
-//! Maps of a field: errors as arrows at their places (the paper's Fig. 5), and values as colours.
+//! Maps of a field: errors as arrows at their places (the paper's Fig. 5), and values as colours. No command draws them
+//! yet: they are for the analyses of an error over the image.
 
 use super::axis::{Axis, Scale};
 use super::colour::{GREY, INK, Map};
