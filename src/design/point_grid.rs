@@ -2,22 +2,10 @@
 
 use super::slope::optical_path_mm;
 use super::virtual_camera::VirtualCamera;
+use crate::geom::GridPoint;
 use crate::scene::MarchOrder;
 use glam::DVec3;
 use rayon::prelude::*;
-
-/// Where one ray of the design meets the two surfaces.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GridPoint {
-    /// Offset from the half image's centre, in px: +u towards +x, +v towards +y (down in the image).
-    pub u_px: f64,
-    /// See `u_px`.
-    pub v_px: f64,
-    /// P on the front surface, in mm in the prism's frame.
-    pub front_mm: DVec3,
-    /// P' on the back surface, in mm in the prism's frame.
-    pub back_mm: DVec3,
-}
 
 /// The two surfaces of the right half (x > 0) on a grid of pixel positions: the point cloud of the paper.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,5 +105,31 @@ impl PointGrid {
             front_mm: self.camera.outer_direction(u_mm, v_mm) * front_z,
             back_mm: self.camera.centre_mm + self.camera.virtual_direction(u_mm, v_mm) * depth,
         }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::design::{DesignInput, freeform};
+    use crate::scene::{BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method};
+
+    /// The paper's design on a sensor of few, large pixels.
+    pub(in crate::design) fn small_cloud() -> PointGrid {
+        let camera = CameraSpec {
+            position_mm: DVec3::ZERO,
+            focal_length_mm: 35.0,
+            width_px: 48,
+            height_px: 30,
+            pitch_mm: 0.0055 * 40.0,
+        };
+        let prism = BiprismSpec {
+            body: GlassSpec::new(1.48, 1.0),
+            ridge_distance_mm: 78.472,
+            thickness_mm: 8.545,
+            facet_angle_rad: None,
+        };
+        let settings = DesignSettings { order: MarchOrder::XThenY, degree: 5, method: Method::Rk4, step_px: 1.0 };
+        freeform(&DesignInput { camera, prism, settings, virtual_camera_z_mm: 0.0 }).unwrap().cloud
     }
 }

@@ -1,9 +1,9 @@
 //! The prism as it was made, from the prism as it should be.
 
+use super::biprism::Prism;
 use crate::effect::Manufacture;
 use crate::geom::Pose;
 use crate::surface::shape::Surface;
-use crate::system::Prism;
 use glam::DVec3;
 use std::sync::Arc;
 

@@ -1,10 +1,10 @@
 //! The prism as a piece of glass whose surfaces reflect: light that does not go straight through.
 
+use super::biprism::Prism;
 use super::reflections::{Exit, Face, GlassBody, Limits, PowerBudget, ReflectionTracer};
 use crate::geom::Ray;
 use crate::optics::polarisation::Beam;
 use crate::surface::hit::Hit;
-use crate::system::Prism;
 use glam::DVec3;
 
 impl Prism {

@@ -2,7 +2,7 @@
 
 use super::figures::budget::{BudgetPanel, BudgetRow, Dot};
 use super::json::{BudgetTerm, CornerBudget, ErrorBudget};
-use super::table::number;
+use super::number::number;
 use crate::analysis::budget::{Budget, CornerErrors as Found};
 use crate::num::stats;
 use crate::vision::half::Half;

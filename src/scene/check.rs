@@ -8,15 +8,14 @@ use super::schema::*;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::error::Error;
-use crate::geom::Pose;
+use crate::geom::{Pose, Rect};
 use crate::io::mesh::read_triangles;
 use crate::io::point_cloud::{Surface, read_points};
 use crate::num::bernstein::MAX_DEGREE;
 use crate::num::poly2::Poly2;
 use crate::optics::medium;
-use crate::scene::Normals;
-use crate::scene::PolynomialPatch;
-use crate::scene::Rect;
+use crate::surface::mesh::Normals;
+use crate::surface::shape::PolynomialPatch;
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! Closed forms of plates and wedges, and the laws of power.
 
-use super::reflections::*;
+use super::*;
 use crate::geom::{Ray, Rect};
 use crate::num::poly2::Poly2;
 use crate::optics::fate::Fate;
