@@ -1,9 +1,6 @@
 //! Is what a picture is held against true of the picture's own light and lens?
 
-#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
-
-mod instruments;
-
+use crate::instruments::built;
 use biprism::analysis::view::{BoardView, see};
 use biprism::optics::medium::named;
 use biprism::render::{Film, render};
@@ -11,7 +8,6 @@ use biprism::scene::{self, Scene};
 use biprism::system::aim::Aimer;
 use biprism::system::{InLight, Side, System};
 use glam::DVec2;
-use instruments::built;
 
 /// The d line of helium, in nm: that to which an index belongs where the scene says nothing else.
 const D_NM: f64 = 587.5618;

@@ -1,14 +1,12 @@
 //! Does each level of accuracy keep what it promises?
 
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, built, scene};
 use biprism::accuracy::{Accuracy, Level};
 use biprism::render::{Film, Outputs, Plan, picture, render, render_wanted};
 use biprism::scene::Scene;
 use biprism::system::aim::Aimer;
 use biprism::system::{Side, System};
 use glam::DVec2;
-use instruments::{BOARD, FLAT, FREEFORM, built, scene};
 
 /// Scenes whose maps bend little and much, whose ridge is off the middle and aslant, whose footprints are slanted.
 fn scenes() -> Vec<Scene> {

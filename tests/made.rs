@@ -1,9 +1,6 @@
 //! Does a prism as it was made show what its errors say?
 
-#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
-
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, built, scene};
 use biprism::effect::manufacture::{Displacement, SurfaceError};
 use biprism::effect::thin_lens::Aperture;
 use biprism::effect::{Effects, Manufacture, Quadrature, Roughness, ThinLens, Variant};
@@ -14,7 +11,6 @@ use biprism::surface::face::Face;
 use biprism::surface::figure_error::{FigureError, SurfaceWave, zernike};
 use biprism::system::{Side, System};
 use glam::{DVec2, DVec3};
-use instruments::{BOARD, FLAT, FREEFORM, built, scene};
 
 const INDEX: f64 = 1.48;
 

@@ -1,7 +1,6 @@
 //! Is a prism of triangles the prism that was tessellated?
 
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, built, scene as parsed};
 use biprism::effect::Variant;
 use biprism::io::mesh::{MeshFormat, parse_triangles};
 use biprism::render::render;
@@ -11,7 +10,6 @@ use biprism::surface::mesh::Triangles;
 use biprism::surface::shape::Surface;
 use biprism::system::{Side, System};
 use glam::{DMat2, DVec2, DVec3};
-use instruments::{BOARD, FLAT, FREEFORM, built, scene as parsed};
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;

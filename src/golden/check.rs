@@ -3,7 +3,7 @@
 use super::cases;
 use super::noise::REPLICATES;
 use super::record::Tolerance;
-use super::report::{Folders, GoldenOutput, GoldenReport, Mode};
+use super::report::{CaseResult, Folders, GoldenOutput, GoldenReport, Mode};
 use super::snapshot::{record, redrawn};
 use crate::error::Error;
 use crate::scene;
@@ -14,15 +14,25 @@ use std::path::Path;
 /// # Errors
 /// As [`cases::run`].
 pub fn check(folders: &Folders<'_>, mode: Mode) -> Result<GoldenReport, Error> {
-    let render = |path: &Path| {
-        let scene = scene::load(path)?;
-        let (picture, record) = record(&scene)?;
-        if scene.effects.is_random() {
-            return Ok(GoldenOutput::of_random(&redrawn(&scene, REPLICATES)?, record));
-        }
-        Ok(GoldenOutput { picture, record, noise: None })
-    };
-    cases::run(folders, mode, &tolerance, &render)
+    cases::run(folders, mode, &tolerance, &rendered)
+}
+
+/// Holds one case against its golden.
+///
+/// # Errors
+/// As [`cases::run_case`].
+pub fn check_case(folders: &Folders<'_>, mode: Mode, name: &str) -> Result<CaseResult, Error> {
+    cases::run_case(folders, mode, &tolerance, &rendered, name)
+}
+
+/// What the case at `path` gives.
+fn rendered(path: &Path) -> Result<GoldenOutput, Error> {
+    let scene = scene::load(path)?;
+    let (picture, record) = record(&scene)?;
+    if scene.effects.is_random() {
+        return Ok(GoldenOutput::of_random(&redrawn(&scene, REPLICATES)?, record));
+    }
+    Ok(GoldenOutput { picture, record, noise: None })
 }
 
 /// How far a leaf of a record may move. The house promises the same results to 1e-9 across machines; a fitted corner

@@ -17,6 +17,6 @@ mod report;
 mod cases;
 mod check;
 
-pub use cases::{PIXEL_TOLERANCE, run};
-pub use check::check;
+pub use cases::{PIXEL_TOLERANCE, case_names, orphans, run, run_case};
+pub use check::{check, check_case};
 pub use report::{CaseResult, Folders, GoldenOutcome, GoldenOutput, GoldenReport, Mode};

@@ -1,7 +1,5 @@
 //! A ray's trip through interfaces.
 
-#[cfg(test)]
-mod nonsequential_tests;
 pub mod packet;
 pub mod reflections;
 pub mod payload;

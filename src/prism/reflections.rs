@@ -250,3 +250,7 @@ fn half(ray: &Ray, inside: bool, at: PrismFace, on_its_half: bool, meeting: &Hit
     let slack = RIDGE_ROUNDINGS * (ray.origin.x.abs() + meeting.t_mm);
     if own { Some(FacePart::Own) } else { (x.abs() <= slack).then_some(FacePart::Ridge) }
 }
+
+#[cfg(test)]
+#[path = "reflections_tests.rs"]
+mod tests;

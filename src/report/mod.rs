@@ -9,4 +9,5 @@ pub mod cost;
 pub mod design;
 pub mod figures;
 pub mod json;
+pub mod number;
 pub mod table;

@@ -1,6 +1,7 @@
 //! The short table of two prisms, and the sentence that judges them.
 
 use super::json::{BudgetTerm, Depth, Design, ErrorBudget, Figure};
+use super::number::number;
 use std::fmt::Write;
 
 /// One row of the table: what, and its figure for a design.
@@ -83,17 +84,6 @@ pub fn rows(designs: &[Design]) -> Vec<Shown> {
     }));
     rows.push(of_word("error of the detector, RMS, px", &|d| number(d.corners.rms_error_px)));
     rows
-}
-
-/// A value as a person reads it: three or five decimals, or an exponent where these say little.
-pub fn number(value: Option<f64>) -> String {
-    match value {
-        None => "-".to_owned(),
-        Some(0.0) => "0".to_owned(),
-        Some(v) if v.abs() < 1e-4 || v.abs() >= 1e5 => format!("{v:.2e}"),
-        Some(v) if v.abs() < 1.0 => format!("{v:.5}"),
-        Some(v) => format!("{v:.3}"),
-    }
 }
 
 /// The table as text, with one line of heading.

@@ -1,8 +1,7 @@
 //! Freeform surfaces: several crossings, folds, high degrees, clouds that determine too little, and the solver's budget.
 
 use super::case::{Case, ErrorUnit};
-use super::optics::TRACE_PX;
-use super::scenes::{BOARD, FREEFORM, FULL, built, in_px, places, scene};
+use super::scenes::{BOARD, FREEFORM, FULL, TRACE_PX, built, in_px, places, scene};
 use super::tables::{self, number, rows};
 use super::tally::{CaseOutcome, Tally, against};
 use crate::design::fit::fit;

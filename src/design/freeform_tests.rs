@@ -1,9 +1,8 @@
 //! The design against the paper's Table 1, by a ray trace written for this file alone: vector Snell, and surfaces met by
 //! Newton's method on z - sag(x, y) along the ray. It shares no code with the simulator.
 
-use super::virtual_camera::tests::{paper_camera, paper_prism};
-use super::virtual_camera::{VirtualCamera, virtual_camera};
 use super::*;
+use crate::design::virtual_camera::tests::{paper_camera, paper_prism};
 use crate::scene::{DesignSettings, MarchOrder, Method};
 use glam::DVec3;
 

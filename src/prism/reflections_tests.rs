@@ -1,12 +1,12 @@
 //! Closed forms of plates and wedges, and the laws of power.
 
-use super::reflections::*;
-use super::side::PrismFace;
+use super::*;
 use crate::geom::{Ray, Rect};
 use crate::num::poly2::Poly2;
 use crate::optics::fate::Fate;
 use crate::optics::fresnel::{Interface, Layer, Polarisation, left_after};
 use crate::optics::polarisation::{Beam, PolarisationState};
+use crate::prism::side::PrismFace;
 use crate::surface::face::Face;
 use crate::surface::hit::Hit;
 use crate::surface::mesh::{Mesh, Normals, Triangles};
