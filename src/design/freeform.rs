@@ -78,4 +78,4 @@ pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<Freefo
 
 #[cfg(test)]
 #[path = "freeform_tests.rs"]
-mod tests;
+pub(super) mod tests;

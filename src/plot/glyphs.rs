@@ -1,6 +1,5 @@
 //! Outlines of the glyphs of the figures: `glyphs.txt`, which tools/bake_glyphs.py makes, parsed once.
 
-use super::text::Weight;
 use std::sync::OnceLock;
 
 /// Font units per em.
@@ -36,6 +35,15 @@ fn parse(line: &'static str) -> Option<Glyph> {
     let mut fields = line.strip_prefix("U+")?.splitn(3, ' ');
     let character = char::from_u32(u32::from_str_radix(fields.next()?, 16).ok()?)?;
     Some(Glyph { character, advance: fields.next()?.parse().ok()?, outline: fields.next()? })
+}
+
+/// Thickness of the letters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Weight {
+    /// Body text.
+    Regular,
+    /// Headings.
+    Bold,
 }
 
 #[cfg(test)]

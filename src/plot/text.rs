@@ -2,7 +2,7 @@
 //!
 //! The glyphs are baked into the program (`glyphs`), so that a figure has the same pixels on every machine.
 
-use super::glyphs::{Glyph, UNITS_PER_EM, glyphs};
+use super::glyphs::{Glyph, UNITS_PER_EM, Weight, glyphs};
 use crate::geom::Rect;
 use glam::DVec2;
 use tiny_skia::{Path, PathBuilder};
@@ -17,15 +17,6 @@ pub const DESCENT: f64 = 0.24;
 pub const LINE_HEIGHT: f64 = 1.35;
 /// Width of the box that stands for a character without a glyph, in em.
 const BOX_WIDTH: f64 = 0.6;
-
-/// Thickness of the letters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Weight {
-    /// Body text.
-    Regular,
-    /// Headings.
-    Bold,
-}
 
 /// Which point of the text its position names, along the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
