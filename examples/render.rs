@@ -24,7 +24,9 @@ fn run() -> Result<(), Error> {
     // Trace one pixel position: where it ends on the board, or why its ray ends before.
     let [width, height] = [scene.camera.width_px, scene.camera.height_px].map(|n| n as f64);
     match system.trace(DVec2::new(0.75 * width, 0.5 * height)) {
-        Ok(hit) => println!("the middle of the right half sees ({}, {}) mm of the board", hit.board_mm.x, hit.board_mm.y),
+        Ok(hit) => {
+            println!("the middle of the right half sees ({}, {}) mm of the board", hit.board_mm.x, hit.board_mm.y)
+        }
         Err(fate) => println!("the ray of the middle of the right half ends: {}", fate.name()),
     }
     Ok(())

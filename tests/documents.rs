@@ -43,7 +43,11 @@ fn documents() -> Vec<(String, String)> {
         .chain(["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(String::from))
         .collect();
     names.sort();
-    names.into_iter().map(|name| (fs::read_to_string(repository(&name)).expect("a document"), name)).map(|(t, n)| (n, t)).collect()
+    names
+        .into_iter()
+        .map(|name| (fs::read_to_string(repository(&name)).expect("a document"), name))
+        .map(|(t, n)| (n, t))
+        .collect()
 }
 
 fn blocks(name: &str, text: &str) -> Vec<Block> {
@@ -98,7 +102,8 @@ fn take(block: &Block, folder: &Path) {
             let program = Path::new(env!("CARGO_BIN_EXE_biprism")).parent().expect("the program is in a folder");
             let path = format!("{}:{}", program.display(), std::env::var("PATH").unwrap_or_default());
             let mut shell = Command::new("sh");
-            let run = shell.args(["-euc", &block.text]).env("PATH", path).current_dir(folder).output().expect("sh runs");
+            let run =
+                shell.args(["-euc", &block.text]).env("PATH", path).current_dir(folder).output().expect("sh runs");
             assert!(run.status.success(), "{place}: {}\n{}", run.status, String::from_utf8_lossy(&run.stderr));
         }
         (None, "toml") => {
@@ -171,5 +176,8 @@ fn blocks_are_recognised() {
     let short: Vec<_> = found.iter().map(|b| (b.place.as_str(), b.language.as_str(), b.mark.as_deref())).collect();
     assert_eq!(short, [("page:3", "sh", None), ("page:7", "toml", Some("file: a.toml"))]);
     assert_eq!(found[1].text, "x = 1\n");
-    assert_eq!(words("biprism analyse stability --only \"fit from\""), ["biprism", "analyse", "stability", "--only", "fit from"]);
+    assert_eq!(
+        words("biprism analyse stability --only \"fit from\""),
+        ["biprism", "analyse", "stability", "--only", "fit from"]
+    );
 }

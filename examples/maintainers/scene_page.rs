@@ -94,9 +94,9 @@ pub(crate) fn page() -> String {
 /// says of which kind of the table above they are, in words, where there are several.
 fn table(path: &str, kind: &str, schema: &Value, sections: &mut Vec<Section>) {
     // Tell the keys of this table from the tables in it.
-    let (inner, own): (Vec<_>, Vec<_>) = properties(schema).iter().partition(|(_, value)| {
-        is_table(value) || is_choice_of_tables(value) || is_table(&value["items"])
-    });
+    let (inner, own): (Vec<_>, Vec<_>) = properties(schema)
+        .iter()
+        .partition(|(_, value)| is_table(value) || is_choice_of_tables(value) || is_table(&value["items"]));
     let mut rows = Vec::new();
     for (key, value) in own {
         rows_of(key, value, is_required(schema, key), &mut rows);
