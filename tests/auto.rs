@@ -1,15 +1,12 @@
 //! Is what the program says of an effect a bound, and does it leave out what it may?
 
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, built, picture};
 use biprism::accuracy::{Accuracy, Level};
 use biprism::effect::Threshold;
 use biprism::raster::Raster;
-use biprism::render::{Outputs, render_wanted};
 use biprism::scene::{self, Scene};
 use biprism::system::auto::verdicts;
-use biprism::system::{self, Bound, System};
-use instruments::{BOARD, FLAT, FREEFORM, built};
+use biprism::system::{self, Bound};
 
 /// Effects in words of a scene, strong and weak, each with what it stands on.
 const EFFECTS: [(&str, &str); 24] = [
@@ -62,10 +59,6 @@ fn scenes(effect: &str) -> Vec<Scene> {
     [(&*beside, BOARD), (FREEFORM, BOARD), (FLAT, fine)]
         .map(|(prism, board)| Scene { accuracy, ..parsed(prism, board, effect) })
         .to_vec()
-}
-
-fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
 }
 
 fn change(a: &Raster<f32>, b: &Raster<f32>) -> f64 {

@@ -2,8 +2,7 @@
 //!
 //! Generators lean on the edges: within 32 ulp of equal, exponents uniform in their logarithm, tangent rays.
 
-mod instruments;
-
+use crate::instruments::{BOARD, built, scene};
 use biprism::geom::{Ray, Rect};
 use biprism::num::bernstein::Bernstein;
 use biprism::num::poly2::Poly2;
@@ -15,7 +14,6 @@ use biprism::surface::shape::{PolynomialSurface, Surface};
 use biprism::system;
 use biprism::system::aim::Aimer;
 use glam::{DVec2, DVec3};
-use instruments::{BOARD, built, scene};
 use proptest::prelude::*;
 
 fn ulps(x: f64, n: i64) -> f64 {
@@ -200,7 +198,7 @@ proptest! {
 /// The map of the paper's scene, aimed at from every corner of its board: each pixel sees its corner to rounding.
 #[test]
 fn every_corner_that_is_aimed_at_is_seen() {
-    for prism in [instruments::FLAT, instruments::FREEFORM] {
+    for prism in [crate::instruments::FLAT, crate::instruments::FREEFORM] {
         let system = built(&scene(1920, 1080, prism, BOARD));
         let aimer = Aimer::new(&system);
         for (row, column) in (0..40).flat_map(|j| (0..40).map(move |i| (j, i))) {

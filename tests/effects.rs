@@ -1,21 +1,14 @@
 //! Does every effect change the picture by what theory says, and nothing else?
 
-#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
-
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, NO_GLASS, built, edge_integral, picture, scene, scene_from, with};
 use biprism::accuracy::Level;
 use biprism::effect::thin_lens::Aperture;
 use biprism::effect::{Clipping, Effects, Hook, Manufacture, Quadrature, Sensor, TABLE, ThinLens, Variant};
-use biprism::raster::Raster;
 use biprism::render::{self, Class, Film, Outputs, Plan, render, render_wanted};
 use biprism::scene::{self, Scene};
 use biprism::system::System;
 use glam::{DVec2, DVec3};
-use instruments::{BOARD, FLAT, FREEFORM, built, edge_integral, scene, scene_from};
 use std::path::Path;
-
-const NO_GLASS: &str = "kind = \"none\"";
 
 /// Takes the strength of an effect away.
 type Zero = fn(&mut Effects);
@@ -46,14 +39,6 @@ const ZEROES: [(&str, Zero); 14] = [
 
 /// Effects that stand on another one.
 const BASES: [(&str, &str); 2] = [("coating", "fresnel"), ("ghosts", "fresnel")];
-
-fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
-}
-
-fn with(scene: &Scene, effects: Effects) -> System {
-    built(&Scene { effects, ..scene.clone() })
-}
 
 fn bits(film: &Film) -> (Vec<u32>, &[Class], Vec<[u32; 2]>) {
     let radiance = film.radiance.data().iter().map(|v| v.to_bits()).collect();

@@ -1,33 +1,17 @@
 //! Does the film show what diffraction, a pixel's active area and a sensor do, in rendered pictures?
 
-#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
-
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, NO_GLASS, built, picture, scene, scene_from, with};
 use biprism::accuracy::Accuracy;
 use biprism::effect::diffraction::{PointSpread, mtf};
 use biprism::effect::{Diffraction, Effects, Sensor};
 use biprism::num::quadrature::gauss_legendre;
 use biprism::num::stats::mean;
-use biprism::raster::Raster;
-use biprism::render::{Outputs, render_wanted};
 use biprism::scene::{self, Encoding, Scene};
-use biprism::system::System;
-use instruments::{BOARD, FLAT, FREEFORM, built, scene, scene_from};
 use std::f64::consts::PI;
 use std::path::Path;
 
-const NO_GLASS: &str = "kind = \"none\"";
 /// One upright edge, black to its left, white to its right.
 const EDGE: &str = "columns = 2\nrows = 1\nsquare_mm = 2000.0\nmargin_mm = 0\nblack = 0\nwhite = 1";
-
-fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
-}
-
-fn with(scene: &Scene, effects: Effects) -> System {
-    built(&Scene { effects, ..scene.clone() })
-}
 
 /// A lens of the wavelength times f-number in px, before the pixels of `scene`.
 fn lens(scene: &Scene, scale_px: f64) -> Option<Diffraction> {

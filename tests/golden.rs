@@ -1,25 +1,78 @@
-//! Did any picture or corner move?
+//! Did any picture or corner move? Each case of `scenes/cases` is a test of its own name.
+//!
+//! `cargo test --release --test golden prism_flat` holds one case against its golden, `UPDATE_GOLDEN=1` before it writes
+//! that golden anew. A case without a golden fails, and so does a golden without a case.
 
-use biprism::cli::golden::check;
-use biprism::golden::{Folders, Mode};
+use biprism::golden::{Folders, GoldenOutcome, Mode, case_names, check, check_case, orphans};
+use libtest_mimic::{Arguments, Failed, Trial};
 use std::path::Path;
+use std::process::ExitCode;
 
-#[test]
-fn no_picture_and_no_corner_has_moved() {
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let mut trials = vec![
+        Trial::test("no_golden_is_without_a_case", no_golden_is_without_a_case),
+        of("a_shift_of_a_twentieth_of_a_pixel_fails", a_shift_of_a_twentieth_of_a_pixel_fails),
+        of("a_random_case_is_judged_by_its_mean_and_its_noise", a_random_case_is_judged_by_its_mean_and_its_noise),
+        of("a_case_without_a_golden_fails", a_case_without_a_golden_fails),
+    ];
+    match with_folders(|folders| case_names(folders)) {
+        Ok(names) => trials.extend(names.into_iter().map(|name| Trial::test(name.clone(), move || case(&name)))),
+        Err(problem) => {
+            eprintln!("{problem}");
+            return ExitCode::FAILURE;
+        }
+    }
+    libtest_mimic::run(&arguments, trials).exit_code()
+}
+
+/// A test that fails by a panic.
+fn of(name: &str, test: fn()) -> Trial {
+    Trial::test(name, move || {
+        test();
+        Ok(())
+    })
+}
+
+/// The folders of this repository.
+fn with_folders<T>(ask: impl FnOnce(&Folders<'_>) -> T) -> T {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folders = Folders {
+    ask(&Folders {
         cases: &root.join("scenes/cases"),
         golden: &root.join("golden"),
         failures: &Path::new(env!("CARGO_TARGET_TMPDIR")).join("golden"),
-    };
+    })
+}
+
+fn case(name: &str) -> Result<(), Failed> {
     let variable = |name: &str| std::env::var(name).ok();
-    let mode = Mode::of_variables(variable("UPDATE_GOLDEN").as_deref(), variable("CI").as_deref());
-    let report = check(&folders, mode.unwrap_or_else(|p| panic!("{p}"))).unwrap_or_else(|p| panic!("{p}"));
-    assert!(report.passed(), "{report}\nsee {}", folders.failures.display());
+    let mode = Mode::of_variables(variable("UPDATE_GOLDEN").as_deref(), variable("CI").as_deref())?;
+    let result = with_folders(|folders| check_case(folders, mode, name))?;
+    match result.outcome {
+        GoldenOutcome::Failed => Err(result.reasons.join("\n").into()),
+        GoldenOutcome::Passed | GoldenOutcome::Updated => Ok(()),
+    }
+}
+
+fn no_golden_is_without_a_case() -> Result<(), Failed> {
+    let found = with_folders(orphans)?;
+    if found.is_empty() { Ok(()) } else { Err(format!("delete them, or bring their cases back: {found:?}").into()) }
+}
+
+/// The harness itself: a case whose golden is not there is no passed case.
+fn a_case_without_a_golden_fails() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folders = Folders {
+        cases: &root.join("scenes/cases"),
+        golden: &folder.path().join("golden"),
+        failures: &folder.path().join("failures"),
+    };
+    let result = check_case(&folders, Mode::Check, "sensor_tiny").unwrap_or_else(|p| panic!("{p}"));
+    assert_eq!(result.outcome, GoldenOutcome::Failed);
 }
 
 /// The harness itself: one square moved by 0.05 px must fail.
-#[test]
 fn a_shift_of_a_twentieth_of_a_pixel_fails() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -46,7 +99,6 @@ fn a_shift_of_a_twentieth_of_a_pixel_fails() {
 }
 
 /// A case with noise: other random numbers pass; a shift of 0.05 px, and stronger read noise, do not.
-#[test]
 fn a_random_case_is_judged_by_its_mean_and_its_noise() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(root.join("scenes/cases/effect_sensor.toml")).expect("the case is there");

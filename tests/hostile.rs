@@ -3,7 +3,6 @@
 //! The bodies are those of the fuzz targets in `fuzz/`; here they run on the files of this repository and on mutations of
 //! them that are the same on every run. `BIPRISM_HOSTILE_ROUNDS` multiplies the rounds for a long run.
 
-#[path = "hostile/bodies.rs"]
 mod bodies;
 
 use biprism::io::corners;

@@ -1,7 +1,6 @@
 //! Does physics hold for any input?
 
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, built, scene, scene_from};
 use biprism::geom::Ray;
 use biprism::num::poly2::Poly2;
 use biprism::optics::snell::refract;
@@ -10,7 +9,6 @@ use biprism::scene::PrismSpec;
 use biprism::system::aim::Aimer;
 use biprism::system::{Side, System};
 use glam::{DVec2, DVec3};
-use instruments::{BOARD, FLAT, FREEFORM, built, scene, scene_from};
 use proptest::prelude::*;
 
 /// Unit vectors, one in four of them within 1e-16 ..= 1e-3 of the z axis or of its equator.

@@ -1,32 +1,18 @@
 //! Do lenses, stops and rims do what geometry says?
 
-#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
-
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, NO_GLASS, built, edge_integral, picture, scene, with};
 use biprism::effect::clipping::{Outline, Stop};
 use biprism::effect::thin_lens::Aperture;
 use biprism::effect::{Clipping, Effects, Fresnel, Ghosts, Quadrature, Telecentric, ThinLens};
 use biprism::optics::polarisation::PolarisationState;
 use biprism::raster::Raster;
 use biprism::render::{Class, Outputs, render, render_wanted};
-use biprism::scene::Scene;
 use biprism::system::System;
 use glam::{DVec2, DVec3};
-use instruments::{BOARD, FLAT, FREEFORM, built, edge_integral, scene};
 
-const NO_GLASS: &str = "kind = \"none\"";
 /// Surroundings of radiance 1: what is missing from a pixel was clipped.
 const WHITE: &str = "columns = 41\nrows = 41\nsquare_mm = 10.0\nposition_mm = [0.0, 0.0, 1000.0]\nblack = 1\nwhite = 1\n\
                      background = 1";
-
-fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
-}
-
-fn with(scene: &Scene, effects: Effects) -> System {
-    built(&Scene { effects, ..scene.clone() })
-}
 
 fn light(picture: &Raster<f32>) -> f64 {
     picture.data().iter().map(|v| f64::from(*v)).sum()

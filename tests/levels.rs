@@ -1,14 +1,12 @@
 //! Does each level of accuracy keep what it promises?
 
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, built, scene};
 use biprism::accuracy::{Accuracy, Level};
 use biprism::render::{Film, Outputs, Plan, picture, render, render_wanted};
 use biprism::scene::Scene;
 use biprism::system::aim::Aimer;
 use biprism::system::{Side, System};
 use glam::DVec2;
-use instruments::{BOARD, FLAT, FREEFORM, built, scene};
 
 /// Scenes whose maps bend little and much, whose ridge is off the middle and aslant, whose footprints are slanted.
 fn scenes() -> Vec<Scene> {
@@ -66,7 +64,7 @@ fn corners_lie_where_the_reference_has_them() {
         let mut corners = Vec::new();
         for (column, row) in (0..columns).step_by(3).flat_map(|c| (0..rows).step_by(3).map(move |r| (c, r))) {
             let board_mm = reference.board.corner_at(column as f64, row as f64);
-            for side in [Side::Left, Side::Right] {
+            for side in Side::ALL {
                 let seen = |px: &DVec2| reference.footprint(*px).ok().filter(|f| f.sight.side == side);
                 let [width, height] = reference.camera.size_px().map(|n| n as f64);
                 let inside = |px: &DVec2| px.cmpge(DVec2::ZERO).all() && px.cmple(DVec2::new(width, height)).all();

@@ -1,9 +1,6 @@
 //! Does light in the glass do what theory says: colours apart, losses, layers, ghosts, and every bit of power accounted for?
 
-#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
-
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, built, picture, scene, with};
 use biprism::effect::{Absorption, Coating, Dispersion, Effects, Fresnel, Ghosts, Variant};
 use biprism::optics::fresnel::{Interface, Layer};
 use biprism::optics::medium::{C_NM, D_NM, F_NM, named};
@@ -13,9 +10,7 @@ use biprism::prism::reflections::Limits;
 use biprism::raster::Raster;
 use biprism::render::{Outputs, render_wanted};
 use biprism::scene::{self, Scene};
-use biprism::system::System;
 use glam::DVec2;
-use instruments::{BOARD, FLAT, FREEFORM, built, scene};
 use std::path::{Path, PathBuf};
 
 const FRESNEL: Fresnel = Fresnel { light: Polarised::Unpolarised };
@@ -31,14 +26,6 @@ const BK7: &str = "kind = \"flat\"\nindex = 1.5168\nglass = \"N-BK7\"\nridge_dis
 /// A plate of glass.
 const PLATE: &str =
     "kind = \"flat\"\nindex = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545\nfacet_angle_deg = 0.0";
-
-fn with(scene: &Scene, effects: Effects) -> System {
-    built(&Scene { effects, ..scene.clone() })
-}
-
-fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
-}
 
 fn lines(nm: &[f64]) -> Dispersion {
     let line = |&wavelength_nm: &f64| SpectralLine { wavelength_nm, power: 1.0 };

@@ -1,19 +1,16 @@
 //! Does a prism as it was made show what its errors say?
 
-#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
-
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, built, scene};
 use biprism::effect::manufacture::{Displacement, SurfaceError};
 use biprism::effect::thin_lens::Aperture;
 use biprism::effect::{Effects, Manufacture, Quadrature, Roughness, ThinLens, Variant};
 use biprism::geom::Ray;
 use biprism::render::{Class, render};
 use biprism::scene::Scene;
+use biprism::surface::face::Face;
 use biprism::surface::figure_error::{FigureError, SurfaceWave, zernike};
-use biprism::system::System;
+use biprism::system::{Side, System};
 use glam::{DVec2, DVec3};
-use instruments::{BOARD, FLAT, FREEFORM, built, scene};
 
 const INDEX: f64 = 1.48;
 
@@ -74,7 +71,7 @@ fn errors_of_the_whole_are_those_of_another_scene() {
 fn errors_do_not_change_the_design() {
     let given = built(&flat("")).prism.unwrap();
     let with_error = made(&flat(""), Manufacture { index: 0.01, ..Manufacture::default() }).prism.unwrap();
-    assert_eq!(given.surface(biprism::system::Side::Right, 0), with_error.surface(biprism::system::Side::Right, 0));
+    assert_eq!(given.surface(Side::Right, Face::Front), with_error.surface(Side::Right, Face::Front));
     assert!(given.indices()[1] + 0.01 == with_error.indices()[1]);
 }
 

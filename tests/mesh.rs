@@ -1,16 +1,15 @@
 //! Is a prism of triangles the prism that was tessellated?
 
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, built, scene as parsed};
 use biprism::effect::Variant;
 use biprism::io::mesh::{MeshFormat, parse_triangles};
 use biprism::render::render;
 use biprism::scene;
+use biprism::surface::face::Face;
 use biprism::surface::mesh::Triangles;
 use biprism::surface::shape::Surface;
 use biprism::system::{Side, System};
 use glam::{DMat2, DVec2, DVec3};
-use instruments::{BOARD, FLAT, FREEFORM, built, scene as parsed};
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -35,10 +34,10 @@ fn ply(t: &Triangles, normals: bool) -> String {
 }
 
 /// The right half of a surface of `system`, tessellated over what the paper's sensor sees of it.
-fn tessellated(system: &System, which: usize, cells: usize) -> Triangles {
+fn tessellated(system: &System, face: Face, cells: usize) -> Triangles {
     let domain = biprism::geom::Rect { min: DVec2::new(-1.0, -8.0), max: DVec2::new(14.6, 8.0) };
     let prism = system.prism.as_ref().expect("the scene has a prism");
-    Triangles::over(domain, cells, |x, y| match prism.surface(Side::Right, which) {
+    Triangles::over(domain, cells, |x, y| match prism.surface(Side::Right, face) {
         Surface::Plane { point, normal } => {
             (point.z - (normal.x * (x - point.x) + normal.y * (y - point.y)) / normal.z, *normal)
         }
@@ -53,8 +52,8 @@ fn tessellated(system: &System, which: usize, cells: usize) -> Triangles {
 /// The instrument of `prism` with its surfaces tessellated, through files and the front door.
 fn meshed(folder: &Path, prism: &str, cells: usize, kind: &str, normals: bool) -> System {
     let smooth = built(&parsed(480, 270, prism, BOARD));
-    for (which, name) in ["front.ply", "back.ply"].into_iter().enumerate() {
-        fs::write(folder.join(name), ply(&tessellated(&smooth, which, cells), normals)).expect("it is written");
+    for (face, name) in Face::ALL.into_iter().zip(["front.ply", "back.ply"]) {
+        fs::write(folder.join(name), ply(&tessellated(&smooth, face, cells), normals)).expect("it is written");
     }
     let text = format!(
         "name = \"mesh\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 480\nheight_px = 270\npixel_pitch_um = 22.0\n\

@@ -1,7 +1,5 @@
 //! Every number that the design paper publishes: reproduced, inconsistent in the source, or not to be had from what it
-//! gives. `cargo test --release --test paper -- --nocapture` prints the table.
-
-mod instruments;
+//! gives. `cargo test --release --test suite paper:: -- --nocapture` prints the table.
 
 use biprism::analysis::half_image::{HalfFrame, virtual_camera};
 use biprism::analysis::judge::grid_sightings;
@@ -26,7 +24,7 @@ fn design_input() -> DesignInput {
 /// Table 1: mean absolute error in the virtual image plane over a uniform 33 x 33 grid of the right half image, in mm.
 fn table1(prism: PrismSpec) -> Deviation {
     let scene = Scene { prism, ..paper() };
-    let system = instruments::built(&scene);
+    let system = crate::instruments::built(&scene);
     let frame = HalfFrame::new(&system, Half::Right);
     let camera = virtual_camera(&system, &frame).expect("the central ray passes");
     let sightings = grid_sightings(&system, &frame, 33);

@@ -1,7 +1,5 @@
 //! Do pictures survive their files, ours and those of other programs? And does a bad file end in a message?
 
-#![allow(clippy::unwrap_used, reason = "the helpers of a test may fail as the test does")]
-
 use biprism::io::exr::{Channel, read_channels};
 use biprism::io::read;
 use biprism::io::{Metadata, Notes};

@@ -1,13 +1,11 @@
 //! Is a rendered pixel the mean of what it sees? Judged by brute force, f64, jittered samples.
 
-mod instruments;
-
+use crate::instruments::{BOARD, FLAT, FREEFORM, built, scene};
 use biprism::accuracy::Accuracy;
 use biprism::render::checkerboard::Checkerboard;
 use biprism::render::{Film, render};
 use biprism::system::System;
 use glam::DVec2;
-use instruments::{BOARD, FLAT, FREEFORM, built, scene};
 
 /// A fixed sequence of numbers in 0..1 (splitmix64), so that the samples are the same on every run.
 struct Jitter(u64);

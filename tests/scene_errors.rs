@@ -1,7 +1,6 @@
 //! Is every bad scene told with its line, key, value, rule and next step, and is every hard one accepted?
 
-#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
-
+use crate::command::repository;
 use biprism::error::Error;
 use biprism::scene::{self, PrismSpec, Scene};
 use glam::DVec3;
@@ -30,10 +29,6 @@ rows = 7
 square_mm = 30
 position_mm = [0, 0, 1000]
 "#;
-
-fn repository(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
 
 fn accepted(text: &str) -> Scene {
     scene::parse(text, "test.toml", None).unwrap_or_else(|problem| panic!("{problem}\n{text}"))

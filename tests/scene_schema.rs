@@ -1,15 +1,10 @@
 //! Does the shipped JSON Schema say what the reader does?
 
-#![allow(clippy::unwrap_used, reason = "a test fails by a panic")]
-
+use crate::command::repository;
 use biprism::scene;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
-
-fn repository(path: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
-}
 
 /// The schema, which `shipped_schema_is_current` holds equal to the shipped file.
 fn schema() -> Value {
@@ -35,7 +30,7 @@ fn scenes(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// `UPDATE_SCHEMA=1 cargo test --release --test scene_schema` writes it anew.
+/// `UPDATE_SCHEMA=1 cargo test --release --test suite shipped_schema` writes it anew.
 #[test]
 fn shipped_schema_is_current() {
     let path = repository("schemas/scene.schema.json");

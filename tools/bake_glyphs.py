@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
-"""Bakes the outlines of the glyphs that the figures use into src/report/figure/glyphs.rs.
+"""Bakes the outlines of the glyphs that the figures use into src/plot/glyphs.txt.
 
-Run once, by hand, when a character is added; the build needs neither Python nor a font:
+Run once, by hand, when a character is added; the build needs neither Python nor a font. A test of
+`src/plot/glyphs.rs` holds the count and the checksum of the outlines:
 
     pip install fonttools
     apt-get install fonts-dejavu-core
-    python3 tools/bake_glyphs.py && cargo fmt
+    python3 tools/bake_glyphs.py
 
 The outlines are those of DejaVu Sans and DejaVu Sans Bold 2.37 (https://dejavu-fonts.github.io/), a derivative of
 Bitstream Vera. Their licence allows copies, subsets and changed forms in other software as long as its notice goes
-along (src/report/figure/GLYPHS-LICENSE.txt) and a changed font is not named after Bitstream or Vera.
+along (src/plot/GLYPHS-LICENSE.txt) and a changed font is not named after Bitstream or Vera.
 """
 
 from pathlib import Path
@@ -18,7 +19,7 @@ from fontTools.pens.basePen import BasePen
 from fontTools.ttLib import TTFont
 
 FONTS = Path("/usr/share/fonts/truetype/dejavu")
-TARGET = Path(__file__).resolve().parent.parent / "src/report/figure/glyphs.rs"
+TARGET = Path(__file__).resolve().parent.parent / "src/plot/glyphs.txt"
 
 ASCII = "".join(map(chr, range(0x20, 0x7F)))
 LATIN = "".join(map(chr, range(0xC0, 0x100)))
@@ -56,7 +57,7 @@ class Outline(BasePen):
         self.steps.append("z")
 
 
-def table(name, about, file, characters):
+def table(heading, file, characters):
     font = TTFont(FONTS / file)
     names, glyphs, units = font.getBestCmap(), font.getGlyphSet(), font["head"].unitsPerEm
     assert units == 2048, units
@@ -65,38 +66,18 @@ def table(name, about, file, characters):
         pen = Outline(glyphs)
         glyph = glyphs[names[ord(character)]]
         glyph.draw(pen)
-        code = {"'": "\\'", "\\": "\\\\"}.get(character, character)
-        rows.append(f"    glyph('{code}', {round(glyph.width)}, \"{''.join(pen.steps)}\"),\n")
-    return f"/// {about}; in the order of the characters.\npub(super) static {name}: &[Glyph] = &[\n{''.join(rows)}];\n"
+        rows.append(f"U+{ord(character):04X} {round(glyph.width)} {''.join(pen.steps)}\n")
+    return f"{heading}\n{''.join(rows)}"
 
 
 HEADER = """\
-//! Outlines of the glyphs of the figures. Made by tools/bake_glyphs.py from DejaVu Sans 2.37; do not edit by hand.
-//! The notice of the font's licence is in GLYPHS-LICENSE.txt beside this file.
-
-/// Font units per em.
-pub(super) const UNITS_PER_EM: f32 = 2048.0;
-
-/// One character's shape.
-#[derive(Debug)]
-pub(super) struct Glyph {
-    /// The character.
-    pub(super) character: char,
-    /// Distance to the next glyph's origin, in font units.
-    pub(super) advance: u16,
-    /// `x y m`, `x y l`, `x y x y q` (quadratic curve), `z`: each point from the one before (the first from the
-    /// origin on the baseline), in font units, y up.
-    pub(super) outline: &'static str,
-}
-
-const fn glyph(character: char, advance: u16, outline: &'static str) -> Glyph {
-    Glyph { character, advance, outline }
-}
-
+# Outlines of the glyphs of the figures. Made by tools/bake_glyphs.py from DejaVu Sans 2.37; do not edit by hand.
+# The notice of the font's licence is in GLYPHS-LICENSE.txt beside this file.
+# A line for each glyph, in the order of the characters: code point, advance, outline.
 """
 
 if __name__ == "__main__":
-    regular = table("REGULAR", "DejaVu Sans", "DejaVuSans.ttf", ASCII + LATIN + SYMBOLS)
-    bold = table("BOLD", "DejaVu Sans Bold (other characters are taken from the regular weight)", "DejaVuSans-Bold.ttf", ASCII)
-    TARGET.write_text(HEADER + regular + "\n" + bold, encoding="utf-8")
+    regular = table("[regular] DejaVu Sans", "DejaVuSans.ttf", ASCII + LATIN + SYMBOLS)
+    bold = table("[bold] DejaVu Sans Bold; other characters are taken from the regular weight", "DejaVuSans-Bold.ttf", ASCII)
+    TARGET.write_text(HEADER + regular + bold, encoding="utf-8")
     print(f"{TARGET.name}: {TARGET.stat().st_size} bytes")

@@ -43,7 +43,8 @@ def tests_of(path):
     text = path.read_text()
     first, *parts = path.relative_to(ROOT).with_suffix("").parts
     parts = [part.removesuffix("_tests") for part in parts if part not in ("mod", "main")]
-    module = "::".join(["lib", *parts] if first == "src" else parts)
+    own = first == "tests" and parts[:1] in (["faults"], ["golden"])
+    module = "::".join(parts if own else ["lib" if first == "src" else "suite", *parts])
     blocks = [match.span() for match in re.finditer(r"^( *)proptest! \{.*?^\1\}", text, re.M | re.S)]
     tests = re.finditer(r"#\[test\]\s+(?:#\[[^\n]*\]\s+)*fn (\w+)", text)
     return {(module, test[1]): any(a < test.start() < b for a, b in blocks) for test in tests}

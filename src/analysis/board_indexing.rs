@@ -1,15 +1,13 @@
 //! Which corner of the board is which corner of a detected lattice?
 //!
 //! A checkerboard that fills the view has no mark of its own, so a lattice found in a picture is known only up to a
-//! shift and a quarter turn. The virtual camera settles both. Only the corners nearest to the half image's
-//! centre vote, where it is right by construction and need only be right to 0.3 of a square (`MOST_DOUBT`). Of the
-//! instrument only the half's central ray enters.
+//! shift and a quarter turn. The instrument settles both: its rays through the corners nearest to the half image's centre
+//! meet the board near the corners that they are of, whatever its camera, its prism and its errors are. Whole numbers
+//! only are taken from it, so that no measured position depends on the instrument.
 
 use super::half_image::HalfFrame;
-use crate::geom::Ray;
-use crate::metrics::pinhole::Pinhole;
 use crate::num::stats::quantile;
-use crate::system::System;
+use crate::system::{InLight, System};
 use crate::vision::{LatticeCorner, Polarity};
 use glam::{DVec2, IVec2};
 
@@ -27,9 +25,10 @@ const VOTERS: usize = 9;
 /// Votes may lie this far from a whole shift, in squares.
 const MOST_DOUBT: f64 = 0.3;
 
-/// Gives the corners of one half their places on the board; `None` when the virtual camera cannot tell, because its
-/// predictions lie between two corners or contradict the colours of the squares.
-pub fn anchor(system: &System, frame: &HalfFrame, camera: &Pinhole, corners: &[LatticeCorner]) -> Option<Vec<Found>> {
+/// Gives the corners of one half their places on the board; `None` when the instrument cannot tell, because its rays meet
+/// the board between two corners or contradict the colours of the squares.
+pub fn anchor(light: &InLight<'_>, frame: &HalfFrame, corners: &[LatticeCorner]) -> Option<Vec<Found>> {
+    let system = light.main();
     let centre = frame.own(frame.centre_px(system));
     let mut voters: Vec<&LatticeCorner> = corners.iter().collect();
     voters.sort_by(|a, b| {
@@ -41,7 +40,7 @@ pub fn anchor(system: &System, frame: &HalfFrame, camera: &Pinhole, corners: &[L
     voters.truncate(VOTERS);
     let votes: Vec<(IVec2, DVec2)> = voters
         .iter()
-        .filter_map(|c| Some((IVec2::from_array(c.index), board_index(system, camera, c.position_px)?)))
+        .filter_map(|c| Some((IVec2::from_array(c.index), board_index(light, frame, c.position_px)?)))
         .collect();
     let turns = [IVec2::new(1, 0), IVec2::new(0, 1), IVec2::new(-1, 0), IVec2::new(0, -1)];
     let (turn, shift, doubt) = turns
@@ -79,11 +78,10 @@ fn turned(turn: IVec2, v: IVec2) -> IVec2 {
     IVec2::new(turn.x * v.x - turn.y * v.y, turn.y * v.x + turn.x * v.y)
 }
 
-/// The board's (column, row), not rounded, that an ideal camera sees at `image_px`.
-fn board_index(system: &System, camera: &Pinhole, image_px: DVec2) -> Option<DVec2> {
-    let world_from_camera = camera.camera_from_world.inverse();
-    let direction = world_from_camera.vector(camera.at_depth(image_px, 1.0)).normalize();
-    let ray = Ray { origin: camera.centre_mm(), direction };
-    let (board_mm, _) = system.board.intersect(&ray).ok()?;
-    Some((board_mm - system.board.corner_at(0.0, 0.0)) / system.board.pattern.square_mm)
+/// The board's (column, row), not rounded, that the half sees at `half_px` through its own side.
+fn board_index(light: &InLight<'_>, frame: &HalfFrame, half_px: DVec2) -> Option<DVec2> {
+    let board = &light.main().board;
+    let ray = light.exit_ray_through(frame.full(half_px), frame.side()).ok()?;
+    let (board_mm, _) = board.intersect(&ray).ok()?;
+    Some((board_mm - board.corner_at(0.0, 0.0)) / board.pattern.square_mm)
 }

@@ -30,6 +30,7 @@ use crate::effect::Effects;
 use crate::error::Error;
 use crate::render::{Outputs, render_wanted};
 use crate::scene::{PrismSpec, Scene};
+use crate::surface::face::Face;
 use crate::system::aim::Aimer;
 use crate::system::{Side, System};
 use glam::DVec2;
@@ -201,7 +202,7 @@ fn marched_px(
     let mut px = true_px;
     for _ in 0..MOST_STEPS {
         let ray = system.camera.ray(frame.full(px));
-        let intersect = |which: usize, ray: &_| marched.intersect(which, ray, side == Side::Left);
+        let intersect = |face: Face, ray: &_| marched.intersect(face, ray, side == Side::Left);
         let out = prism.pass_shapes(&ray, side, intersect).ok()?;
         let (seen_mm, _) = system.board.intersect(&out).ok()?;
         let step = jacobian * (board_mm - seen_mm);

@@ -1,6 +1,8 @@
 //! Studies of an instrument: each a function of values. None touches files, and only [`cost`] reads the clock.
 
 pub mod budget;
+pub mod compare;
+pub mod fates;
 pub mod cost;
 pub mod judge;
 pub mod stability;

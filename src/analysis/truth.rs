@@ -27,7 +27,7 @@ const MOST_CORNERS: usize = 1_000_000;
 /// be told apart.
 pub fn corners(system: &System, aimer: &Aimer<'_>, frame: &HalfFrame) -> Option<TrueCorners> {
     let [columns, rows] = system.board.inner_corners();
-    let Some([low, high]) = seen_range(system, frame) else { return Some(TrueCorners::new()) };
+    let Some([low, high]) = seen_range(aimer.main_light(), frame) else { return Some(TrueCorners::new()) };
     let range = |axis: usize, count: usize| {
         let square = system.board.pattern.square_mm;
         let index = |mm: f64| mm / square + 0.5 * (count as f64 + 1.0) - 1.0;
@@ -46,8 +46,7 @@ pub fn corners(system: &System, aimer: &Aimer<'_>, frame: &HalfFrame) -> Option<
             let board_mm = system.board.corner_at(column as f64, row as f64);
             let full_px = aimer.aim(board_mm, frame.side()).ok()?;
             // Through the side as the ridge really bounds it, not as it was continued for the search.
-            let seen =
-                frame.contains(frame.own(full_px)) && system.trace(full_px).is_ok_and(|s| s.side == frame.side());
+            let seen = frame.contains(frame.own(full_px)) && aimer.sees(full_px, frame.side());
             seen.then(|| ([column as i32, row as i32], frame.own(full_px)))
         })
         .collect::<Vec<_>>()

@@ -1,14 +1,14 @@
 //! What a picture of the board shows: corners found in each half, and beside them the exact ones.
 
 use super::board_indexing::{Found, anchor};
-use super::half_image::{HalfFrame, virtual_camera, virtual_camera_made};
+use super::half_image::{HalfFrame, virtual_camera};
 use super::truth::{self, TrueCorners};
 use crate::metrics::pinhole::Pinhole;
 use crate::metrics::straightness::IndexedCorner;
 use crate::metrics::{Deviation, Observation};
 use crate::raster::Raster;
 use crate::system::aim::Aimer;
-use crate::system::{Board, System};
+use crate::system::{Board, InLight, System};
 use crate::vision::half::{Half, split};
 use crate::vision::{self, Detection, LatticeCorner};
 use glam::DVec2;
@@ -105,13 +105,12 @@ pub fn place(
     stage: &mut dyn FnMut(&'static str),
 ) -> BoardView {
     stage("truth");
+    let light = InLight::new(system);
     let aimer = own.then(|| Aimer::new(system));
     let halves = [(Half::Left, &lattices[0]), (Half::Right, &lattices[1])].map(|(half, lattice)| {
         let frame = HalfFrame::new(system, half);
         let camera = virtual_camera(system, &frame).ok();
-        // Errors of a prism move the picture: corners know their places by where the prism as it is made looks.
-        let made = virtual_camera_made(system, &frame).ok().or(camera);
-        let anchored = made.and_then(|camera| anchor(system, &frame, &camera, &lattice.corners));
+        let anchored = anchor(&light, &frame, &lattice.corners);
         let truth = aimer.as_ref().and_then(|aimer| truth::corners(system, aimer, &frame));
         let detected = compare(anchored.as_deref(), truth.as_ref(), lattice);
         HalfView { frame, camera, found: anchored.unwrap_or_default(), truth, detected }

@@ -4,7 +4,6 @@ use super::outcome::Outcome;
 use super::output;
 use crate::accuracy::Accuracy;
 use crate::render::{AccuracyReport, Counts};
-use crate::report::json;
 use crate::scene::Scene;
 
 /// The scene at the cheapest level that keeps to `target_px`, or as it is.
@@ -12,17 +11,6 @@ pub(super) fn asked(scene: Scene, target_px: Option<f64>) -> Scene {
     match target_px {
         Some(target_px) => Scene { accuracy: Accuracy::for_target(target_px), ..scene },
         None => scene,
-    }
-}
-
-/// The entry in a report.
-pub(super) fn entry(account: &AccuracyReport, counts: &Counts) -> json::AccuracyEntry {
-    json::AccuracyEntry {
-        level: account.level.name().to_owned(),
-        target_px: account.target_px,
-        promise_px: account.promise_px,
-        achieved_px: account.achieved_px(),
-        capped_pixels: counts.capped_pixels,
     }
 }
 

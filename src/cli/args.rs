@@ -245,6 +245,9 @@ pub struct TraceArgs {
     /// From board points to the pixels that see them.
     #[arg(long)]
     pub back: bool,
+    /// Trace in light of this wavelength in vacuum, in nm, whatever light the scene has; needs `prism.glass`.
+    #[arg(long, value_name = "NM")]
+    pub wavelength_nm: Option<f64>,
     /// Print JSON instead of CSV.
     #[arg(long)]
     pub json: bool,

@@ -33,7 +33,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
     let doubt = scene.prism.body().and_then(scene::GlassSpec::index_doubt);
     let found = json!({
         "scene": scene.name,
-        "prism": files::prism_name(&scene.prism),
+        "prism": scene.prism.kind(),
         "size_px": [scene.camera.width_px, scene.camera.height_px],
         "board": {
             "squares": [scene.board.columns, scene.board.rows],
@@ -48,7 +48,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
     } else {
         let board = &scene.board;
         let mut text = format!("{} can be rendered\n", args.scene.display());
-        text += &format!("prism   {}\n", files::prism_name(&scene.prism));
+        text += &format!("prism   {}\n", scene.prism.kind());
         text += &format!("sensor  {} x {} px\n", scene.camera.width_px, scene.camera.height_px);
         let centre = board.world_from_board.translation_mm;
         text += &format!(

@@ -7,9 +7,8 @@ use super::progress::Progress;
 use super::{files, output};
 use crate::analysis::cost::{CostSettings, cost};
 use crate::error::Error;
-use crate::io::{Notes, png};
 use crate::plot::drawing::Drawing;
-use crate::plot::{canvas, svg};
+use crate::plot::svg;
 use crate::report::cost::{CostReport, csv, table};
 use crate::report::figures::cost;
 use std::path::{Path, PathBuf};
@@ -45,7 +44,7 @@ pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
 /// Writes a figure as PNG and as SVG.
 fn figure(folder: &Path, name: &str, drawing: &Drawing, title: &str) -> Result<[PathBuf; 2], Error> {
     let paths = ["png", "svg"].map(|ending| folder.join(format!("{name}.{ending}")));
-    png::write_rgb(&paths[0], &canvas::raster(drawing), &Notes::default())?;
+    files::drawing(&paths[0], drawing)?;
     files::text(&paths[1], &svg::write(drawing, title))?;
     Ok(paths)
 }

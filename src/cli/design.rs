@@ -6,9 +6,10 @@ use super::{files, output};
 use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM, text};
 use crate::error::Error;
 use crate::io::atomic::write_atomically;
-use crate::io::point_cloud::Surface;
-use crate::io::point_grid;
+
+use crate::io::point_grid::{write_csv, write_ply};
 use crate::scene::{DesignSettings, MarchOrder, PrismSpec};
+use crate::surface::face::Face;
 
 pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let scene = crate::scene::load(&args.scene)?;
@@ -28,13 +29,16 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     }
     let input = DesignInput { camera: scene.camera, prism, settings, virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM };
     let designed = design::freeform(&input)?;
+    let cloud = &designed.cloud;
     files::folder(&args.out)?;
     let body = prism.body;
     let text = text::scene_prism(&designed.front.patch, &designed.back.patch, &body);
     files::text(&args.out.join("prism.toml"), &text)?;
-    write_atomically(&args.out.join("cloud.csv"), |out| point_grid::write_csv(&designed.cloud, out))?;
-    write_atomically(&args.out.join("front.ply"), |out| point_grid::write_ply(&designed.cloud, Surface::Front, out))?;
-    write_atomically(&args.out.join("back.ply"), |out| point_grid::write_ply(&designed.cloud, Surface::Back, out))?;
+    write_atomically(&args.out.join("cloud.csv"), |out| write_csv(cloud.points(), out))?;
+    for (name, face) in [("front.ply", Face::Front), ("back.ply", Face::Back)] {
+        let size = [cloud.columns(), cloud.rows()];
+        write_atomically(&args.out.join(name), |out| write_ply(size, cloud.points(), face, out))?;
+    }
     let (camera, front, back) = (&designed.camera, &designed.front, &designed.back);
     if args.json {
         let figures = serde_json::json!({
@@ -42,7 +46,7 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
             "half_angle_deg": camera.delta_rad.to_degrees(),
             "baseline_mm": camera.baseline_mm(),
             "virtual_camera_mm": camera.centre_mm.to_array(),
-            "points": designed.cloud.len(),
+            "points": cloud.len(),
             "optical_path_spread_mm": designed.optical_path_spread_mm,
             "front": {"rms_mm": front.rms_mm, "max_mm": front.max_mm, "condition": front.condition},
             "back": {"rms_mm": back.rms_mm, "max_mm": back.max_mm, "condition": back.condition},
@@ -52,7 +56,7 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
         let lines = [
             format!("facet angle             {:.5} deg", camera.alpha_rad.to_degrees()),
             format!("baseline                {:.4} mm", camera.baseline_mm()),
-            format!("points                  {}", designed.cloud.len()),
+            format!("points                  {}", cloud.len()),
             format!("optical path, spread    {:.1e} mm", designed.optical_path_spread_mm),
             format!("front fit, RMS and max  {:.2e}, {:.2e} mm", front.rms_mm, front.max_mm),
             format!("back fit, RMS and max   {:.2e}, {:.2e} mm", back.rms_mm, back.max_mm),

@@ -4,12 +4,7 @@ use super::args::GoldenArgs;
 use super::outcome::Outcome;
 use super::output;
 use crate::error::Error;
-use crate::golden::noise::REPLICATES;
-use crate::golden::record::Tolerance;
-use crate::golden::snapshot::{record, redrawn};
-use crate::golden::{Folders, GoldenOutput, GoldenReport, Mode};
-use crate::{golden, scene};
-use std::path::Path;
+use crate::golden::{Folders, Mode, check};
 
 pub(super) fn run(args: &GoldenArgs) -> Result<Outcome, Error> {
     let variable = |name: &str| std::env::var(name).ok();
@@ -22,34 +17,4 @@ pub(super) fn run(args: &GoldenArgs) -> Result<Outcome, Error> {
         output::stdout(&format!("{report}\n"))?;
     }
     Ok(if report.passed() { Outcome::Done } else { Outcome::Unmet })
-}
-
-/// Holds every case against its golden.
-///
-/// # Errors
-/// As [`golden::run`].
-pub fn check(folders: &Folders<'_>, mode: Mode) -> Result<GoldenReport, Error> {
-    let render = |path: &Path| {
-        let scene = scene::load(path)?;
-        let (picture, record) = record(&scene)?;
-        if scene.effects.is_random() {
-            return Ok(GoldenOutput::of_random(&redrawn(&scene, REPLICATES)?, record));
-        }
-        Ok(GoldenOutput { picture, record, noise: None })
-    };
-    golden::run(folders, mode, &tolerance, &render)
-}
-
-/// How far a leaf of a record may move. The house promises the same results to 1e-9 across machines; a fitted corner
-/// stops within 1e-6 px of where it would end.
-fn tolerance(pointer: &str) -> Tolerance {
-    if pointer.contains("/true_px/") {
-        Tolerance::Px(1e-9)
-    } else if pointer.contains("/found_px/") {
-        Tolerance::Px(1e-6)
-    } else if pointer.contains("/residuals/") {
-        Tolerance::Number(1e-6)
-    } else {
-        Tolerance::Exact
-    }
 }

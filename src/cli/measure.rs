@@ -4,7 +4,7 @@ use super::args::MeasureArgs;
 use super::expect::expectations;
 use super::outcome::Outcome;
 use super::progress::Progress;
-use super::{files, identity, output};
+use super::{files, output};
 use crate::analysis::budget;
 use crate::analysis::half_image::HalfFrame;
 use crate::analysis::judge::measure;
@@ -12,7 +12,7 @@ use crate::analysis::view::{DetectedLattice, place, see};
 use crate::error::Error;
 use crate::io::corners::{self, CornerFormat};
 use crate::raster::Raster;
-use crate::report::{design, json, table};
+use crate::report::{design, identity, json, table};
 use crate::scene::Scene;
 use crate::system::System;
 use crate::vision::half::Half;
@@ -49,7 +49,7 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
     });
     let timing = progress.take_seconds();
     drop(progress);
-    let name = files::prism_name(&scene.prism);
+    let name = scene.prism.kind();
     let mut entry = design::entry(name, &judgement, &BTreeMap::new(), timing, scene.camera.pitch_mm);
     entry.error_budget = budget.transpose()?.map(|found| report::budget::entry(&found));
     let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs: vec![entry] };
@@ -137,7 +137,7 @@ fn same_instrument(args: &MeasureArgs, scene: &Scene, system: &System, note: Opt
         said["prism"],
         args.scene.display(),
         scene.name,
-        files::prism_name(&scene.prism),
+        scene.prism.kind(),
         others.join(", ")
     );
     if args.own {

@@ -3,11 +3,13 @@
 use super::args::TraceArgs;
 use super::outcome::Outcome;
 use super::{files, output};
+use crate::effect::dispersion::Wavelength;
 use crate::error::Error;
 use crate::optics::fate::Fate;
-use crate::scene;
+use crate::scene::{self, Scene};
 use crate::system::aim::Aimer;
-use crate::system::{Side, System};
+use crate::system::in_light::light_name;
+use crate::system::{InLight, Side, System};
 use glam::{DVec2, DVec3};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -32,7 +34,11 @@ const PIECE: usize = 4096;
 
 pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
     let scene = scene::load(&args.scene)?;
-    let system = files::build(&scene, &args.scene)?;
+    let built = files::build(&scene, &args.scene)?;
+    let system = match args.wavelength_nm {
+        Some(nm) => at_line(&built, &scene, nm)?,
+        None => built,
+    };
     // Every line is read before the first is answered, so that a bad one leaves no half of an answer.
     let mut asked = Vec::new();
     each_line(&args.points, |place, fields| {
@@ -43,9 +49,9 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
         asked.push(if args.back { parse_board(place, fields)? } else { parse_pixel(place, fields)? });
         Ok(())
     })?;
-    let aimer = Aimer::new(&system);
+    let (light, aimer) = (InLight::new(&system), Aimer::new(&system));
     let answer = |asked: &Asked| match *asked {
-        Asked::Pixel(px) => forth(&system, args.json, px),
+        Asked::Pixel(px) => forth(&light, args.json, px),
         Asked::Board(side, mm) => back(&aimer, args.json, side, mm),
     };
     let (head, between, tail) = if args.json {
@@ -59,7 +65,37 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
         output::stdout(&format!("{}{}", if k == 0 { "" } else { between }, lines.join(between)))?;
     }
     output::stdout(if asked.is_empty() && !args.json { "" } else { tail })?;
+    match args.wavelength_nm {
+        Some(nm) => output::stderr(&format!("traced in light of {nm} nm")),
+        None if system.effects.acting().any(|row| row.key == "dispersion") => {
+            output::stderr(&format!("traced in {}", light_name(&scene, &system)));
+        }
+        None => {}
+    }
     Ok(Outcome::Done)
+}
+
+/// The instrument of `scene` in light of one wavelength, in nm.
+fn at_line(system: &System, scene: &Scene, wavelength_nm: f64) -> Result<System, Error> {
+    let refused = |rule: String| {
+        Error::new(
+            "--wavelength-nm",
+            rule,
+            "give `prism.glass` a name of docs/effects.md, or leave --wavelength-nm out",
+        )
+    };
+    let Some(body) = scene.prism.body() else {
+        return Err(refused(format!("scene \"{}\" has no glass that a wavelength could change", scene.name)));
+    };
+    let Some(glass) = body.glass else {
+        return Err(refused(format!(
+            "`prism.index` of scene \"{}\" is a number, which says nothing of {wavelength_nm} nm",
+            scene.name
+        )));
+    };
+    let index = |nm: f64| glass.index(nm).map_err(|error| refused(error.to_string()));
+    let index_shift = index(wavelength_nm)? - index(body.wavelength_nm)?;
+    Ok(system.at_wavelength(&Wavelength { wavelength_nm, index_shift, weights: [1.0; 3] }))
 }
 
 /// Calls `use_line` with the place and the fields of each line that is neither blank, a comment nor the heading.
@@ -140,8 +176,9 @@ fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Error> {
 }
 
 /// A pixel position to the board, with every point on the way. All points and directions are in the world.
-fn forth(system: &System, as_json: bool, px: DVec2) -> String {
-    let (path, end) = system.path(px);
+fn forth(light: &InLight<'_>, as_json: bool, px: DVec2) -> String {
+    let system = light.main();
+    let (path, end) = light.path(px);
     let landed = end.and_then(|(ray, side)| system.board.intersect(&ray).map(|(mm, _)| (mm, side)));
     let (fate, side) = match (&landed, &end) {
         (Ok((_, side)), _) => ("board", Some(*side)),

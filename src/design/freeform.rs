@@ -75,3 +75,7 @@ pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<Freefo
     let back = fit(&cloud.back_mm(), degree, Some(camera.back_mm.truncate()))?;
     Ok(FreeformDesign { camera, front, back, optical_path_spread_mm: longest - shortest, cloud })
 }
+
+#[cfg(test)]
+#[path = "freeform_tests.rs"]
+pub(super) mod tests;

@@ -8,6 +8,7 @@
 use super::point_grid::PointGrid;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
+use crate::surface::face::Face;
 use crate::surface::hit::Hit;
 use glam::{DMat2, DVec2, DVec3};
 
@@ -38,17 +39,17 @@ impl<'a> Marched<'a> {
         (cloud.columns().min(cloud.rows()) >= POINTS).then_some(Self { cloud, strides })
     }
 
-    /// Where a ray meets the front (0) or the back (1) surface; of the left half, when `mirrored`.
+    /// Where a ray meets the front or the back surface; of the left half, when `mirrored`.
     ///
     /// # Errors
     /// [`Fate::Missed`] beyond the grid, [`Fate::NotConverged`] where no place is found.
-    pub fn intersect(&self, which: usize, ray: &Ray, mirrored: bool) -> Result<Hit, Fate> {
+    pub fn intersect(&self, face: Face, ray: &Ray, mirrored: bool) -> Result<Hit, Fate> {
         let flip = |v: DVec3| if mirrored { DVec3::new(-v.x, v.y, v.z) } else { v };
         let ray = Ray { origin: flip(ray.origin), direction: flip(ray.direction) };
         let across = ray.direction.any_orthonormal_pair();
-        let mut place = self.start(which, &ray);
+        let mut place = self.start(face, &ray);
         for _ in 0..MOST_STEPS {
-            let [point, by_column, by_row] = self.local(which, place)?;
+            let [point, by_column, by_row] = self.local(face, place)?;
             let gap = point - ray.origin;
             let flat = |v: DVec3| DVec2::new(across.0.dot(v), across.1.dot(v));
             let step = DMat2::from_cols(flat(by_column), flat(by_row)).inverse() * flat(gap);
@@ -57,7 +58,7 @@ impl<'a> Marched<'a> {
             }
             place -= step;
             if step.abs().max_element() < STEP {
-                let [point, by_column, by_row] = self.local(which, place)?;
+                let [point, by_column, by_row] = self.local(face, place)?;
                 let t_mm = (point - ray.origin).dot(ray.direction);
                 return Ok(Hit { t_mm, normal: flip(by_column.cross(by_row).normalize()), part: 0 });
             }
@@ -66,13 +67,13 @@ impl<'a> Marched<'a> {
     }
 
     /// Column and row where the designed ray nearest to `ray` meets the surface.
-    fn start(&self, which: usize, ray: &Ray) -> DVec2 {
+    fn start(&self, face: Face, ray: &Ray) -> DVec2 {
         let cloud = self.cloud;
         let camera = &cloud.camera;
         // The front is seen from the pinhole, the back from the virtual camera.
-        let (eye, aside, depth) = match which {
-            0 => (DVec3::ZERO, camera.half_centre_mm, camera.front_mm.z),
-            _ => (camera.centre_mm, 0.0, camera.back_mm.z),
+        let (eye, aside, depth) = match face {
+            Face::Front => (DVec3::ZERO, camera.half_centre_mm, camera.front_mm.z),
+            Face::Back => (camera.centre_mm, 0.0, camera.back_mm.z),
         };
         let point = ray.at((depth - ray.origin.z) / ray.direction.z) - eye;
         let offset_mm = point.truncate() / point.z * camera.focal_length_mm - DVec2::new(aside, 0.0);
@@ -81,7 +82,7 @@ impl<'a> Marched<'a> {
     }
 
     /// The point at a column and a row that need not be whole, and its derivatives by both.
-    fn local(&self, which: usize, place: DVec2) -> Result<[DVec3; 3], Fate> {
+    fn local(&self, face: Face, place: DVec2) -> Result<[DVec3; 3], Fate> {
         let size = [self.cloud.columns(), self.cloud.rows()];
         let last = DVec2::new((size[0] - 1) as f64, (size[1] - 1) as f64);
         if !(place.cmpge(DVec2::splat(-OVERHANG)).all() && place.cmple(last + OVERHANG).all()) {
@@ -98,7 +99,10 @@ impl<'a> Marched<'a> {
         for (i, (column, by_column)) in columns.into_iter().enumerate() {
             for (j, (row, by_row)) in rows.into_iter().enumerate() {
                 let point = self.cloud.at(first[0] + i * strides[0], first[1] + j * strides[1]);
-                let point = if which == 0 { point.front_mm } else { point.back_mm };
+                let point = match face {
+                    Face::Front => point.front_mm,
+                    Face::Back => point.back_mm,
+                };
                 sum[0] += point * (column * row);
                 sum[1] += point * (by_column * row);
                 sum[2] += point * (column * by_row);
@@ -139,23 +143,23 @@ mod tests {
     /// A ray from the pinhole meets the front at its own marched point, and one from the virtual camera the back.
     #[test]
     fn designed_rays_meet_the_marched_points() {
-        let cloud = crate::io::point_grid::tests::small_cloud();
+        let cloud = crate::design::freeform::tests::small_cloud();
         let marched = Marched::new(&cloud).unwrap();
         for point in cloud.points().step_by(7) {
             let front = Ray { origin: DVec3::ZERO, direction: point.front_mm.normalize() };
             let aim = point.back_mm - cloud.camera.centre_mm;
             let back = Ray { origin: cloud.camera.centre_mm, direction: aim.normalize() };
             for mirrored in [false, true] {
-                for (which, ray, seen) in [(0, front, point.front_mm), (1, back, point.back_mm)] {
+                for (face, ray, seen) in [(Face::Front, front, point.front_mm), (Face::Back, back, point.back_mm)] {
                     let flip = |v: DVec3| if mirrored { DVec3::new(-v.x, v.y, v.z) } else { v };
                     let ray = Ray { origin: flip(ray.origin), direction: flip(ray.direction) };
-                    let met = marched.intersect(which, &ray, mirrored).unwrap();
-                    assert!(ray.at(met.t_mm).distance(flip(seen)) < 1e-9, "{which} {mirrored}");
+                    let met = marched.intersect(face, &ray, mirrored).unwrap();
+                    assert!(ray.at(met.t_mm).distance(flip(seen)) < 1e-9, "{face:?} {mirrored}");
                     assert!((met.normal.length() - 1.0).abs() < 1e-12);
                 }
             }
         }
         let beside = Ray { origin: DVec3::ZERO, direction: DVec3::new(-0.5, 0.0, 1.0).normalize() };
-        assert_eq!(marched.intersect(0, &beside, false), Err(Fate::Missed));
+        assert_eq!(marched.intersect(Face::Front, &beside, false), Err(Fate::Missed));
     }
 }

@@ -11,8 +11,6 @@ pub mod marched;
 pub mod fit;
 pub mod text;
 
-#[cfg(test)]
-mod paper_tests;
 pub mod point_grid;
 mod freeform;
 

@@ -2,22 +2,10 @@
 
 use super::slope::optical_path_mm;
 use super::virtual_camera::VirtualCamera;
+use crate::geom::GridPoint;
 use crate::scene::MarchOrder;
 use glam::DVec3;
 use rayon::prelude::*;
-
-/// Where one ray of the design meets the two surfaces.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GridPoint {
-    /// Offset from the half image's centre, in px: +u towards +x, +v towards +y (down in the image).
-    pub u_px: f64,
-    /// See `u_px`.
-    pub v_px: f64,
-    /// P on the front surface, in mm in the prism's frame.
-    pub front_mm: DVec3,
-    /// P' on the back surface, in mm in the prism's frame.
-    pub back_mm: DVec3,
-}
 
 /// The two surfaces of the right half (x > 0) on a grid of pixel positions: the point cloud of the paper.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,5 +1,6 @@
 //! What keeps rays from passing: the rim of the prism, a ridge that is not sharp, and a stop before the lens.
 
+use crate::surface::face::Face;
 use glam::{DVec2, DVec3};
 
 /// Everything that clips rays. Light that meets it is lost.
@@ -43,15 +44,19 @@ impl Clipping {
         self.outline.is_none() && self.chamfer_mm == 0.0 && self.stop.is_none()
     }
 
-    /// How far a point of the front (0) or the back (1), in the prism's frame, is inside what lets light pass, in mm;
+    /// How far a point of the front or the back, in the prism's frame, is inside what lets light pass, in mm;
     /// negative outside.
-    pub fn margin_mm(&self, which: usize, at_mm: DVec3) -> f64 {
+    pub fn margin_mm(&self, face: Face, at_mm: DVec3) -> f64 {
         let inside = match self.outline {
             None => f64::INFINITY,
             Some(Outline::Rectangle { half_mm }) => (half_mm - at_mm.truncate().abs()).min_element(),
             Some(Outline::Circle { radius_mm }) => radius_mm - at_mm.truncate().length(),
         };
-        if which == 0 && self.chamfer_mm > 0.0 { inside.min(at_mm.x.abs() - 0.5 * self.chamfer_mm) } else { inside }
+        if face == Face::Front && self.chamfer_mm > 0.0 {
+            inside.min(at_mm.x.abs() - 0.5 * self.chamfer_mm)
+        } else {
+            inside
+        }
     }
 }
 
@@ -63,12 +68,15 @@ mod tests {
     fn margins_are_distances_to_the_rim() {
         let rectangle = Some(Outline::Rectangle { half_mm: DVec2::new(10.0, 5.0) });
         let clipping = Clipping { outline: rectangle, chamfer_mm: 1.0, stop: None };
-        assert_eq!(clipping.margin_mm(0, DVec3::new(3.0, 1.0, 80.0)), 2.5);
-        assert_eq!(clipping.margin_mm(1, DVec3::new(3.0, 1.0, 80.0)), 4.0);
-        assert_eq!(clipping.margin_mm(1, DVec3::new(-12.0, 1.0, 80.0)), -2.0);
-        assert_eq!(clipping.margin_mm(0, DVec3::new(-0.25, 1.0, 80.0)), -0.25);
+        assert_eq!(clipping.margin_mm(Face::Front, DVec3::new(3.0, 1.0, 80.0)), 2.5);
+        assert_eq!(clipping.margin_mm(Face::Back, DVec3::new(3.0, 1.0, 80.0)), 4.0);
+        assert_eq!(clipping.margin_mm(Face::Back, DVec3::new(-12.0, 1.0, 80.0)), -2.0);
+        assert_eq!(clipping.margin_mm(Face::Front, DVec3::new(-0.25, 1.0, 80.0)), -0.25);
         let circle = Clipping { outline: Some(Outline::Circle { radius_mm: 5.0 }), ..Clipping::default() };
-        assert_eq!(circle.margin_mm(0, DVec3::new(3.0, 4.0, 80.0)), 0.0);
-        assert!(Clipping::default().is_nothing() && Clipping::default().margin_mm(0, DVec3::ZERO) == f64::INFINITY);
+        assert_eq!(circle.margin_mm(Face::Front, DVec3::new(3.0, 4.0, 80.0)), 0.0);
+        assert!(
+            Clipping::default().is_nothing()
+                && Clipping::default().margin_mm(Face::Front, DVec3::ZERO) == f64::INFINITY
+        );
     }
 }

@@ -19,6 +19,7 @@ use super::sensor::Sensor;
 use super::telecentric::Telecentric;
 use super::thin_lens::ThinLens;
 use super::variant::Variant;
+use crate::surface::face::Face;
 use glam::DVec2;
 
 /// The effects that a scene calls for, with their settings; `None` is absent.
@@ -101,7 +102,7 @@ impl Effects {
         let pupil_mm = self.thin_lens.map_or(0.0, |lens| lens.radius_mm) + self.telecentric.map_or(0.0, cone_mm);
         // What a slope of the back does is done behind the glass.
         let draws = self.sets() as f64 * self.quadrature.points as f64;
-        let rough = self.roughness.map_or(0.0, |rough| rough.steepest(0, draws));
+        let rough = self.roughness.map_or(0.0, |rough| rough.steepest(Face::Front, draws));
         let stray_mm = self.manufacture.as_ref().map_or(0.0, |made| made.stray_mm(reach_mm, way_mm));
         let waves = self.dispersion.iter().flat_map(|dispersion| &dispersion.waves);
         // A tangent of 1 or less, times d tan(r) = -tan(r) dn / n.
@@ -157,8 +158,8 @@ impl Effects {
         let mut within = if self.has_pupil() { DVec2::ONE } else { DVec2::new(0.5, 1.0) };
         let mut slopes = plain.slopes;
         if let Some(rough) = &self.roughness {
-            for which in [0, 1].into_iter().filter(|which| rough.slope[*which] > 0.0) {
-                slopes[which] = rough.slopes(which, two() * within);
+            for face in Face::ALL.into_iter().filter(|face| rough.slope[*face as usize] > 0.0) {
+                slopes[face as usize] = rough.slopes(face, two() * within);
                 within = DVec2::ONE;
             }
         }
@@ -263,5 +264,40 @@ impl Effects {
 
     fn collecting_side(&self) -> f64 {
         self.sensor.map_or(1.0, |sensor| sensor.active_side())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effect::table::TABLE;
+    use crate::effect::thin_lens;
+    use glam::DVec2;
+
+    #[test]
+    fn keys_differ_and_nothing_acts_by_default() {
+        for (k, row) in TABLE.iter().enumerate() {
+            assert!(TABLE[..k].iter().all(|other| other.key != row.key), "{}", row.key);
+            assert!(!(row.acts)(&Effects::default()), "{}", row.key);
+        }
+        assert_eq!(
+            Effects::default().variants(0),
+            [Variant { pupil: DVec2::ZERO, slopes: [DVec2::ZERO; 2], wave: None, grey: 1.0, colour: None }]
+        );
+    }
+
+    #[test]
+    fn weights_of_the_variants_sum_up_to_one() {
+        let lens = ThinLens::new(2.8, 1000.0, thin_lens::Aperture::Circle, 35.0);
+        for points in [1, 2, 7, 64] {
+            let quadrature = Quadrature { points, ..Quadrature::default() };
+            let effects = Effects { thin_lens: Some(lens), quadrature, ..Effects::default() };
+            let variants = effects.variants(0);
+            // In pairs.
+            assert_eq!(variants.len(), points.next_multiple_of(2));
+            let sum: f64 = variants.iter().map(|v| v.grey).sum();
+            // One rounding for each term.
+            assert!((sum - 1.0).abs() <= variants.len() as f64 * f64::EPSILON, "{sum}");
+        }
     }
 }

@@ -73,36 +73,3 @@ pub use sensor::Sensor;
 pub use table::{Bounding, EffectRow, TABLE};
 pub use telecentric::Telecentric;
 pub use thin_lens::ThinLens;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use glam::DVec2;
-
-    #[test]
-    fn keys_differ_and_nothing_acts_by_default() {
-        for (k, row) in TABLE.iter().enumerate() {
-            assert!(TABLE[..k].iter().all(|other| other.key != row.key), "{}", row.key);
-            assert!(!(row.acts)(&Effects::default()), "{}", row.key);
-        }
-        assert_eq!(
-            Effects::default().variants(0),
-            [Variant { pupil: DVec2::ZERO, slopes: [DVec2::ZERO; 2], wave: None, grey: 1.0, colour: None }]
-        );
-    }
-
-    #[test]
-    fn weights_of_the_variants_sum_up_to_one() {
-        let lens = ThinLens::new(2.8, 1000.0, thin_lens::Aperture::Circle, 35.0);
-        for points in [1, 2, 7, 64] {
-            let quadrature = Quadrature { points, ..Quadrature::default() };
-            let effects = Effects { thin_lens: Some(lens), quadrature, ..Effects::default() };
-            let variants = effects.variants(0);
-            // In pairs.
-            assert_eq!(variants.len(), points.next_multiple_of(2));
-            let sum: f64 = variants.iter().map(|v| v.grey).sum();
-            // One rounding for each term.
-            assert!((sum - 1.0).abs() <= variants.len() as f64 * f64::EPSILON, "{sum}");
-        }
-    }
-}

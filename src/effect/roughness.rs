@@ -1,6 +1,7 @@
 //! Rough surfaces, which scatter.
 
 use crate::num::normal::quantile;
+use crate::surface::face::Face;
 use glam::DVec2;
 
 /// Surfaces whose slopes differ from place to place, at random, far finer than a pixel's footprint: each ray is refracted
@@ -24,16 +25,16 @@ impl Roughness {
         self.slope.iter().filter(|slope| **slope > 0.0).count()
     }
 
-    /// The slopes of the front (0) or the back (1) for a point of the open unit square.
-    pub fn slopes(&self, which: usize, unit: DVec2) -> DVec2 {
+    /// The slopes of the front or the back for a point of the open unit square.
+    pub fn slopes(&self, face: Face, unit: DVec2) -> DVec2 {
         let normal = |u: f64| quantile(u.clamp(f64::MIN_POSITIVE, 1.0 - f64::EPSILON));
-        self.slope[which] * DVec2::new(normal(unit.x), normal(unit.y))
+        self.slope[face as usize] * DVec2::new(normal(unit.x), normal(unit.y))
     }
 
-    /// The steepest slope along an axis of the front (0) or the back (1) among so many draws: points of one even set stay
+    /// The steepest slope along an axis of the front or the back among so many draws: points of one even set stay
     /// below it, and of random ones 1 in 64 sets of draws has one beyond.
-    pub fn steepest(&self, which: usize, draws: f64) -> f64 {
-        -self.slope[which] * quantile(1.0 / (256.0 * draws.max(1.0)))
+    pub fn steepest(&self, face: Face, draws: f64) -> f64 {
+        -self.slope[face as usize] * quantile(1.0 / (256.0 * draws.max(1.0)))
     }
 }
 
@@ -54,7 +55,7 @@ mod tests {
         let bound = 2.0 * libm::log(4096.0) / 4096.0;
         assert!((mean(&|s| s.x * s.x) / 4e-4 - 1.0).abs() < bound && (mean(&|s| s.y * s.y) / 4e-4 - 1.0).abs() < bound);
         assert!((mean(&|s| s.x * s.y) / 4e-4).abs() < bound);
-        assert_eq!(rough.slopes(0, DVec2::new(0.3, 0.9)), DVec2::ZERO);
+        assert_eq!(rough.slopes(Face::Front, DVec2::new(0.3, 0.9)), DVec2::ZERO);
         assert_eq!(rough.rough(), 1);
     }
 
@@ -63,9 +64,9 @@ mod tests {
         let rough = Roughness { slope: [0.02; 2] };
         for (count, dimensions) in (1..200).chain([1000, 65_536]).flat_map(|n| [2, 4, 6].map(|d| (n, d))) {
             let points = Points::new(&Quadrature { points: count, ..Quadrature::default() }, dimensions, 0, 1);
-            let steepest = rough.steepest(1, count as f64);
+            let steepest = rough.steepest(Face::Back, count as f64);
             for (k, j) in (0..count).flat_map(|k| (0..dimensions / 2).map(move |j| (k, 2 * j))) {
-                let slopes = rough.slopes(1, DVec2::new(points.at(k, j), points.at(k, j + 1)));
+                let slopes = rough.slopes(Face::Back, DVec2::new(points.at(k, j), points.at(k, j + 1)));
                 assert!(slopes.abs().max_element() < steepest, "{count} {dimensions}: {slopes} {steepest}");
             }
         }

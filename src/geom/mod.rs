@@ -3,7 +3,9 @@
 mod ray;
 mod pose;
 mod rect;
+mod grid_point;
 
+pub use grid_point::GridPoint;
 pub use pose::Pose;
 pub use ray::Ray;
 pub use rect::Rect;

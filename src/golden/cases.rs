@@ -37,21 +37,57 @@ pub fn run(
     tolerance: &dyn Fn(&str) -> Tolerance,
     render: &dyn Fn(&Path) -> Result<GoldenOutput, Error>,
 ) -> Result<GoldenReport, Error> {
+    let names = case_names(folders)?;
+    if mode == Mode::Check && !folders.golden.exists() {
+        let (golden, cases, n) = (folders.golden.display(), folders.cases.display(), names.len());
+        let missing = format!(
+            "{golden}: there is no such folder of goldens for the {n} cases of {cases}\n    name it with --golden, or make \
+             it with UPDATE_GOLDEN=1"
+        );
+        return Ok(GoldenReport { cases: vec![], orphans: vec![], missing: Some(missing) });
+    }
+    let cases = names.iter().map(|name| run_case(folders, mode, tolerance, render, name)).collect::<Result<_, _>>()?;
+    Ok(GoldenReport { cases, orphans: orphans(folders)?, missing: None })
+}
+
+/// Renders the case `name` and holds it against its golden.
+///
+/// # Errors
+/// Files that cannot be written. What is wrong with the case is in the result.
+pub fn run_case(
+    folders: &Folders<'_>,
+    mode: Mode,
+    tolerance: &dyn Fn(&str) -> Tolerance,
+    render: &dyn Fn(&Path) -> Result<GoldenOutput, Error>,
+    name: &str,
+) -> Result<CaseResult, Error> {
+    judge(folders, mode, tolerance, name, render(&file(folders.cases, name, "toml")))
+}
+
+/// The names of the cases, at least one.
+///
+/// # Errors
+/// A folder that cannot be read or holds no case.
+pub fn case_names(folders: &Folders<'_>) -> Result<BTreeSet<String>, Error> {
     let names = stems(folders.cases, "toml")?;
     if names.is_empty() {
         let place = folders.cases.display();
         return Err(Error::new(place, "the folder has no case (*.toml)", "add a small scene to it"));
     }
-    let cases = names
-        .iter()
-        .map(|name| judge(folders, mode, tolerance, name, render(&file(folders.cases, name, "toml"))))
-        .collect::<Result<_, _>>()?;
+    Ok(names)
+}
+
+/// The golden files without a case: the records, then the pictures.
+///
+/// # Errors
+/// A folder that cannot be read or holds no case.
+pub fn orphans(folders: &Folders<'_>) -> Result<Vec<String>, Error> {
+    let names = case_names(folders)?;
     let left_over = |ending: &'static str| {
         let found = if folders.golden.exists() { stems(folders.golden, ending)? } else { BTreeSet::new() };
         Ok(found.into_iter().filter(|name| !names.contains(name)).map(move |name| format!("{name}.{ending}")))
     };
-    let orphans = left_over("json")?.chain(left_over("png")?).collect();
-    Ok(GoldenReport { cases, orphans })
+    Ok(left_over("json")?.chain(left_over("png")?).collect())
 }
 
 /// Holds one case against its golden; on failure leaves the evidence or writes the golden anew.

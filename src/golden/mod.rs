@@ -15,6 +15,8 @@ mod tests;
 pub mod snapshot;
 mod report;
 mod cases;
+mod check;
 
-pub use cases::{PIXEL_TOLERANCE, run};
+pub use cases::{PIXEL_TOLERANCE, case_names, orphans, run, run_case};
+pub use check::{check, check_case};
 pub use report::{CaseResult, Folders, GoldenOutcome, GoldenOutput, GoldenReport, Mode};

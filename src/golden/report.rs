@@ -103,17 +103,25 @@ pub struct GoldenReport {
     pub cases: Vec<CaseResult>,
     /// Golden files without a case.
     pub orphans: Vec<String>,
+    /// Why no case was rendered: there is no folder of goldens to hold them against.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub missing: Option<String>,
 }
 
 impl GoldenReport {
-    /// Whether no case failed and no golden is left over.
+    /// Whether there are goldens, no case failed, and no golden is left over.
     pub fn passed(&self) -> bool {
-        self.orphans.is_empty() && self.cases.iter().all(|case| case.outcome != GoldenOutcome::Failed)
+        self.missing.is_none()
+            && self.orphans.is_empty()
+            && self.cases.iter().all(|case| case.outcome != GoldenOutcome::Failed)
     }
 }
 
 impl fmt::Display for GoldenReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(missing) = &self.missing {
+            return write!(f, "FAILED {missing}");
+        }
         for case in self.cases.iter().filter(|case| case.outcome != GoldenOutcome::Passed) {
             let word = if case.outcome == GoldenOutcome::Updated { "updated" } else { "FAILED" };
             writeln!(f, "{word} {}", case.name)?;

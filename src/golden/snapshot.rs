@@ -1,6 +1,7 @@
 //! What a golden keeps of a scene besides its picture.
 
-use crate::analysis::judge::{fates, measure};
+use crate::analysis::fates::fates;
+use crate::analysis::judge::measure;
 use crate::analysis::view::{HalfView, see};
 use crate::error::Error;
 use crate::metrics::MeasuredAndTrue;

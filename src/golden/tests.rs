@@ -217,6 +217,17 @@ fn an_update_must_be_asked_for_and_never_where_ci_is_set() {
 }
 
 #[test]
+fn a_folder_of_goldens_that_is_not_there_is_told_once() {
+    let room = Room::new();
+    fs::remove_dir_all(room.folder("golden")).unwrap();
+    let report = room.check(&|_| panic!("nothing is rendered"));
+    assert!(!report.passed() && report.cases.is_empty());
+    let told = report.to_string();
+    assert!(told.lines().count() == 2 && told.contains("no such folder") && told.contains("2 cases"), "{told}");
+    assert!(room.run(Mode::Update, &|output| output).passed());
+}
+
+#[test]
 fn a_folder_without_cases_is_a_problem() {
     let root = tempfile::tempdir().unwrap();
     let missing = root.path().join("none");

@@ -3,6 +3,7 @@
 
 pub mod atomic;
 pub(crate) mod metadata;
+mod open;
 pub(crate) mod picture_file;
 mod photo;
 pub mod exr;

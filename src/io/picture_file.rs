@@ -1,12 +1,12 @@
 //! A picture from a file of any format that is known by its first bytes.
 
 use super::metadata::Metadata;
+use super::open::{open, unreadable};
 use super::{exr, photo, png};
 use crate::error::Error;
 use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
-use std::fs::File;
-use std::io::{self, BufReader, Read, Seek};
+use std::io::{Read, Seek};
 use std::path::Path;
 
 /// Reads a PNG, an EXR or a photograph (JPEG, BMP, PNM), known by its first bytes and not by its name, as linear light.
@@ -38,17 +38,4 @@ pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metad
         let rule = format!("the file {found}, and must be a PNG, OpenEXR, JPEG, BMP or PNM picture");
         Err(Error::new(path.display(), rule, "convert it to PNG (16 bit, grey) or to OpenEXR"))
     }
-}
-
-/// Opens a regular file for reading.
-pub(super) fn open(path: &Path) -> Result<BufReader<File>, Error> {
-    let file = File::open(path).map_err(|error| unreadable(path, &error))?;
-    if file.metadata().is_ok_and(|found| found.is_dir()) {
-        return Err(Error::new(path.display(), "this is a directory", "name a PNG or EXR file"));
-    }
-    Ok(BufReader::new(file))
-}
-
-pub(super) fn unreadable(path: &Path, error: &io::Error) -> Error {
-    Error::new(path.display(), format!("the file cannot be read: {error}"), "check the name and the right to read it")
 }

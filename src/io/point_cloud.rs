@@ -3,6 +3,7 @@
 use super::lines::TextLines;
 use super::ply::Ply;
 use crate::error::Error;
+use crate::surface::face::Face;
 use glam::DVec3;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -10,15 +11,6 @@ use std::path::Path;
 
 /// Most points of a file: 240 MB in memory.
 pub const MAX_POINTS: u64 = 10_000_000;
-
-/// One of the two surfaces of a prism.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Surface {
-    /// The surface that faces the camera.
-    Front,
-    /// The surface that faces the scene.
-    Back,
-}
 
 /// How the points are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,12 +25,12 @@ pub enum PointFormat {
 }
 
 /// The points of the file at `path`, in mm, in its order; the format follows from the extension (.csv, .ply, .xyz, .txt). A
-/// CSV that holds both surfaces of a design gives those of `surface`.
+/// CSV that holds both surfaces of a design gives those of `face`.
 ///
 /// # Errors
 /// A [`Error`] with file, line, value and rule when the file cannot be read, breaks its format, holds a number that is not
 /// finite, or has more than [`MAX_POINTS`].
-pub fn read_points(path: &Path, surface: Surface) -> Result<Vec<DVec3>, Error> {
+pub fn read_points(path: &Path, face: Face) -> Result<Vec<DVec3>, Error> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let format = match extension.as_str() {
         "csv" => PointFormat::Csv,
@@ -56,7 +48,7 @@ pub fn read_points(path: &Path, surface: Surface) -> Result<Vec<DVec3>, Error> {
         |e| Error::new(path.display(), format!("cannot be read: {e}"), "check the path and its permissions");
     let file = File::open(path).map_err(unreadable)?;
     let bytes = file.metadata().map_err(unreadable)?.len();
-    parse_points(&path.display().to_string(), format, BufReader::new(file), bytes, surface)
+    parse_points(&path.display().to_string(), format, BufReader::new(file), bytes, face)
 }
 
 /// [`read_points`] from any `input` of `bytes` bytes, called `name` in messages.
@@ -68,9 +60,9 @@ pub fn parse_points(
     format: PointFormat,
     input: impl BufRead,
     bytes: u64,
-    surface: Surface,
+    face: Face,
 ) -> Result<Vec<DVec3>, Error> {
-    parse_at_most(MAX_POINTS, name, format, input, bytes, surface)
+    parse_at_most(MAX_POINTS, name, format, input, bytes, face)
 }
 
 /// [`parse_points`] with a limit other than [`MAX_POINTS`].
@@ -80,26 +72,26 @@ fn parse_at_most(
     format: PointFormat,
     input: impl BufRead,
     bytes: u64,
-    surface: Surface,
+    face: Face,
 ) -> Result<Vec<DVec3>, Error> {
     let mut lines = TextLines { name, input, line: 0, taken: 0, limit };
     match format {
-        PointFormat::Csv => csv(&mut lines, surface),
+        PointFormat::Csv => csv(&mut lines, face),
         PointFormat::Xyz => xyz(&mut lines),
         PointFormat::Ply => ply_points(&mut lines, bytes),
     }
 }
 
-fn csv<R: BufRead>(lines: &mut TextLines<R>, surface: Surface) -> Result<Vec<DVec3>, Error> {
+fn csv<R: BufRead>(lines: &mut TextLines<R>, face: Face) -> Result<Vec<DVec3>, Error> {
     let mut buffer = Vec::new();
     let header = lines.next(&mut buffer)?.unwrap_or_default();
     let names: Vec<String> = header.split(',').map(|n| n.trim().trim_matches('"').to_lowercase()).collect();
-    let side = match surface {
-        Surface::Front => "front",
-        Surface::Back => "back",
+    let name = match face {
+        Face::Front => "front",
+        Face::Back => "back",
     };
     let column = |axis: &str| {
-        let spelled = [format!("{axis}_mm"), axis.to_owned(), format!("{side}_{axis}_mm")];
+        let spelled = [format!("{axis}_mm"), axis.to_owned(), format!("{name}_{axis}_mm")];
         names.iter().position(|n| spelled.contains(n))
     };
     let (Some(x), Some(y), Some(z)) = (column("x"), column("y"), column("z")) else {

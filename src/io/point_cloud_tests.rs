@@ -1,12 +1,12 @@
 //! Point clouds that are read back, and files that are wrong in every way we could think of.
 
 use super::*;
-use crate::io::point_grid::tests::small_cloud;
+use crate::io::point_grid::tests::{COLUMNS, ROWS, small_grid};
 use crate::io::point_grid::{write_csv, write_ply};
 use proptest::prelude::*;
 
 fn parse(format: PointFormat, bytes: &[u8]) -> Result<Vec<DVec3>, Error> {
-    parse_points("cloud", format, bytes, bytes.len() as u64, Surface::Front)
+    parse_points("cloud", format, bytes, bytes.len() as u64, Face::Front)
 }
 
 fn ply_text(format: &str, count: &str, properties: &str, body: &[u8]) -> Vec<u8> {
@@ -20,19 +20,19 @@ const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
 
 #[test]
 fn a_written_cloud_reads_back_bit_for_bit() {
-    let cloud = small_cloud();
-    for surface in [Surface::Front, Surface::Back] {
-        let expected: Vec<_> = cloud
-            .points()
-            .map(|p| match surface {
-                Surface::Front => p.front_mm,
-                Surface::Back => p.back_mm,
+    let points = small_grid();
+    for face in [Face::Front, Face::Back] {
+        let expected: Vec<_> = points
+            .iter()
+            .map(|p| match face {
+                Face::Front => p.front_mm,
+                Face::Back => p.back_mm,
             })
             .collect();
         let (mut csv, mut ply) = (Vec::new(), Vec::new());
-        write_csv(&cloud, &mut csv).unwrap();
-        write_ply(&cloud, surface, &mut ply).unwrap();
-        let read = |format, bytes: &[u8]| parse_points("cloud", format, bytes, bytes.len() as u64, surface).unwrap();
+        write_csv(points.iter().copied(), &mut csv).unwrap();
+        write_ply([COLUMNS, ROWS], points.iter().copied(), face, &mut ply).unwrap();
+        let read = |format, bytes: &[u8]| parse_points("cloud", format, bytes, bytes.len() as u64, face).unwrap();
         assert_eq!(read(PointFormat::Csv, &csv), expected);
         assert_eq!(read(PointFormat::Ply, &ply), expected);
     }
@@ -43,9 +43,9 @@ fn a_file_is_read_by_its_extension() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("points.XYZ");
     std::fs::write(&path, "1 2 3\n").unwrap();
-    assert_eq!(read_points(&path, Surface::Front).unwrap(), [DVec3::new(1.0, 2.0, 3.0)]);
-    assert!(read_points(&folder.path().join("points.stl"), Surface::Front).unwrap_err().rule.contains("\"stl\""));
-    assert!(read_points(&folder.path().join("none.csv"), Surface::Front).unwrap_err().rule.contains("cannot be read"));
+    assert_eq!(read_points(&path, Face::Front).unwrap(), [DVec3::new(1.0, 2.0, 3.0)]);
+    assert!(read_points(&folder.path().join("points.stl"), Face::Front).unwrap_err().rule.contains("\"stl\""));
+    assert!(read_points(&folder.path().join("none.csv"), Face::Front).unwrap_err().rule.contains("cannot be read"));
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn a_wrong_ply_is_a_problem_before_memory_is_taken() {
 #[test]
 fn more_points_than_the_limit_are_refused() {
     let at_most =
-        |limit, format, bytes: &[u8]| parse_at_most(limit, "cloud", format, bytes, bytes.len() as u64, Surface::Front);
+        |limit, format, bytes: &[u8]| parse_at_most(limit, "cloud", format, bytes, bytes.len() as u64, Face::Front);
     let csv = b"x,y,z\n1,2,3\n1,2,3\n1,2,3\n";
     let ply = ply_text("ascii", "3", XYZ, b"1 2 3\n1 2 3\n1 2 3\n");
     let cases =

@@ -1,7 +1,7 @@
-//! The point cloud of a design to a file, as a table or for a viewer of point clouds.
+//! A grid of points of two surfaces to a file, as a table or for a viewer of point clouds.
 
-use super::point_cloud::Surface;
-use crate::design::point_grid::PointGrid;
+use crate::geom::GridPoint;
+use crate::surface::face::Face;
 use std::io::{self, BufWriter, Write};
 
 /// The columns of [`write_csv`].
@@ -15,10 +15,10 @@ pub const CSV_HEADER: &str = "u_px,v_px,front_x_mm,front_y_mm,front_z_mm,back_x_
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_csv(cloud: &PointGrid, out: impl Write) -> io::Result<()> {
+pub fn write_csv(points: impl Iterator<Item = GridPoint>, out: impl Write) -> io::Result<()> {
     let mut out = BufWriter::new(out);
     writeln!(out, "{CSV_HEADER}")?;
-    for p in cloud.points() {
+    for p in points {
         let (a, b) = (p.front_mm, p.back_mm);
         writeln!(out, "{:?},{:?},{:?},{:?},{:?},{:?},{:?},{:?}", p.u_px, p.v_px, a.x, a.y, a.z, b.x, b.y, b.z)?;
     }
@@ -27,15 +27,20 @@ pub fn write_csv(cloud: &PointGrid, out: impl Write) -> io::Result<()> {
 
 /// One surface as PLY, binary, little-endian: one vertex a ray, row after row of the grid, with the properties x, y, z in mm
 /// in the prism's frame, then u_px and v_px as in [`write_csv`], all of type double: 40 bytes a vertex. `out` is buffered
-/// here.
+/// here. `columns` times `rows` points are written.
 ///
 /// # Errors
-/// Those of `out`.
-pub fn write_ply(cloud: &PointGrid, surface: Surface, out: impl Write) -> io::Result<()> {
+/// Those of `out`; [`io::ErrorKind::InvalidInput`] when there are more or fewer points than the grid has.
+pub fn write_ply(
+    [columns, rows]: [usize; 2],
+    points: impl Iterator<Item = GridPoint>,
+    face: Face,
+    out: impl Write,
+) -> io::Result<()> {
     let mut out = BufWriter::new(out);
-    let name = match surface {
-        Surface::Front => "front surface (faces the camera)",
-        Surface::Back => "back surface (faces the scene)",
+    let name = match face {
+        Face::Front => "front surface (faces the camera)",
+        Face::Back => "back surface (faces the scene)",
     };
     writeln!(out, "ply\nformat binary_little_endian 1.0")?;
     writeln!(
@@ -43,59 +48,59 @@ pub fn write_ply(cloud: &PointGrid, surface: Surface, out: impl Write) -> io::Re
         "comment biprism: {name} of the right half (x > 0), mm, pinhole at the origin, +z to the scene, +y down"
     )?;
     writeln!(out, "comment u_px, v_px: pixel offset from the centre of the right half image")?;
-    writeln!(out, "comment {} columns x {} rows", cloud.columns(), cloud.rows())?;
-    writeln!(out, "element vertex {}", cloud.len())?;
+    writeln!(out, "comment {columns} columns x {rows} rows")?;
+    writeln!(out, "element vertex {}", columns * rows)?;
     for property in ["x", "y", "z", "u_px", "v_px"] {
         writeln!(out, "property double {property}")?;
     }
     writeln!(out, "end_header")?;
-    for point in cloud.points() {
-        let p = match surface {
-            Surface::Front => point.front_mm,
-            Surface::Back => point.back_mm,
+    let mut written = 0;
+    for point in points {
+        let p = match face {
+            Face::Front => point.front_mm,
+            Face::Back => point.back_mm,
         };
         for value in [p.x, p.y, p.z, point.u_px, point.v_px] {
             out.write_all(&value.to_le_bytes())?;
         }
+        written += 1;
+    }
+    if written != columns * rows {
+        let words = format!("a grid of {columns} x {rows} points was given {written}");
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, words));
     }
     out.flush()
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+pub(super) mod tests {
     use super::*;
-    use crate::design::{DesignInput, freeform};
-    use crate::scene::{BiprismSpec, CameraSpec, DesignSettings, GlassSpec, MarchOrder, Method};
     use glam::DVec3;
 
-    /// The paper's design on a sensor of few, large pixels.
-    pub(crate) fn small_cloud() -> PointGrid {
-        let camera = CameraSpec {
-            position_mm: DVec3::ZERO,
-            focal_length_mm: 35.0,
-            width_px: 48,
-            height_px: 30,
-            pitch_mm: 0.0055 * 40.0,
+    /// Points of two curved surfaces, of coordinates with many digits.
+    pub(in crate::io) fn small_grid() -> Vec<GridPoint> {
+        let point = |k: usize| {
+            let (u_px, v_px) = ((k % COLUMNS) as f64 - 12.0, (k / COLUMNS) as f64 - 15.0);
+            let (x, y) = ((u_px + 12.0) / 3.0, v_px / 7.0);
+            let at = |z: f64| DVec3::new(x * z / 35.0, y * z / 35.0, z);
+            GridPoint { u_px, v_px, front_mm: at(78.0 + x / 9.0 + y * y / 99.0), back_mm: at(87.0 - y / 11.0) }
         };
-        let prism = BiprismSpec {
-            body: GlassSpec::new(1.48, 1.0),
-            ridge_distance_mm: 78.472,
-            thickness_mm: 8.545,
-            facet_angle_rad: None,
-        };
-        let settings = DesignSettings { order: MarchOrder::XThenY, degree: 5, method: Method::Rk4, step_px: 1.0 };
-        freeform(&DesignInput { camera, prism, settings, virtual_camera_z_mm: 0.0 }).unwrap().cloud
+        (0..COLUMNS * ROWS).map(point).collect()
     }
+
+    /// Size of [`small_grid`].
+    pub(in crate::io) const COLUMNS: usize = 25;
+    pub(in crate::io) const ROWS: usize = 31;
 
     #[test]
     fn csv_holds_a_line_a_ray_with_named_columns() {
-        let cloud = small_cloud();
+        let points = small_grid();
         let mut bytes = Vec::new();
-        write_csv(&cloud, &mut bytes).unwrap();
+        write_csv(points.iter().copied(), &mut bytes).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let mut lines = text.lines();
         assert_eq!(lines.next(), Some(CSV_HEADER));
-        for (line, p) in lines.by_ref().zip(cloud.points()) {
+        for (line, p) in lines.by_ref().zip(&points) {
             let values: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
             let expected: Vec<f64> =
                 [p.u_px, p.v_px].into_iter().chain(p.front_mm.to_array()).chain(p.back_mm.to_array()).collect();
@@ -107,16 +112,18 @@ pub(crate) mod tests {
 
     #[test]
     fn ply_is_as_long_as_its_header_says() {
-        let cloud = small_cloud();
+        let points = small_grid();
         let mut bytes = Vec::new();
-        write_ply(&cloud, Surface::Back, &mut bytes).unwrap();
+        write_ply([COLUMNS, ROWS], points.iter().copied(), Face::Back, &mut bytes).unwrap();
+        let short = write_ply([COLUMNS, ROWS], points.iter().copied().skip(1), Face::Back, io::sink());
+        assert_eq!(short.unwrap_err().kind(), io::ErrorKind::InvalidInput);
         let end = b"end_header\n";
         let body = bytes.windows(end.len()).position(|w| w == end).unwrap() + end.len();
         assert!(bytes.starts_with(b"ply\nformat binary_little_endian 1.0\n"));
         assert!(String::from_utf8_lossy(&bytes[..body]).contains("element vertex 775\n"));
         assert_eq!(bytes.len() - body, 775 * 40);
         let number = |i: usize| f64::from_le_bytes(bytes[body + 8 * i..][..8].try_into().unwrap());
-        let p = cloud.at(1, 0);
+        let p = points[1];
         assert_eq!([5, 6, 7, 8, 9].map(number), [p.back_mm.x, p.back_mm.y, p.back_mm.z, p.u_px, p.v_px]);
     }
 }

@@ -119,3 +119,26 @@ pub(super) fn all_finite<T>(what: &'static str, items: &[T], finite: impl Fn(&T)
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deviation_of_two_vectors_by_hand() {
+        let d = Deviation::of(&[DVec2::new(3.0, -4.0), DVec2::new(-1.0, 0.0)]).unwrap();
+        assert_eq!((d.n, d.mean, d.mean_abs, d.max), (2, DVec2::new(1.0, -2.0), DVec2::new(2.0, 2.0), 5.0));
+        assert!((d.rms - 13f64.sqrt()).abs() < 1e-15);
+        let scaled = Deviation::of(&[DVec2::new(-6.0, 8.0), DVec2::new(2.0, 0.0)]).unwrap();
+        assert_eq!(d.scaled(-2.0), scaled);
+        // ROS: four scalars 3, -4, -1, 0.
+        assert!((d.rms_of_components() - (26.0f64 / 4.0).sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn nothing_and_nan_are_named() {
+        assert_eq!(Deviation::of(&[]), Err(Unmeasurable::TooFew { what: "residuals", found: 0, needed: 1 }));
+        let one = Deviation::of(&[DVec2::ZERO, DVec2::new(0.0, f64::NAN)]);
+        assert_eq!(one, Err(Unmeasurable::NotFinite { what: "residual", index: 1 }));
+    }
+}

@@ -122,7 +122,7 @@ pub fn curves_from_depths(depths: &[Vec<Pair>], degree: usize) -> Result<Vec<Vec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::tests::Noise;
+    use crate::metrics::noise::Noise;
 
     fn parabola(slope: f64, bend: f64, n: usize) -> Vec<DVec2> {
         let x = |i: usize| 100.0 * (2.0 * i as f64 / (n - 1) as f64 - 1.0);

@@ -2,6 +2,15 @@
 
 use super::deviation::Unmeasurable;
 
+/// One number twice: from detected corners, and exactly. `None` where it does not exist.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Numbers {
+    /// From detected corners.
+    pub measured: Option<f64>,
+    /// From exact positions or rays.
+    pub exact: Option<f64>,
+}
+
 /// One result twice: from detected corners, and exactly. `None` where it was never asked for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredAndTrue<T> {
@@ -14,6 +23,17 @@ pub struct MeasuredAndTrue<T> {
 impl<T> MeasuredAndTrue<T> {
     /// Neither was asked for.
     pub const NEITHER: Self = Self { measured: None, exact: None };
+
+    /// [`MeasuredAndTrue::of`] of both inputs in one array, the measured one first.
+    pub fn of_sides<I>([measured, exact]: [Option<I>; 2], metric: impl Fn(I) -> Result<T, Unmeasurable>) -> Self {
+        Self::of(measured, exact, metric)
+    }
+
+    /// The number that `pick` takes out of each side, where that side has a value.
+    pub fn numbers(&self, pick: impl Fn(&T) -> f64) -> Numbers {
+        let side = |side: &Option<Result<T, Unmeasurable>>| Some(pick(side.as_ref()?.as_ref().ok()?));
+        Numbers { measured: side(&self.measured), exact: side(&self.exact) }
+    }
 
     /// Both sides by the same function of their own input, `None` where there is no input.
     pub fn of<I>(measured: Option<I>, exact: Option<I>, metric: impl Fn(I) -> Result<T, Unmeasurable>) -> Self {

@@ -1,4 +1,5 @@
-//! Maps of a field: errors as arrows at their places (the paper's Fig. 5), and values as colours.
+//! Maps of a field: errors as arrows at their places (the paper's Fig. 5), and values as colours. No command draws them
+//! yet: they are for the analyses of an error over the image.
 
 use super::axis::{Axis, Scale};
 use super::colour::{GREY, INK, Map};
@@ -269,8 +270,8 @@ fn thinned(values: &Raster<f64>, plot: DVec2) -> Raster<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::plot::examine;
     use crate::plot::svg;
-    use crate::report::figures::samples;
 
     const HALF: Rect = Rect { min: DVec2::ZERO, max: DVec2::new(960.0, 1080.0) };
 
@@ -310,12 +311,12 @@ mod tests {
     #[test]
     fn a_realistic_quiver_is_sound() {
         for width_px in [400, 1600, 4000] {
-            samples::examine(&format!("quiver_{width_px}"), &draw_quiver(&QuiverInput { width_px, ..quiver() }));
+            examine::examine(&format!("quiver_{width_px}"), &draw_quiver(&QuiverInput { width_px, ..quiver() }));
         }
         let one = QuiverInput { panels: quiver().panels[..1].to_vec(), width_px: 900, ..quiver() };
         let drawing = draw_quiver(&one);
-        samples::examine("quiver_one", &drawing);
-        samples::keep("quiver_one.svg", svg::write(&drawing, &one.title).as_bytes());
+        examine::examine("quiver_one", &drawing);
+        examine::keep("quiver_one.svg", svg::write(&drawing, &one.title).as_bytes());
     }
 
     #[test]
@@ -326,7 +327,7 @@ mod tests {
         input.panels[0].arrows = vec![arrow(1.0, 3.0), arrow(2.0, f64::NAN), arrow(-1.0, 1.0), arrow(4.0, 4.0)];
         let drawing = draw_quiver(&input);
         // RMS of 3 and 4, by hand: 3.54.
-        assert!(samples::says(&drawing, "n = 2, 2 left out, RMS 3.54 px, largest 4.00 px"));
+        assert!(examine::says(&drawing, "n = 2, 2 left out, RMS 3.54 px, largest 4.00 px"));
     }
 
     #[test]
@@ -337,11 +338,11 @@ mod tests {
         };
         let values = Raster::from_data(48, 54, (0..54).flat_map(|j| (0..48).map(move |i| value(i, j))).collect());
         let drawing = draw_heat_map(&heat(&values));
-        samples::examine("heat_diverging", &drawing);
-        assert!(samples::says(&drawing, "1 of 2592 values are no numbers (pale)"));
+        examine::examine("heat_diverging", &drawing);
+        assert!(examine::says(&drawing, "1 of 2592 values are no numbers (pale)"));
         let lengths = values.map(|v| v * v);
         let input = HeatMapInput { map: Map::Sequential, caption: "squared, px²".into(), ..heat(&lengths) };
-        samples::examine("heat_sequential", &draw_heat_map(&input));
+        examine::examine("heat_sequential", &draw_heat_map(&input));
     }
 
     #[test]
@@ -377,13 +378,13 @@ mod tests {
                     panels: vec![panel; panels],
                     width_px: 0,
                 });
-                samples::examine(&format!("quiver_hostile_{k}_{panels}"), &drawing);
+                examine::examine(&format!("quiver_hostile_{k}_{panels}"), &drawing);
             }
             for values in [Raster::filled(0, 0, 0.0), Raster::filled(3, 2, f64::NAN), Raster::filled(5000, 2, 1e308)] {
                 let input = HeatMapInput { area, title: long.clone(), caption: long.clone(), ..heat(&values) };
-                samples::examine(&format!("heat_hostile_{k}_{}", values.width()), &draw_heat_map(&input));
+                examine::examine(&format!("heat_hostile_{k}_{}", values.width()), &draw_heat_map(&input));
             }
         }
-        assert!(samples::says(&draw_heat_map(&heat(&Raster::filled(0, 0, 0.0))), "no data"));
+        assert!(examine::says(&draw_heat_map(&heat(&Raster::filled(0, 0, 0.0))), "no data"));
     }
 }

@@ -26,3 +26,5 @@ pub mod colour_bar;
 mod frame;
 pub mod chart;
 pub mod field;
+#[cfg(test)]
+pub(crate) mod examine;

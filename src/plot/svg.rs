@@ -4,7 +4,8 @@
 
 use super::colour::Rgb;
 use super::drawing::{Drawing, Item, Label, Stroke};
-use super::text::{Align, Direction, Weight};
+use super::glyphs::Weight;
+use super::text::{Align, Direction};
 use crate::geom::Rect;
 use crate::raster::Raster;
 use glam::DVec2;

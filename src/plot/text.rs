@@ -2,7 +2,7 @@
 //!
 //! The glyphs are baked into the program (`glyphs`), so that a figure has the same pixels on every machine.
 
-use super::glyphs::{BOLD, Glyph, REGULAR, UNITS_PER_EM};
+use super::glyphs::{Glyph, UNITS_PER_EM, Weight, glyphs};
 use crate::geom::Rect;
 use glam::DVec2;
 use tiny_skia::{Path, PathBuilder};
@@ -17,15 +17,6 @@ pub const DESCENT: f64 = 0.24;
 pub const LINE_HEIGHT: f64 = 1.35;
 /// Width of the box that stands for a character without a glyph, in em.
 const BOX_WIDTH: f64 = 0.6;
-
-/// Thickness of the letters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Weight {
-    /// Body text.
-    Regular,
-    /// Headings.
-    Bold,
-}
 
 /// Which point of the text its position names, along the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -160,10 +151,7 @@ fn glyph(character: char, weight: Weight) -> Option<&'static Glyph> {
     let find = |table: &'static [Glyph]| {
         table.binary_search_by_key(&character, |glyph| glyph.character).ok().map(|found| &table[found])
     };
-    match weight {
-        Weight::Regular => find(REGULAR),
-        Weight::Bold => find(BOLD).or_else(|| find(REGULAR)),
-    }
+    find(glyphs(weight)).or_else(|| find(glyphs(Weight::Regular)))
 }
 
 /// Distance to the next glyph's origin, in em.
@@ -217,7 +205,7 @@ mod tests {
 
     #[test]
     fn tables_are_sorted_and_hold_ascii() {
-        for table in [REGULAR, BOLD] {
+        for table in [Weight::Regular, Weight::Bold].map(glyphs) {
             assert!(table.windows(2).all(|pair| pair[0].character < pair[1].character));
             assert!((' '..='~').all(|c| table.iter().any(|glyph| glyph.character == c)));
         }
@@ -226,8 +214,8 @@ mod tests {
 
     #[test]
     fn every_glyph_keeps_within_its_bounds() {
-        for (table, weight) in [(REGULAR, Weight::Regular), (BOLD, Weight::Bold)] {
-            for g in table {
+        for weight in [Weight::Regular, Weight::Bold] {
+            for g in glyphs(weight) {
                 let text = g.character.to_string();
                 for direction in [Direction::Right, Direction::Up] {
                     let font = Font { size_px: 100.0, weight };

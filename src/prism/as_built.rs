@@ -1,9 +1,11 @@
 //! The prism as it was made, from the prism as it should be.
 
+use super::biprism::Prism;
+use super::side::Side;
 use crate::effect::Manufacture;
 use crate::geom::Pose;
+use crate::surface::face::Face;
 use crate::surface::shape::Surface;
-use crate::system::Prism;
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -12,15 +14,18 @@ impl Prism {
     /// the front, whose ridge parts the two sides.
     #[must_use]
     pub(super) fn made(&self, errors: &Manufacture) -> Self {
-        let pivots = [0, 1].map(|which| DVec3::Z * self.vertex_z_mm(which));
+        let pivots = Face::ALL.map(|face| DVec3::Z * self.vertex_z_mm(face));
         let front = errors.front.place.about(pivots[0]);
         let mut back = errors.back.place.about(pivots[1]);
         back.translation_mm.z += errors.thickness_mm;
         let front_from_back = front.inverse().after(&back);
-        let sides = [0, 1].map(|side| {
-            let [front, back] = [0, 1].map(|which| {
-                let error = if which == 0 { &errors.front } else { &errors.back };
-                let surface = self.sides[side][which].clone();
+        let sides = Side::ALL.map(|side| {
+            let [front, back] = Face::ALL.map(|face| {
+                let error = match face {
+                    Face::Front => &errors.front,
+                    Face::Back => &errors.back,
+                };
+                let surface = self.surface(side, face).clone();
                 match error.figure.as_ref().filter(|figure| !figure.is_nothing()) {
                     None => surface,
                     Some(figure) => Surface::Flawed { base: Box::new(surface), flaw: Arc::new(figure.clone()) },
@@ -36,7 +41,7 @@ impl Prism {
     }
 
     /// z of the front or the back over the origin of the prism's frame, in mm.
-    fn vertex_z_mm(&self, which: usize) -> f64 {
-        self.sides[1][which].height_mm(0.0, 0.0)
+    fn vertex_z_mm(&self, face: Face) -> f64 {
+        self.surface(Side::Right, face).height_mm(0.0, 0.0)
     }
 }

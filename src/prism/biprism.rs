@@ -1,16 +1,17 @@
 //! The prism as two sides, each a front and a back surface between the same media.
 
-use super::finish::{Finish, Unideal};
 use super::first_face::RIDGE_ROUNDINGS;
 use super::packet::PackedBiprism;
 use super::payload::Payload;
 use super::refract_at::pass;
-use super::surface_modifier::Relief;
+use super::side::Side;
+use super::surface_modifier::{Imperfections, SurfaceModifier};
 use crate::design::{DesignInput, VIRTUAL_CAMERA_Z_MM};
-use crate::effect::Effects;
+use crate::effect::{Clipping, Effects};
 use crate::error::Error;
 use crate::geom::{Pose, Ray, Rect};
 use crate::optics::fate::Fate;
+use crate::surface::face::Face;
 use crate::surface::hit::Hit;
 use crate::surface::mesh::Mesh;
 use crate::surface::shape::{PolynomialSurface, Surface};
@@ -29,15 +30,6 @@ pub fn facet_angle_rad(flat: &scene::BiprismSpec, camera: &scene::CameraSpec) ->
     }
 }
 
-/// A side of the prism: x < 0 or x >= 0 in its own frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Side {
-    /// x < 0
-    Left,
-    /// x >= 0
-    Right,
-}
-
 /// A biprism: rays enter through the front of one side and leave through the back of the same side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prism {
@@ -51,8 +43,8 @@ pub struct Prism {
     eta_out: f64,
     /// n_outer, n_glass
     indices: [f64; 2],
-    /// What the surfaces do besides, if anything.
-    finish: Option<Box<Unideal>>,
+    /// What front and back do besides, if anything.
+    imperfections: Option<Box<[Imperfections; 2]>>,
     /// Whether the left side is the mirror image of the right one.
     symmetric: bool,
 }
@@ -130,7 +122,7 @@ impl Prism {
             eta_in: indices[0] / indices[1],
             eta_out: indices[1] / indices[0],
             indices,
-            finish: None,
+            imperfections: None,
             symmetric: true,
         }
     }
@@ -160,24 +152,26 @@ impl Prism {
             None => self.clone(),
         };
         let clip = effects.clipping.filter(|clipping| !clipping.is_nothing());
-        made.finished(Unideal { clip, slopes: [DVec2::ZERO; 2] })
+        made.with_imperfections(clip, [DVec2::ZERO; 2])
     }
 
     /// The same prism with `slopes` added to those of the front and the back wherever light is refracted.
     #[must_use]
     pub fn with_slopes(&self, slopes: [DVec2; 2]) -> Self {
-        let clip = self.finish.as_ref().and_then(|finish| finish.clip);
-        self.clone().finished(Unideal { clip, slopes })
+        let clip = self.imperfections.as_ref().and_then(|both| both[0].clip);
+        self.clone().with_imperfections(clip, slopes)
     }
 
-    fn finished(self, finish: Unideal) -> Self {
-        Self { finish: (finish != Unideal::default()).then(|| Box::new(finish)), ..self }
+    fn with_imperfections(self, clip: Option<Clipping>, slopes: [DVec2; 2]) -> Self {
+        let both = Face::ALL.map(|face| Imperfections { face, clip, slope: slopes[face as usize] });
+        let imperfections = (!both.iter().all(Imperfections::is_nothing)).then(|| Box::new(both));
+        Self { imperfections, ..self }
     }
 
     /// Whether the two sides are mirror images of each other in the world's plane x = 0, bit for bit.
     pub fn keeps_mirror_images(&self) -> bool {
         self.symmetric
-            && self.finish.as_ref().is_none_or(|finish| finish.slopes == [DVec2::ZERO; 2])
+            && self.imperfections.iter().flat_map(|both| both.iter()).all(|one| one.slope == DVec2::ZERO)
             && self.poses.is_none_or(|poses| poses.iter().all(Pose::keeps_mirror_images))
     }
 
@@ -187,52 +181,52 @@ impl Prism {
         let side = |[front, back]: &[Surface; 2]| Some([shape(front)?, shape(back)?]);
         let sides = [side(&self.sides[0])?, side(&self.sides[1])?];
         let eta = [self.eta_in, self.eta_out];
-        (eta != [1.0, 1.0] && self.finish.is_none()).then_some(PackedBiprism { poses: self.poses, sides, eta })
+        (eta != [1.0, 1.0] && self.imperfections.is_none()).then_some(PackedBiprism { poses: self.poses, sides, eta })
     }
 
     /// The ray behind the prism and the side that it passed, both in the world.
     #[inline(always)]
     pub fn pass<C: Payload>(&self, ray: &Ray, residual_mm: f64, carry: &mut C) -> Result<(Ray, Side), Fate> {
-        match &self.finish {
-            None => self.pass_finished(ray, residual_mm, carry, &()),
-            Some(finish) => self.pass_unideal(ray, residual_mm, carry, finish),
+        match &self.imperfections {
+            None => self.pass_modified(ray, residual_mm, carry, &[(); 2]),
+            Some(both) => self.pass_imperfect(ray, residual_mm, carry, both),
         }
     }
 
     /// Apart, so that the way of a ray through ideal surfaces is as short as if there were no others.
     #[inline(never)]
-    fn pass_unideal<C: Payload>(
+    fn pass_imperfect<C: Payload>(
         &self,
         ray: &Ray,
         residual_mm: f64,
         carry: &mut C,
-        finish: &Unideal,
+        imperfections: &[Imperfections; 2],
     ) -> Result<(Ray, Side), Fate> {
-        self.pass_finished(ray, residual_mm, carry, finish)
+        self.pass_modified(ray, residual_mm, carry, imperfections)
     }
 
     #[inline(always)]
-    fn pass_finished<C: Payload>(
+    fn pass_modified<C: Payload>(
         &self,
         ray: &Ray,
         residual_mm: f64,
         carry: &mut C,
-        finish: &impl Finish,
+        modifiers: &[impl SurfaceModifier; 2],
     ) -> Result<(Ray, Side), Fate> {
         let own = self.enter(ray, carry);
         let (side, meeting) = self.first_facet(&own, residual_mm)?;
-        finish.keep(0, &own, &meeting)?;
-        self.refract(&own, side, &meeting, residual_mm, carry, finish).map(|out| (out, side))
+        modifiers[0].pass(|| own.at(meeting.t_mm))?;
+        self.refract(&own, side, &meeting, residual_mm, carry, modifiers).map(|out| (out, side))
     }
 
-    /// Whether light goes on from this place (in the prism's frame) of the front (0) or the back (1).
-    pub(crate) fn passes_at(&self, which: usize, at_mm: DVec3) -> bool {
-        self.finish.as_ref().is_none_or(|finish| finish.passes_at(which, at_mm))
+    /// Whether light goes on from this place (in the prism's frame) of the front or the back.
+    pub(crate) fn passes_at(&self, face: Face, at_mm: DVec3) -> bool {
+        self.imperfections.as_ref().is_none_or(|both| both[face as usize].passes_at(at_mm))
     }
 
-    /// The normal by which the front (0) or the back (1) refracts.
-    pub(crate) fn normal(&self, which: usize, meeting: &Hit) -> DVec3 {
-        self.finish.as_ref().map_or(meeting.normal, |finish| finish.relief(which).normal(meeting))
+    /// The normal by which the front or the back refracts.
+    pub(crate) fn normal(&self, face: Face, meeting: &Hit) -> DVec3 {
+        self.imperfections.as_ref().map_or(meeting.normal, |both| both[face as usize].normal(meeting))
     }
 
     /// The ray behind the prism when it passes `side`, whether or not it meets that side of the ridge, and unclipped.
@@ -244,11 +238,11 @@ impl Prism {
         carry: &mut C,
     ) -> Result<Ray, Fate> {
         let own = self.enter(ray, carry);
-        let meeting = self.sides[side as usize][0].intersect(&own, residual_mm)?;
-        match &self.finish {
-            None => self.refract(&own, side, &meeting, residual_mm, carry, &()),
-            Some(finish) => {
-                let unclipped = Unideal { clip: None, ..**finish };
+        let meeting = self.surface(side, Face::Front).intersect(&own, residual_mm)?;
+        match &self.imperfections {
+            None => self.refract(&own, side, &meeting, residual_mm, carry, &[(); 2]),
+            Some(both) => {
+                let unclipped = both.map(|one| Imperfections { clip: None, ..one });
                 self.refract(&own, side, &meeting, residual_mm, carry, &unclipped)
             }
         }
@@ -257,27 +251,27 @@ impl Prism {
     /// Where a ray of the world meets the front of a side, in the prism's frame, in mm.
     pub(crate) fn met_mm(&self, ray: &Ray, side: Side, residual_mm: f64) -> Option<DVec3> {
         let own = self.enter(ray, &mut ());
-        self.sides[side as usize][0].intersect(&own, residual_mm).ok().map(|met| own.at(met.t_mm))
+        self.surface(side, Face::Front).intersect(&own, residual_mm).ok().map(|met| own.at(met.t_mm))
     }
 
-    /// The front (0) or back (1) surface of a side, in the prism's frame.
-    pub fn surface(&self, side: Side, which: usize) -> &Surface {
-        &self.sides[side as usize][which]
+    /// The front or back surface of a side, in the prism's frame.
+    pub fn surface(&self, side: Side, face: Face) -> &Surface {
+        &self.sides[side as usize][face as usize]
     }
 
     /// The ray behind the prism when other shapes stand in for the surfaces of `side`: `intersect` says where a ray, in the
-    /// prism's frame, meets the front (0) or the back (1).
+    /// prism's frame, meets the front or the back.
     pub fn pass_shapes(
         &self,
         ray: &Ray,
         side: Side,
-        mut intersect: impl FnMut(usize, &Ray) -> Result<Hit, Fate>,
+        mut intersect: impl FnMut(Face, &Ray) -> Result<Hit, Fate>,
     ) -> Result<Ray, Fate> {
         let own = self.enter(ray, &mut ());
         let [front, back] = &self.sides[side as usize];
-        let met = intersect(0, &own)?;
+        let met = intersect(Face::Front, &own)?;
         let inside = pass(&own, front, &(), &met, self.eta_in, &mut ())?;
-        let met = intersect(1, &inside)?;
+        let met = intersect(Face::Back, &inside)?;
         let out = pass(&inside, back, &(), &met, self.eta_out, &mut ())?;
         Ok(self.poses.map_or(out, |[world_from_prism, _]| out.moved(&world_from_prism)))
     }
@@ -329,13 +323,14 @@ impl Prism {
         front: &Hit,
         residual_mm: f64,
         carry: &mut C,
-        finish: &impl Finish,
+        modifiers: &[impl SurfaceModifier; 2],
     ) -> Result<Ray, Fate> {
         let [facet, base] = &self.sides[side as usize];
-        let out = pass(ray, facet, &finish.relief(0), front, self.eta_in, carry).and_then(|inside| {
+        let [on_front, on_back] = modifiers;
+        let out = pass(ray, facet, on_front, front, self.eta_in, carry).and_then(|inside| {
             let meeting = base.intersect(&inside, residual_mm)?;
-            finish.keep(1, &inside, &meeting)?;
-            pass(&inside, base, &finish.relief(1), &meeting, self.eta_out, carry)
+            on_back.pass(|| inside.at(meeting.t_mm))?;
+            pass(&inside, base, on_back, &meeting, self.eta_out, carry)
         });
         match &self.poses {
             None => out,

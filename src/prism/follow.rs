@@ -1,10 +1,11 @@
 //! The prism as a piece of glass whose surfaces reflect: light that does not go straight through.
 
-use super::reflections::{Exit, Face, GlassBody, Limits, PowerBudget, ReflectionTracer};
+use super::biprism::Prism;
+use super::reflections::{Exit, GlassBody, Limits, PowerBudget, ReflectionTracer};
+use super::side::PrismFace;
 use crate::geom::Ray;
 use crate::optics::polarisation::Beam;
 use crate::surface::hit::Hit;
-use crate::system::Prism;
 use glam::DVec3;
 
 impl Prism {
@@ -20,11 +21,11 @@ impl Prism {
         residual_mm: f64,
         leave: &mut impl FnMut(&Exit),
     ) -> PowerBudget {
-        let intersect = |face: Face, ray: &Ray| {
-            let met = self.sides[face.side][face.which].intersect(ray, residual_mm)?;
-            Ok(Hit { normal: self.normal(face.which, &met), ..met })
+        let intersect = |at: PrismFace, ray: &Ray| {
+            let met = self.surface(at.side, at.face).intersect(ray, residual_mm)?;
+            Ok(Hit { normal: self.normal(at.face, &met), ..met })
         };
-        let passes = |face: Face, at_mm: DVec3| self.passes_at(face.which, at_mm);
+        let passes = |at: PrismFace, at_mm: DVec3| self.passes_at(at.face, at_mm);
         let solid = ReflectionTracer { body, intersect, passes };
         match &self.poses {
             None => solid.follow(ray, start, limits, leave),

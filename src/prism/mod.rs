@@ -1,7 +1,5 @@
 //! A ray's trip through interfaces.
 
-#[cfg(test)]
-mod nonsequential_tests;
 pub mod packet;
 pub mod reflections;
 pub mod payload;
@@ -10,5 +8,5 @@ pub mod refract_at;
 pub mod biprism;
 mod as_built;
 mod follow;
-mod finish;
 mod first_face;
+pub mod side;

@@ -1,6 +1,6 @@
 //! What a ray carries besides its geometry; `()` carries nothing and costs nothing.
 
-use super::surface_modifier::Relief;
+use super::surface_modifier::SurfaceModifier;
 use crate::geom::{Pose, Ray};
 use crate::optics::refraction::Refraction;
 use crate::optics::snell::Refracted;
@@ -8,25 +8,35 @@ use crate::surface::hit::Hit;
 use crate::surface::shape::Surface;
 use glam::DVec3;
 
+/// A ray that is refracted at a surface.
+#[derive(Debug, Clone, Copy)]
+pub struct RefractionEvent<'a, M> {
+    /// The ray as it came in.
+    pub ray: &'a Ray,
+    /// The surface.
+    pub surface: &'a Surface,
+    /// What the surface does besides refracting by its shape.
+    pub modifier: &'a M,
+    /// Where the ray meets the surface.
+    pub hit: &'a Hit,
+    /// n_in / n_out
+    pub eta: f64,
+    /// The ray behind the surface.
+    pub out: &'a Refracted,
+}
+
 /// Something that follows a ray from surface to surface.
 pub trait Payload {
-    /// The ray, as it came in, met `surface` under `relief` and was refracted with `eta` = n_in / n_out.
-    fn refracted(
-        &mut self,
-        ray: &Ray,
-        surface: &Surface,
-        relief: &impl Relief,
-        meeting: &Hit,
-        eta: f64,
-        out: &Refracted,
-    );
+    /// The ray was refracted.
+    fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>);
     /// The frame changes.
     fn moved(&mut self, a_from_b: &Pose);
 }
 
 impl Payload for () {
     #[inline(always)]
-    fn refracted(&mut self, _: &Ray, _: &Surface, _: &impl Relief, _: &Hit, _: f64, _: &Refracted) {}
+    fn refracted(&mut self, _: &RefractionEvent<'_, impl SurfaceModifier>) {}
+
     #[inline(always)]
     fn moved(&mut self, _: &Pose) {}
 }
@@ -57,19 +67,12 @@ impl Differentials {
 
 impl Payload for Differentials {
     #[inline(always)]
-    fn refracted(
-        &mut self,
-        ray: &Ray,
-        surface: &Surface,
-        relief: &impl Relief,
-        meeting: &Hit,
-        eta: f64,
-        out: &Refracted,
-    ) {
-        let point = ray.at(meeting.t_mm);
-        self.origin = self.transferred(ray, meeting.t_mm, surface.tangent(meeting));
+    fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>) {
+        let &RefractionEvent { ray, surface, modifier, hit, eta, out } = event;
+        let point = ray.at(hit.t_mm);
+        self.origin = self.transferred(ray, hit.t_mm, surface.tangent(hit));
         for k in 0..2 {
-            let turn = relief.normal_change(surface, meeting, point, out.normal, self.origin[k]);
+            let turn = modifier.normal_change(surface, hit, point, out.normal, self.origin[k]);
             let cos_in = -(turn.dot(ray.direction) + out.normal.dot(self.direction[k]));
             // From cos_out^2 = eta^2 cos_in^2 + 1 - eta^2.
             let cos_out = if eta == 1.0 { cos_in } else { eta * eta * out.cos_in * cos_in / out.cos_out };
@@ -96,9 +99,9 @@ pub struct Path {
 }
 
 impl Payload for Path {
-    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Hit, _: f64, out: &Refracted) {
-        self.points.push(ray.at(meeting.t_mm));
-        self.directions.push(out.direction);
+    fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>) {
+        self.points.push(event.ray.at(event.hit.t_mm));
+        self.directions.push(event.out.direction);
     }
 
     fn moved(&mut self, a_from_b: &Pose) {
@@ -123,7 +126,8 @@ impl Refractions {
 }
 
 impl Payload for Refractions {
-    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Hit, eta: f64, out: &Refracted) {
+    fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>) {
+        let &RefractionEvent { ray, hit, eta, out, .. } = event;
         let crossing = Refraction {
             incoming: ray.direction,
             outgoing: out.direction,
@@ -131,7 +135,7 @@ impl Payload for Refractions {
             cos_in: out.cos_in,
             cos_out: out.cos_out,
             eta,
-            way_mm: meeting.t_mm,
+            way_mm: hit.t_mm,
         };
         let free = usize::from(self.crossings[0].is_some());
         self.crossings[free] = Some(crossing);

@@ -2,22 +2,15 @@
 //! followed, by no chance, until they leave, are absorbed, or are given up; and what became of all of it is accounted for.
 
 use super::first_face::RIDGE_ROUNDINGS;
+use super::side::{PrismFace, Side};
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
 use crate::optics::fresnel::{Interface, Layer, left_after};
 use crate::optics::polarisation::Beam;
 use crate::optics::snell::refract;
+use crate::surface::face::Face;
 use crate::surface::hit::Hit;
 use glam::DVec3;
-
-/// A surface of a biprism, each a graph z(x, y) in the prism's frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Face {
-    /// 0 for x < 0, 1 for x >= 0.
-    pub side: usize,
-    /// 0 for the facet that faces the camera, 1 for the back.
-    pub which: usize,
-}
 
 /// What the glass is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +46,7 @@ pub struct Exit {
     /// How often it was reflected.
     pub bounces: u32,
     /// The face that it left last.
-    pub face: Face,
+    pub last: PrismFace,
     /// All faces that it met, as digits: light by the same route takes a neighbouring way.
     pub route: u64,
 }
@@ -92,21 +85,21 @@ struct Branch {
     beam: Beam,
     bounces: u32,
     /// The face where it starts; `None` at first.
-    from: Option<Face>,
+    from: Option<PrismFace>,
     inside: bool,
     /// The side whose facet it met last.
-    side: usize,
+    side: Side,
     route: u64,
 }
 
 /// What a ray comes to next.
 enum Next {
-    Meets(Face, Hit),
+    Meets(PrismFace, Hit),
     Escapes,
     Lost,
 }
 
-impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> ReflectionTracer<M, P> {
+impl<M: Fn(PrismFace, &Ray) -> Result<Hit, Fate>, P: Fn(PrismFace, DVec3) -> bool> ReflectionTracer<M, P> {
     /// Follows light of power 1 that comes along `ray` towards the facets: `leave` hears of all that leaves the glass,
     /// in a fixed order.
     ///
@@ -114,7 +107,7 @@ impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> Reflect
     /// meets the other facet; light that has left through a back is gone.
     pub fn follow(&self, ray: &Ray, start: Beam, limits: Limits, leave: &mut impl FnMut(&Exit)) -> PowerBudget {
         let mut account = PowerBudget::default();
-        let side = usize::from(ray.direction.x >= 0.0);
+        let side = if ray.direction.x >= 0.0 { Side::Right } else { Side::Left };
         let branch = Branch { ray: *ray, beam: start, bounces: 0, from: None, inside: false, side, route: 0 };
         self.walk(branch, limits, &mut account, leave);
         account
@@ -126,11 +119,11 @@ impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> Reflect
             account.dropped += power;
             return;
         }
-        let (face, meeting) = match (self.next(&branch), branch.from) {
-            (Next::Meets(face, meeting), _) => (face, meeting),
-            (Next::Escapes, Some(face)) => {
+        let (at, meeting) = match (self.next(&branch), branch.from) {
+            (Next::Meets(at, meeting), _) => (at, meeting),
+            (Next::Escapes, Some(last)) => {
                 account.escaped += power;
-                leave(&Exit { ray: branch.ray, power, bounces: branch.bounces, face, route: branch.route });
+                leave(&Exit { ray: branch.ray, power, bounces: branch.bounces, last, route: branch.route });
                 return;
             }
             (Next::Lost, _) | (Next::Escapes, None) => {
@@ -139,7 +132,7 @@ impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> Reflect
             }
         };
         let origin = branch.ray.at(meeting.t_mm);
-        if !(self.passes)(face, origin) {
+        if !(self.passes)(at, origin) {
             account.dropped += power;
             return;
         }
@@ -150,13 +143,13 @@ impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> Reflect
         }
         let (incoming, normal) = (branch.ray.direction, meeting.normal);
         let reflected = (incoming - normal * (2.0 * incoming.dot(normal))).normalize();
-        let interface = self.interface(face, branch.inside);
+        let interface = self.interface(at.face, branch.inside);
         let refracted = refract(incoming, normal, interface.n_in / interface.n_out).map(|r| r.direction);
         let parts = beam.split(&interface, normal, incoming, reflected, refracted);
-        let side = if face.which == 0 { face.side } else { branch.side };
+        let side = if at.face == Face::Front { at.side } else { branch.side };
         // Base 8, the highest bit for the digits that are there; the 20 that 64 bits hold are more than light is worth.
-        let route = branch.route.wrapping_mul(8).wrapping_add(4 + 2 * face.side as u64 + face.which as u64);
-        let onward = Branch { from: Some(face), side, route, ..branch };
+        let route = branch.route.wrapping_mul(8).wrapping_add(4 + 2 * at.side as u64 + at.face as u64);
+        let onward = Branch { from: Some(at), side, route, ..branch };
         if let Some(direction) = refracted {
             let ray = Ray { origin, direction };
             self.walk(
@@ -174,49 +167,52 @@ impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> Reflect
     fn interface(&self, face: Face, inside: bool) -> Interface {
         let GlassBody { n_outer, n_glass, layers, wavelength_nm, .. } = self.body;
         let (n_in, n_out) = if inside { (n_glass, n_outer) } else { (n_outer, n_glass) };
-        Interface { n_in, n_out, layer: layers[face.which].map(|layer| (layer, wavelength_nm)) }
+        Interface { n_in, n_out, layer: layers[face as usize].map(|layer| (layer, wavelength_nm)) }
     }
 
     fn next(&self, branch: &Branch) -> Next {
         // Through the back there is nothing more to meet.
-        if !branch.inside && branch.from.is_some_and(|face| face.which == 1) {
+        if !branch.inside && branch.from.is_some_and(|from| from.face == Face::Back) {
             return Next::Escapes;
         }
         // The nearest face on its own half, the right one at the same distance; a ray through the ridge itself, which to
         // within rounding is on neither half, meets the right one.
-        let mut nearest: Option<(FacePart, Face, Hit)> = None;
-        let back = |side: usize| Face { side, which: 1 };
-        let faces = [Face { side: 1, which: 0 }, Face { side: 0, which: 0 }, back(branch.side), back(1 - branch.side)];
+        let mut nearest: Option<(FacePart, PrismFace, Hit)> = None;
+        let facet = |side: Side| PrismFace { side, face: Face::Front };
+        let back = |side: Side| PrismFace { side, face: Face::Back };
+        let faces = [facet(Side::Right), facet(Side::Left), back(branch.side), back(branch.side.other())];
         let mut own_back = false;
-        for face in &faces[..if branch.inside { 4 } else { 2 }] {
-            let other_back = *face == faces[3];
+        for at in &faces[..if branch.inside { 4 } else { 2 }] {
+            let other_back = *at == faces[3];
             // Light that is not reflected passes in sequence, or not at all.
             if other_back && (own_back || branch.bounces == 0) {
                 continue;
             }
-            let itself = branch.from.is_some_and(|from| if face.which == 1 { from.which == 1 } else { from == *face });
+            let itself = branch
+                .from
+                .is_some_and(|from| if at.face == Face::Back { from.face == Face::Back } else { from == *at });
             if itself {
                 continue;
             }
-            let meeting = match (self.intersect)(*face, &branch.ray) {
+            let meeting = match (self.intersect)(*at, &branch.ray) {
                 Ok(meeting) => meeting,
                 Err(Fate::NotConverged) => return Next::Lost,
                 Err(_) => continue,
             };
-            let Some(half) = half(&branch.ray, branch.inside, *face, other_back, &meeting) else { continue };
-            own_back |= face.which == 1;
+            let Some(half) = half(&branch.ray, branch.inside, *at, other_back, &meeting) else { continue };
+            own_back |= at.face == Face::Back;
             let nearer = nearest.is_none_or(|(other, met, m)| match (other, half) {
-                (FacePart::Ridge, FacePart::Own) if met.which == face.which => true,
-                (FacePart::Own, FacePart::Ridge) if met.which == face.which => false,
+                (FacePart::Ridge, FacePart::Own) if met.face == at.face => true,
+                (FacePart::Own, FacePart::Ridge) if met.face == at.face => false,
                 (FacePart::Ridge, FacePart::Ridge) => false,
                 _ => meeting.t_mm < m.t_mm,
             });
             if nearer {
-                nearest = Some((half, *face, meeting));
+                nearest = Some((half, *at, meeting));
             }
         }
         match nearest {
-            Some((_, face, meeting)) => Next::Meets(face, meeting),
+            Some((_, at, meeting)) => Next::Meets(at, meeting),
             // Inside, the rim of the glass.
             None if branch.inside => Next::Lost,
             None => Next::Escapes,
@@ -237,20 +233,24 @@ enum FacePart {
 /// keeps light from meeting again what it has just left.
 ///
 /// A facet counts on its own half, and so does a back if `on_its_half`.
-fn half(ray: &Ray, inside: bool, face: Face, on_its_half: bool, meeting: &Hit) -> Option<FacePart> {
+fn half(ray: &Ray, inside: bool, at: PrismFace, on_its_half: bool, meeting: &Hit) -> Option<FacePart> {
     let upwards: DVec3 = meeting.normal * meeting.normal.z.signum();
     let along = ray.direction.dot(upwards);
     // Glass is behind the facets, in +z, and in front of the backs.
-    let into_glass = if face.which == 0 { along } else { -along };
+    let into_glass = if at.face == Face::Front { along } else { -along };
     if along == 0.0 || (into_glass < 0.0) != inside {
         return None;
     }
     let x = ray.at(meeting.t_mm).x;
-    let own = match face {
-        Face { which: 1, .. } if !on_its_half => true,
-        Face { side: 1, .. } => x >= 0.0,
-        _ => x < 0.0,
+    let own = match at {
+        PrismFace { face: Face::Back, .. } if !on_its_half => true,
+        PrismFace { side: Side::Right, .. } => x >= 0.0,
+        PrismFace { side: Side::Left, .. } => x < 0.0,
     };
     let slack = RIDGE_ROUNDINGS * (ray.origin.x.abs() + meeting.t_mm);
     if own { Some(FacePart::Own) } else { (x.abs() <= slack).then_some(FacePart::Ridge) }
 }
+
+#[cfg(test)]
+#[path = "reflections_tests.rs"]
+mod tests;

@@ -1,24 +1,28 @@
-//! A ray through a known sequence of surfaces.
+//! Refraction of a ray at one surface.
 
-use super::payload::Payload;
-use super::surface_modifier::Relief;
+use super::payload::{Payload, RefractionEvent};
+use super::surface_modifier::SurfaceModifier;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
 use crate::optics::snell::refract;
 use crate::surface::hit::Hit;
 use crate::surface::shape::Surface;
 
-/// The ray behind `surface`, met at `meeting` and refracted by the normal of `relief`, with `eta` = n_in / n_out.
+/// The ray behind `surface`, met at `hit` and refracted by the normal of `modifier`, with `eta` = n_in / n_out; `payload`
+/// goes on with it.
+///
+/// # Errors
+/// [`Fate::TotalReflection`] beyond the critical angle.
 #[inline(always)]
 pub fn pass<C: Payload>(
     ray: &Ray,
     surface: &Surface,
-    relief: &impl Relief,
-    meeting: &Hit,
+    modifier: &impl SurfaceModifier,
+    hit: &Hit,
     eta: f64,
-    carry: &mut C,
+    payload: &mut C,
 ) -> Result<Ray, Fate> {
-    let out = refract(ray.direction, relief.normal(meeting), eta).ok_or(Fate::TotalReflection)?;
-    carry.refracted(ray, surface, relief, meeting, eta, &out);
-    Ok(Ray { origin: ray.at(meeting.t_mm), direction: out.direction })
+    let out = refract(ray.direction, modifier.normal(hit), eta).ok_or(Fate::TotalReflection)?;
+    payload.refracted(&RefractionEvent { ray, surface, modifier, hit, eta, out: &out });
+    Ok(Ray { origin: ray.at(hit.t_mm), direction: out.direction })
 }

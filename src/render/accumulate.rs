@@ -3,6 +3,7 @@
 use super::bands::picture;
 use super::film::{AccuracyReport, Film, Outputs};
 use super::ghosts;
+use super::ground_truth::ground_truth;
 use super::plan::Plan;
 use super::work::Work;
 use crate::effect::Variant;
@@ -32,9 +33,8 @@ pub(super) fn mean(
 ) -> Film {
     let most_sets = system.effects.sets();
     let [width, height] = system.camera.size_px();
-    // What is true of a picture is what the middle of the pupil sees.
     let own = Plan::new(system);
-    let truth = wanted.truth.then(|| picture(&own, wanted, &|_| ()));
+    let truth = wanted.truth.then(|| ground_truth(system));
     let mut work = Work::default();
     let mut account = own.account(0.0);
     let first = set(0);

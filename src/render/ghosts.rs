@@ -5,6 +5,7 @@ use super::film::Film;
 use crate::effect::{BoardPoint, Ghosts, LightPath};
 use crate::optics::polarisation::PolarisationState;
 use crate::prism::reflections::{Exit, GlassBody};
+use crate::surface::face::Face;
 use crate::system::System;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -216,7 +217,7 @@ impl<'a> GhostPass<'a> {
     /// What light that leaves the glass sees, weakened as all light at `px` is: by everything but the glass.
     fn gleam(&self, exit: &Exit, px: DVec2) -> Ghost {
         let Self { system, ghosts, pattern, .. } = self;
-        let (seen, landing) = if exit.face.which == 0 {
+        let (seen, landing) = if exit.last.face == Face::Front {
             (GhostTarget::Plain(ghosts.behind), None)
         } else {
             match system.board.intersect(&exit.ray) {

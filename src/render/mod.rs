@@ -23,6 +23,7 @@ mod reference;
 mod bands;
 mod strips;
 mod ghosts;
+mod ground_truth;
 mod accumulate;
 mod driver;
 pub mod supersample;

@@ -1,10 +1,12 @@
 //! Error budgets as the report's entries, in words, and as the rows of a figure.
 
-use super::figures::budget::{BudgetPanel, BudgetRow, Dot};
+use super::figures::budget::{BudgetInput, BudgetPanel, BudgetRow, Dot, draw};
 use super::json::{BudgetTerm, CornerBudget, ErrorBudget};
-use super::table::number;
 use crate::analysis::budget::{Budget, CornerErrors as Found};
+use crate::analysis::compare::JudgedDesign;
 use crate::num::stats;
+use crate::plot::drawing::Drawing;
+use crate::scene::Scene;
 use crate::vision::half::Half;
 use glam::DVec2;
 
@@ -57,31 +59,25 @@ pub fn entry(budget: &Budget) -> ErrorBudget {
     }
 }
 
-/// The budget of a design in a line.
-pub fn words(name: &str, entry: &ErrorBudget) -> String {
-    let any = !entry.corners.is_empty();
-    let px = |term: &BudgetTerm| number(any.then_some(term.rms_px));
-    let steps = [
-        ("optics", Some(&entry.optics)),
-        ("fit", entry.fit.as_ref()),
-        ("detector", Some(&entry.detector)),
-        ("effects", entry.effects.as_ref()),
-        ("sampling", Some(&entry.sampling)),
-    ];
-    let step = |(name, term): (&str, Option<&BudgetTerm>)| Some(format!("{name} {}", px(term?)));
-    let sum: Vec<String> = steps.into_iter().filter_map(step).collect();
-    format!(
-        "steps of a corner's error, RMS px, {name}: {}; in all {} (remainder at most {} px; {} corners left out)",
-        sum.join(", "),
-        px(&entry.total),
-        number(any.then_some(entry.remainder_max_px)),
-        entry.left_out,
-    )
+/// `budget.png`: where the error of each corner of the judged prisms comes from; `None` where no prism was judged.
+pub fn figure(scene: &Scene, judged: &[JudgedDesign]) -> Option<Drawing> {
+    let budgets: Vec<(String, &Budget)> =
+        judged.iter().filter_map(|design| Some((format!("{} prism", design.name), design.budget.as_ref()?))).collect();
+    let first = judged.first()?;
+    let full = |k: usize, px: DVec2| first.judgement.view.halves[k].frame.full(px);
+    let camera = &scene.camera;
+    Some(draw(&BudgetInput {
+        title: format!("{}: where the error of a corner comes from", scene.name),
+        picture_px: DVec2::new(camera.width_px as f64, camera.height_px as f64),
+        seam_px: 0.5 * camera.width_px as f64,
+        rows: rows(&budgets, full),
+        width_px: 2000,
+    }))
 }
 
 /// Rows of a figure: for each budget, by its name, a panel for each step that some budget has, and the total. `full` puts a
 /// half's px into the whole picture.
-pub fn rows(budgets: &[(String, &Budget)], full: impl Fn(usize, DVec2) -> DVec2) -> Vec<BudgetRow> {
+fn rows(budgets: &[(String, &Budget)], full: impl Fn(usize, DVec2) -> DVec2) -> Vec<BudgetRow> {
     let has = |of: fn(&Found) -> Option<DVec2>| {
         budgets.iter().flat_map(|(_, b)| b.halves.iter().flatten()).any(|c| of(c).is_some())
     };

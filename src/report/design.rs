@@ -1,11 +1,14 @@
 //! A judgement as the report's entry for one prism.
 
 use super::json::judgement::{self as to, Depths};
-use super::json::{Corners, Definition, Depth, Design, Frame, HalfEntry, Halves, Normaliser, PinholeEntry};
+use super::json::{
+    AccuracyEntry, Corners, Definition, Depth, Design, Frame, HalfEntry, Halves, Normaliser, PinholeEntry,
+};
 use crate::analysis::judge::{CENTRE_ONLY, CentreFigures, Judgement, PinholeFigures, free_at};
 use crate::analysis::view::Detected;
 use crate::metrics::Deviation;
 use crate::metrics::reprojection::{POSE_AND_ANAMORPHIC, POSE_AND_FOCAL};
+use crate::render::{AccuracyReport, Counts};
 use glam::DVec2;
 use std::collections::BTreeMap;
 
@@ -34,6 +37,17 @@ pub fn entry(
         timing_s,
         accuracy: None,
         error_budget: None,
+    }
+}
+
+/// The entry of how accurately a picture was made.
+pub fn accuracy(account: &AccuracyReport, counts: &Counts) -> AccuracyEntry {
+    AccuracyEntry {
+        level: account.level.name().to_owned(),
+        target_px: account.target_px,
+        promise_px: account.promise_px,
+        achieved_px: account.achieved_px(),
+        capped_pixels: counts.capped_pixels,
     }
 }
 

@@ -1,8 +1,13 @@
 //! Results to files and figures.
 
 pub mod budget;
+pub mod comparison;
+pub mod expectations;
+pub mod identity;
+pub mod picture;
 pub mod cost;
 pub mod design;
 pub mod figures;
 pub mod json;
+pub mod number;
 pub mod table;

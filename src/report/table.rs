@@ -1,6 +1,7 @@
 //! The short table of two prisms, and the sentence that judges them.
 
-use super::json::{Depth, Design, Figure};
+use super::json::{BudgetTerm, Depth, Design, ErrorBudget, Figure};
+use super::number::number;
 use std::fmt::Write;
 
 /// One row of the table: what, and its figure for a design.
@@ -85,17 +86,6 @@ pub fn rows(designs: &[Design]) -> Vec<Shown> {
     rows
 }
 
-/// A value as a person reads it: three or five decimals, or an exponent where these say little.
-pub fn number(value: Option<f64>) -> String {
-    match value {
-        None => "-".to_owned(),
-        Some(0.0) => "0".to_owned(),
-        Some(v) if v.abs() < 1e-4 || v.abs() >= 1e5 => format!("{v:.2e}"),
-        Some(v) if v.abs() < 1.0 => format!("{v:.5}"),
-        Some(v) => format!("{v:.3}"),
-    }
-}
-
 /// The table as text, with one line of heading.
 pub fn text(designs: &[Design]) -> String {
     let rows = rows(designs);
@@ -115,7 +105,7 @@ pub fn text(designs: &[Design]) -> String {
         let _ = write!(text, "\n-: {reason}");
     }
     for (name, budget) in designs.iter().filter_map(|d| Some((&d.name, d.error_budget.as_ref()?))) {
-        let _ = write!(text, "\n{}", super::budget::words(name, budget));
+        let _ = write!(text, "\n{}", crate::report::table::budget_words(name, budget));
     }
     text
 }
@@ -181,4 +171,26 @@ pub fn verdict(designs: &[Design]) -> String {
         }
         _ => format!("There is no verdict.{aside}"),
     }
+}
+
+/// The budget of a design in a line.
+pub fn budget_words(name: &str, entry: &ErrorBudget) -> String {
+    let any = !entry.corners.is_empty();
+    let px = |term: &BudgetTerm| number(any.then_some(term.rms_px));
+    let steps = [
+        ("optics", Some(&entry.optics)),
+        ("fit", entry.fit.as_ref()),
+        ("detector", Some(&entry.detector)),
+        ("effects", entry.effects.as_ref()),
+        ("sampling", Some(&entry.sampling)),
+    ];
+    let step = |(name, term): (&str, Option<&BudgetTerm>)| Some(format!("{name} {}", px(term?)));
+    let sum: Vec<String> = steps.into_iter().filter_map(step).collect();
+    format!(
+        "steps of a corner's error, RMS px, {name}: {}; in all {} (remainder at most {} px; {} corners left out)",
+        sum.join(", "),
+        px(&entry.total),
+        number(any.then_some(entry.remainder_max_px)),
+        entry.left_out,
+    )
 }

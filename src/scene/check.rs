@@ -8,15 +8,15 @@ use super::schema::*;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::error::Error;
-use crate::geom::Pose;
+use crate::geom::{Pose, Rect};
 use crate::io::mesh::read_triangles;
-use crate::io::point_cloud::{Surface, read_points};
+use crate::io::point_cloud::read_points;
 use crate::num::bernstein::MAX_DEGREE;
 use crate::num::poly2::Poly2;
 use crate::optics::medium;
-use crate::scene::Normals;
-use crate::scene::PolynomialPatch;
-use crate::scene::Rect;
+use crate::surface::face::Face;
+use crate::surface::mesh::Normals;
+use crate::surface::shape::PolynomialPatch;
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
@@ -106,8 +106,8 @@ fn prism(document: &Document, file: PrismFile, camera: &CameraSpec, folder: Opti
         }),
         PrismFile::PointCloud(file) => PrismSpec::PointCloud(PointCloudSpec {
             body: body(&file.body),
-            front: cloud(document, "prism.front.file", &file.front, folder, Surface::Front)?,
-            back: cloud(document, "prism.back.file", &file.back, folder, Surface::Back)?,
+            front: cloud(document, "prism.front.file", &file.front, folder, Face::Front)?,
+            back: cloud(document, "prism.back.file", &file.back, folder, Face::Back)?,
         }),
         PrismFile::Mesh(file) => PrismSpec::Mesh(MeshSpec {
             body: body(&file.body),
@@ -207,10 +207,10 @@ fn cloud(
     path: &str,
     file: &CloudFile,
     folder: Option<&Path>,
-    surface: Surface,
+    face: Face,
 ) -> Result<CloudSpec, Error> {
     let found = find(document, path, &file.file, folder)?;
-    Ok(CloudSpec { points_mm: read_points(&found, surface)?, degree: file.degree })
+    Ok(CloudSpec { points_mm: read_points(&found, face)?, degree: file.degree })
 }
 
 /// The path of a `file` that the key at `path` names, relative to the scene's folder.

@@ -80,6 +80,18 @@ impl GlassSpec {
 }
 
 impl PrismSpec {
+    /// The kind of the prism, as a scene file and a report call it.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Flat(_) => "flat",
+            Self::Freeform(..) => "freeform",
+            Self::Polynomial(_) => "polynomial",
+            Self::PointCloud(_) => "point_cloud",
+            Self::Mesh(_) => "mesh",
+        }
+    }
+
     /// What the prism is made of; `None` without one.
     pub fn body(&self) -> Option<&GlassSpec> {
         match self {

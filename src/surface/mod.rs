@@ -1,5 +1,6 @@
 //! TODO room
 
+pub mod face;
 pub mod shape;
 mod polynomial;
 mod height_field;

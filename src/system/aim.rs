@@ -1,9 +1,11 @@
 //! The inverse of looking: the pixel position that sees a point of the board.
 
+use super::in_light::InLight;
 use super::instrument::System;
 use crate::optics::fate::Fate;
-use crate::prism::biprism::Side;
+use crate::prism::side::Side;
 use glam::DVec2;
+use std::borrow::Cow;
 
 /// Rays along each edge of the coarse grid from which a search starts.
 const STARTS: usize = 17;
@@ -13,10 +15,21 @@ const MAX_STEPS: usize = 40;
 /// kilometre (1e-10 mm) over 0.1 mm on the board per pixel, a few hundred times over.
 const ROUNDING_PX: f64 = 1e-6;
 
-/// Finds pixel positions by board positions, starting from a coarse grid of looks traced once.
+/// Finds pixel positions by board positions, starting from a coarse grid of positions traced once.
+///
+/// In light of one wavelength that is the position itself; in light of several it is their mean, weighted by what the
+/// sensor receives of each, as in the grey picture.
 #[derive(Debug, Clone)]
 pub struct Aimer<'a> {
-    system: &'a System,
+    /// The wavelengths, the one with the largest share first.
+    lights: Vec<OneLight<'a>>,
+}
+
+/// The search in light of one wavelength.
+#[derive(Debug, Clone)]
+struct OneLight<'a> {
+    share: f64,
+    system: Cow<'a, System>,
     /// For the left and the right side: image positions with what they see.
     starts: [Vec<(DVec2, DVec2)>; 2],
 }
@@ -24,8 +37,47 @@ pub struct Aimer<'a> {
 impl<'a> Aimer<'a> {
     /// Traces the grid of starts.
     pub fn new(system: &'a System) -> Self {
+        let light = InLight::new(system);
+        let lights = light.lights().iter().map(|(share, system)| OneLight::new(*share, system.clone())).collect();
+        Self { lights }
+    }
+
+    /// The instrument in light of the wavelength with the largest share.
+    pub fn main_light(&self) -> &System {
+        &self.lights[0].system
+    }
+
+    /// Whether `px` lies on the sensor and really looks through `side`, in light of the wavelength with the largest share.
+    pub fn sees(&self, px: DVec2, side: Side) -> bool {
+        let system = self.main_light();
         let [width, height] = system.camera.size_px().map(|n| n as f64);
-        let starts = [Side::Left, Side::Right].map(|side| {
+        let inside = px.cmpge(DVec2::ZERO).all() && px.cmple(DVec2::new(width, height)).all();
+        inside && system.trace(px).is_ok_and(|sight| sight.side == side)
+    }
+
+    /// The image position that sees `board_mm` through `side`, inside the sensor or not, continuing the side beyond
+    /// the ridge where needed: check with [`Aimer::sees`] whether it is really seen.
+    ///
+    /// # Errors
+    /// [`Fate::NotConverged`] when no position is found; the fate of the starting rays when none reaches the board.
+    pub fn aim(&self, board_mm: DVec2, side: Side) -> Result<DVec2, Fate> {
+        match &self.lights[..] {
+            [only] => only.aim(board_mm, side),
+            lights => {
+                let mut mean = DVec2::ZERO;
+                for light in lights {
+                    mean += light.aim(board_mm, side)? * light.share;
+                }
+                Ok(mean)
+            }
+        }
+    }
+}
+
+impl<'a> OneLight<'a> {
+    fn new(share: f64, system: Cow<'a, System>) -> Self {
+        let [width, height] = system.camera.size_px().map(|n| n as f64);
+        let starts = Side::ALL.map(|side| {
             let first = if side == Side::Left { 0.0 } else { 0.5 * width };
             let along = |k: usize| k as f64 / (STARTS - 1) as f64;
             let places = (0..STARTS).flat_map(|j| (0..STARTS).map(move |i| (i, j)));
@@ -33,24 +85,11 @@ impl<'a> Aimer<'a> {
             let seen = |px| system.footprint_through(px, side).ok().map(|f| (px, f.sight.board_mm));
             places.filter_map(seen).collect()
         });
-        Self { system, starts }
+        Self { share, system, starts }
     }
 
-    /// Whether `px` lies on the sensor and really looks through `side`.
-    pub fn sees(&self, px: DVec2, side: Side) -> bool {
-        let [width, height] = self.system.camera.size_px().map(|n| n as f64);
-        let inside = px.cmpge(DVec2::ZERO).all() && px.cmple(DVec2::new(width, height)).all();
-        inside && self.system.trace(px).is_ok_and(|sight| sight.side == side)
-    }
-
-    /// The image position that sees `board_mm` through `side`, inside the sensor or not, continuing the side beyond
-    /// the ridge where needed: check with [`System::trace`] whether it is really seen.
-    ///
     /// Newton's method on the traced map, each step halved until it improves.
-    ///
-    /// # Errors
-    /// [`Fate::NotConverged`] when no position is found; the fate of the starting rays when none reaches the board.
-    pub fn aim(&self, board_mm: DVec2, side: Side) -> Result<DVec2, Fate> {
+    fn aim(&self, board_mm: DVec2, side: Side) -> Result<DVec2, Fate> {
         let nearest = self.starts[side as usize]
             .iter()
             .min_by(|a, b| a.1.distance_squared(board_mm).total_cmp(&b.1.distance_squared(board_mm)));

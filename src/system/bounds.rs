@@ -20,7 +20,7 @@ use super::instrument::System;
 use crate::effect::clipping::Clipping;
 use crate::effect::diffraction::encircled_energy;
 use crate::effect::{Bounding, EffectRow, Effects, Variant};
-use crate::prism::biprism::Side;
+use crate::prism::side::Side;
 use crate::scene::{BoardSpec, Scene};
 use glam::DVec2;
 use rayon::prelude::*;

@@ -51,7 +51,7 @@ impl System {
 mod tests {
     use super::*;
     use crate::scene;
-    use crate::system::Side;
+    use crate::surface::face::Face;
     use crate::system::build::build;
 
     fn system(prism: &str) -> System {
@@ -78,8 +78,7 @@ mod tests {
                 prism.follow(&ray, start, system.body().unwrap(), limits, 1e-12, &mut |exit| found.push(*exit));
                 let (wanted, side) = system.exit_ray(px).unwrap();
                 assert_eq!(found.len(), 1, "{px}");
-                assert_eq!((found[0].ray, found[0].face.side), (wanted, side as usize), "{px}");
-                assert_eq!(side == Side::Right, found[0].face.side == 1);
+                assert_eq!((found[0].ray, found[0].last.side), (wanted, side), "{px}");
             }
         }
     }
@@ -97,7 +96,7 @@ mod tests {
                 let limits = Limits { bounces: 6, least_power: 1e-12 };
                 let mut ghost = 0.0;
                 let account = prism.follow(&ray, start, system.body().unwrap(), limits, 1e-12, &mut |exit| {
-                    if exit.bounces > 0 && exit.face.which == 1 {
+                    if exit.bounces > 0 && exit.last.face == Face::Back {
                         ghost += exit.power;
                     }
                 });

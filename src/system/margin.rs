@@ -2,12 +2,10 @@
 
 use super::instrument::System;
 use crate::effect::Clipping;
-use crate::geom::{Pose, Ray};
-use crate::optics::snell::Refracted;
-use crate::prism::payload::Payload;
-use crate::prism::surface_modifier::Relief;
-use crate::surface::hit::Hit;
-use crate::surface::shape::Surface;
+use crate::geom::Pose;
+use crate::prism::payload::{Payload, RefractionEvent};
+use crate::prism::surface_modifier::SurfaceModifier;
+use crate::surface::face::Face;
 use glam::DVec2;
 
 /// The least margin of a ray on its way through the glass.
@@ -18,8 +16,9 @@ pub(super) struct Margin<'a> {
 }
 
 impl Payload for Margin<'_> {
-    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Hit, _: f64, _: &Refracted) {
-        self.least_mm = self.least_mm.min(self.clipping.margin_mm(self.met, ray.at(meeting.t_mm)));
+    fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>) {
+        let at_mm = event.ray.at(event.hit.t_mm);
+        self.least_mm = self.least_mm.min(self.clipping.margin_mm(Face::ALL[self.met], at_mm));
         self.met += 1;
     }
 

@@ -1,6 +1,7 @@
 //! Values to an instrument: camera, prism and board with every constant computed beforehand, immutable once built.
 
 pub mod aim;
+pub mod in_light;
 pub mod auto;
 pub mod board;
 mod bounds;
@@ -17,8 +18,10 @@ mod margin;
 pub use build::{build, ideal};
 pub use instrument::{BoardHit, Footprint, System};
 
-pub use crate::prism::biprism::{Prism, Side};
+pub use crate::prism::biprism::Prism;
+pub use crate::prism::side::Side;
 pub use board::Board;
 pub use bounds::Bound;
 pub use camera::Camera;
 pub use clip::Opening;
+pub use in_light::InLight;

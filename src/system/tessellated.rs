@@ -3,7 +3,8 @@
 use super::instrument::System;
 use crate::geom::Rect;
 use crate::optics::fate::Fate;
-use crate::prism::biprism::Side;
+use crate::prism::side::Side;
+use crate::surface::face::Face;
 use crate::surface::mesh::{Mesh, Normals, Triangles};
 use crate::surface::shape::Surface;
 use glam::{DVec2, DVec3};
@@ -29,9 +30,9 @@ impl<'a> Tessellated<'a> {
         let prism = system.prism.as_ref()?;
         let cells = ((triangles as f64 / 4.0).sqrt().round() as usize).max(1);
         let used = used_part(system)?;
-        let mesh = |which: usize| {
-            let used = used[which];
-            match prism.surface(Side::Right, which) {
+        let mesh = |face: Face| {
+            let used = used[face as usize];
+            match prism.surface(Side::Right, face) {
                 Surface::Plane { point, normal } => {
                     let slope = normal.truncate() / normal.z;
                     let height = |x, y| (point.z - slope.dot(DVec2::new(x, y) - point.truncate()), *normal);
@@ -50,7 +51,7 @@ impl<'a> Tessellated<'a> {
                 Surface::Mesh { .. } | Surface::Flawed { .. } | Surface::Moved { .. } => None,
             }
         };
-        Some(Self { system, meshes: [mesh(0)?, mesh(1)?] })
+        Some(Self { system, meshes: [mesh(Face::Front)?, mesh(Face::Back)?] })
     }
 
     /// Count of triangles on front and back together.
@@ -65,7 +66,7 @@ impl<'a> Tessellated<'a> {
     pub fn trace(&self, px: DVec2) -> Result<DVec2, Fate> {
         let ray = self.system.camera.ray(px);
         let prism = self.system.prism.as_ref().ok_or(Fate::Missed)?;
-        let out = prism.pass_shapes(&ray, Side::Right, |which, ray| self.meshes[which].intersect(ray))?;
+        let out = prism.pass_shapes(&ray, Side::Right, |face, ray| self.meshes[face as usize].intersect(ray))?;
         self.system.board.intersect(&out).map(|(board_mm, _)| board_mm)
     }
 }
@@ -80,9 +81,9 @@ fn used_part(system: &System) -> Option<[Rect; 2]> {
     for (i, j) in (0..PROBES).flat_map(|j| (0..PROBES).map(move |i| (i, j))) {
         let px = DVec2::new(0.5 * width * (1.0 + place(i)), height * place(j));
         let mut met = [DVec2::ZERO; 2];
-        let out = prism.pass_shapes(&system.camera.ray(px), Side::Right, |which, ray| {
-            let meeting = prism.surface(Side::Right, which).intersect(ray, system.accuracy.surface_residual_mm)?;
-            met[which] = ray.at(meeting.t_mm).truncate();
+        let out = prism.pass_shapes(&system.camera.ray(px), Side::Right, |face, ray| {
+            let meeting = prism.surface(Side::Right, face).intersect(ray, system.accuracy.surface_residual_mm)?;
+            met[face as usize] = ray.at(meeting.t_mm).truncate();
             Ok(meeting)
         });
         out.ok()?;

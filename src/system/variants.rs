@@ -1,13 +1,35 @@
 //! The variants of an instrument that effects ask for.
 
 use super::instrument::System;
-use crate::effect::Variant;
+use crate::effect::dispersion::Wavelength;
+use crate::effect::{Effects, Variant};
+use std::borrow::Cow;
 
 impl System {
     /// The instrument with `n` x `n` pixels in place of each.
     #[must_use]
     pub fn sampled(&self, n: usize) -> Self {
         Self { camera: self.camera.sampled(n), ..self.clone() }
+    }
+
+    /// The instrument in each of the wavelengths that stand for the scene's light, through the middle of the pupil, with its
+    /// share of the grey picture; the instrument itself where its light has the wavelength of the scene's own index.
+    pub fn wavelengths(&self) -> Vec<(f64, Cow<'_, Self>)> {
+        match self.effects.dispersion.as_ref().filter(|dispersion| !dispersion.is_nothing()) {
+            None => vec![(1.0, Cow::Borrowed(self))],
+            Some(dispersion) => {
+                let at = |wave: &Wavelength| (wave.grey(), Cow::Owned(self.at_wavelength(wave)));
+                dispersion.waves.iter().map(at).collect()
+            }
+        }
+    }
+
+    /// The instrument in light of one wavelength alone.
+    #[must_use]
+    pub fn at_wavelength(&self, wave: &Wavelength) -> Self {
+        let prism = self.prism.as_ref().map(|prism| prism.with_index_shift(wave.index_shift));
+        let effects = Effects { dispersion: None, ..self.effects.at_wavelength(wave.wavelength_nm) };
+        Self { prism, effects, ..self.clone() }
     }
 
     /// The instrument of one variant.

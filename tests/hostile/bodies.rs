@@ -5,9 +5,10 @@ use biprism::design::fit::fit;
 use biprism::geom::Ray;
 use biprism::io::corners;
 use biprism::io::mesh;
-use biprism::io::point_cloud::{PointFormat, Surface, parse_points};
+use biprism::io::point_cloud::{PointFormat, parse_points};
 use biprism::scene;
 use biprism::scene::PrismSpec;
+use biprism::surface::face::Face;
 use biprism::surface::mesh::{Mesh, Normals};
 use biprism::system::aim::Aimer;
 use biprism::system::{self, Side};
@@ -40,7 +41,7 @@ pub(crate) fn scene_text(bytes: &[u8]) {
     }
     let aimer = Aimer::new(&system);
     for board_mm in [DVec2::ZERO, system.board.corner_at(0.0, 0.0)] {
-        for side in [Side::Left, Side::Right] {
+        for side in Side::ALL {
             if let Ok(px) = aimer.aim(board_mm, side) {
                 assert!(px.is_finite(), "{board_mm} is seen at {px}");
             }
@@ -93,8 +94,8 @@ pub(crate) fn corners(bytes: &[u8], format: corners::CornerFormat) {
 
 /// A point cloud: refused, or points that are fitted or refused.
 pub(crate) fn cloud(bytes: &[u8], format: PointFormat) {
-    for surface in [Surface::Front, Surface::Back] {
-        match parse_points("hostile", format, bytes, bytes.len() as u64, surface) {
+    for face in Face::ALL {
+        match parse_points("hostile", format, bytes, bytes.len() as u64, face) {
             Ok(points) => {
                 assert!(points.iter().all(|p| p.is_finite()));
                 if points.len() <= 2000

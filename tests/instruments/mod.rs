@@ -1,7 +1,8 @@
 //! Scenes for the tests, made from text through the front door.
 
-#![allow(dead_code, unreachable_pub, reason = "each test file uses a part of it")]
-
+use biprism::effect::Effects;
+use biprism::raster::Raster;
+use biprism::render::{Outputs, render_wanted};
 use biprism::scene::{self, Scene};
 use biprism::system::{self, System};
 
@@ -21,6 +22,8 @@ pub(crate) fn scene_from(width: usize, height: usize, camera: &str, prism: &str,
     scene::parse(&text, "test", None).unwrap_or_else(|problem| panic!("{problem}\n{text}"))
 }
 
+/// No prism at all.
+pub(crate) const NO_GLASS: &str = "kind = \"none\"";
 /// The flat prism of the paper.
 pub(crate) const FLAT: &str = "kind = \"flat\"\nindex = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545";
 /// The freeform prism of the paper.
@@ -31,6 +34,16 @@ pub(crate) const BOARD: &str = "columns = 41\nrows = 41\nsquare_mm = 10.0\nposit
 /// The instrument of a scene that can be built.
 pub(crate) fn built(scene: &Scene) -> System {
     system::build(scene).unwrap_or_else(|problem| panic!("{problem}"))
+}
+
+/// The instrument of a scene with other effects.
+pub(crate) fn with(scene: &Scene, effects: Effects) -> System {
+    built(&Scene { effects, ..scene.clone() })
+}
+
+/// The picture of an instrument, without its truth.
+pub(crate) fn picture(system: &System) -> Raster<f32> {
+    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
 }
 
 /// The share of a disk of radius 1 to the left of x, integrated over x: of a straight edge seen through a circular

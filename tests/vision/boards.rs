@@ -1,7 +1,7 @@
 //! What does it answer where there is no board, or more than one?
 
+use super::judge::judge;
 use crate::common::board::{Noise, Scene};
-use crate::judge::judge;
 use biprism::raster::Raster;
 use biprism::vision::{Reason, Settings, detect};
 use glam::DVec2;

@@ -1,7 +1,7 @@
 //! Is a corner near a border, a seam or a hole right, or left out?
 
+use super::judge::judge;
 use crate::common::board::Scene;
-use crate::judge::judge;
 use biprism::raster::Raster;
 use biprism::vision::half::{Half, split};
 use biprism::vision::{Settings, detect};

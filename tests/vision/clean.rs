@@ -1,7 +1,7 @@
 //! How right is it without noise?
 
+use super::judge::judge;
 use crate::common::board::Scene;
-use crate::judge::judge;
 use biprism::raster::Raster;
 use biprism::vision::{Blur, Settings, UnevenLight, detect};
 use glam::DVec2;

@@ -1,7 +1,7 @@
 //! Does it reach the bound with noise, and know its error?
 
+use super::judge::{bound, judge};
 use crate::common::board::{Noise, Scene};
-use crate::judge::{bound, judge};
 use biprism::vision::{Settings, detect};
 use glam::DVec2;
 

@@ -1,7 +1,7 @@
 //! Does it measure a photograph? No camera is at hand: pictures with what a camera does, through a JPEG file.
 
+use super::judge::{bound, judge};
 use crate::common::board::{Noise, Scene};
-use crate::judge::{bound, judge};
 use biprism::raster::Raster;
 use biprism::raster::transfer::Transfer;
 use biprism::vision::{Blur, Settings, detect};

@@ -1,10 +1,9 @@
 //! Freeform surfaces: several crossings, folds, high degrees, clouds that determine too little, and the solver's budget.
 
 use super::case::{Case, ErrorUnit};
-use super::optics::TRACE_PX;
-use super::scenes::{BOARD, FREEFORM, FULL, built, in_px, places, scene};
+use super::scenes::{BOARD, FREEFORM, FULL, TRACE_PX, built, in_px, places, scene};
 use super::tables::{self, number, rows};
-use super::tally::{CaseOutcome, Tally};
+use super::tally::{CaseOutcome, Tally, against};
 use crate::design::fit::fit;
 use crate::geom::{Ray, Rect};
 use crate::num::poly2::Poly2;
@@ -90,20 +89,6 @@ pub(super) const CASES: &[Case] = &[
         run: budget,
     },
 ];
-
-/// Board positions of `system` against a table of x_px, y_px, u_mm, v_mm.
-pub(super) fn against(tally: &mut Tally, system: &System, table: &'static str) {
-    for row in rows(table) {
-        let [x, y, u, v] = [0, 1, 2, 3].map(|k| number(row[k]));
-        let px = DVec2::new(x, y);
-        let end = system.trace(px);
-        tally.ended(&end);
-        match end {
-            Ok(sight) => tally.error(|| format!("{px}"), in_px(system, px, sight.board_mm - DVec2::new(u, v))),
-            Err(fate) => tally.require(false, || format!("{px}: {}", fate.name())),
-        }
-    }
-}
 
 /// The sheets of a polynomial prism.
 fn patches(scene: &crate::scene::Scene) -> [PolynomialPatch; 2] {
@@ -216,7 +201,7 @@ fn fold() -> CaseOutcome {
     for board_mm in
         [DVec2::new(1e4, 0.0), DVec2::new(-3e3, 2e3), DVec2::splat(1e12), DVec2::splat(1e160), DVec2::splat(1e300)]
     {
-        for side in [Side::Left, Side::Right] {
+        for side in Side::ALL {
             let end = aimer.aim(board_mm, side);
             tally.ended(&end);
             let right = match end {

@@ -1,7 +1,7 @@
 //! Total reflection, grazing incidence, the ridge, and optics that vanish.
 
 use super::case::{Case, ErrorUnit};
-use super::scenes::{BOARD, FLAT, FULL, NO_GLASS, built, in_px, places};
+use super::scenes::{BOARD, FLAT, FOCAL_PX, FULL, NO_GLASS, TRACE_PX, built, in_px, places};
 use super::tables::{self, number, rows};
 use super::tally::{CaseOutcome, Tally};
 use crate::geom::Ray;
@@ -9,13 +9,6 @@ use crate::optics::snell::refract;
 use crate::render::{self, Class};
 use crate::surface::shape::Surface;
 use glam::{DVec2, DVec3};
-
-/// f over the pixel pitch in the paper's camera: what a rounding of a direction is worth, in units of eps px.
-const FOCAL_PX: f64 = 35.0 / 0.0055;
-
-/// Rounding of a whole trace: some 16 operations on directions and on lengths seen under them, each of at most eps of a
-/// number of order 1, weighed by the focal length in px.
-pub(super) const TRACE_PX: f64 = 16.0 * f64::EPSILON * FOCAL_PX;
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -273,7 +266,7 @@ fn seams() -> CaseOutcome {
 fn paper_flat() -> CaseOutcome {
     let system = built(FULL, "", FLAT, BOARD);
     let mut tally = Tally::default();
-    super::freeform::against(&mut tally, &system, tables::FLAT);
+    crate::analysis::stability::tally::against(&mut tally, &system, tables::FLAT);
     tally.done()
 }
 

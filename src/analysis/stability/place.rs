@@ -1,8 +1,7 @@
 //! Scale and place: the same instrument, tiny, huge, or far from the origin.
 
 use super::case::{Case, ErrorUnit};
-use super::optics::TRACE_PX;
-use super::scenes::{BOARD, FLAT, FULL, built, in_px, places};
+use super::scenes::{BOARD, FLAT, FULL, TRACE_PX, built, in_px, places};
 use super::tables::PRISM;
 use super::tally::{CaseOutcome, Tally};
 use crate::num::poly2::Poly2;

@@ -18,6 +18,13 @@ pub(super) const NO_GLASS: &str = "kind = \"none\"";
 /// Columns and rows of the paper's sensor.
 pub(super) const FULL: [usize; 2] = [1920, 1080];
 
+/// f over the pixel pitch in the paper's camera: what a rounding of a direction is worth, in units of eps px.
+pub(super) const FOCAL_PX: f64 = 35.0 / 0.0055;
+
+/// Rounding of a whole trace: some 16 operations on directions and on lengths seen under them, each of at most eps of a
+/// number of order 1, weighed by the focal length in px.
+pub(super) const TRACE_PX: f64 = 16.0 * f64::EPSILON * FOCAL_PX;
+
 /// The text of a scene whose sensor has `size` pixels over the width of the paper's field; `prism` may be whole tables.
 pub(super) fn text(size: [usize; 2], camera: &str, prism: &str, board: &str) -> String {
     let pitch_um = 10560.0 / size[0] as f64;

@@ -1,6 +1,10 @@
 //! What a case found, gathered one check at a time.
 
+use super::scenes::in_px;
+use super::tables::{number, rows};
 use crate::optics::fate::Fate;
+use crate::system::System;
+use glam::DVec2;
 use std::collections::BTreeMap;
 
 /// What a case found.
@@ -82,5 +86,19 @@ impl Tally {
     /// All that was found.
     pub fn done(self) -> CaseOutcome {
         self.0
+    }
+}
+
+/// Board positions of `system` against a table of x_px, y_px, u_mm, v_mm.
+pub(super) fn against(tally: &mut Tally, system: &System, table: &'static str) {
+    for row in rows(table) {
+        let [x, y, u, v] = [0, 1, 2, 3].map(|k| number(row[k]));
+        let px = DVec2::new(x, y);
+        let end = system.trace(px);
+        tally.ended(&end);
+        match end {
+            Ok(sight) => tally.error(|| format!("{px}"), in_px(system, px, sight.board_mm - DVec2::new(u, v))),
+            Err(fate) => tally.require(false, || format!("{px}: {}", fate.name())),
+        }
     }
 }

@@ -3,7 +3,7 @@
 use super::channel::{Channel, ChannelSamples};
 use crate::error::Error;
 use crate::io::metadata::{Metadata, checked_size};
-use crate::io::picture_file::open;
+use crate::io::open::open;
 use crate::raster::transfer::{Transfer, luminance};
 use crate::raster::{MAX_PIXELS, Raster};
 use ::exr::block::UncompressedBlock;

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::io::metadata::{Metadata, checked_size};
-use crate::io::picture_file::open;
+use crate::io::open::open;
 use crate::raster::Raster;
 use crate::raster::transfer::{Transfer, luminance};
 use ::png::{BitDepth, ColorType, Decoder, DecodingError, Info, Transformations, Unit};

@@ -131,7 +131,7 @@ fn short(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::figures::samples;
+    use crate::plot::examine;
 
     fn input(scale: f64) -> BudgetInput {
         let dots = |size: f64| -> Vec<Dot> {
@@ -161,8 +161,8 @@ mod tests {
     #[test]
     fn a_budget_is_sound() {
         let drawing = draw(&input(1.0));
-        samples::examine("budget", &drawing);
-        assert!(samples::says(&drawing, "no such step") && samples::says(&drawing, "="));
+        examine::examine("budget", &drawing);
+        assert!(examine::says(&drawing, "no such step") && examine::says(&drawing, "="));
     }
 
     #[test]
@@ -172,9 +172,9 @@ mod tests {
             odd.title = "a name without any end ".repeat(40);
             odd.rows[0].name = odd.title.clone();
             odd.picture_px = DVec2::new(1.0, 5000.0);
-            samples::examine("budget_hostile", &draw(&odd));
+            examine::examine("budget_hostile", &draw(&odd));
         }
         let empty = BudgetInput { rows: Vec::new(), width_px: 0, ..input(1.0) };
-        samples::examine("budget_empty", &draw(&empty));
+        examine::examine("budget_empty", &draw(&empty));
     }
 }

@@ -79,7 +79,6 @@ fn children(value: &Value) -> String {
 }
 
 #[cfg(test)]
-#[path = "tests.rs"]
 mod tests;
 mod document;
 

@@ -1,8 +1,5 @@
 //! Does the eye measure what is there? Pictures with known corners; one file a question.
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod answers;
 mod boards;
 mod borders;

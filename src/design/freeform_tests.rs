@@ -1,9 +1,8 @@
 //! The design against the paper's Table 1, by a ray trace written for this file alone: vector Snell, and surfaces met by
 //! Newton's method on z - sag(x, y) along the ray. It shares no code with the simulator.
 
-use super::virtual_camera::tests::{paper_camera, paper_prism};
-use super::virtual_camera::{VirtualCamera, virtual_camera};
 use super::*;
+use crate::design::virtual_camera::tests::{paper_camera, paper_prism};
 use crate::scene::{DesignSettings, MarchOrder, Method};
 use glam::DVec3;
 
@@ -133,4 +132,23 @@ fn the_centre_row_is_a_pinhole() {
         assert!((d / d.z - ideal).length() < 2e-9, "{u}: {:e}", (d / d.z - ideal).length());
         assert!((p + d * (design.camera.centre_mm.z - p.z) / d.z - design.camera.centre_mm).length() < 2e-7);
     }
+}
+
+/// The paper's design on a sensor of few, large pixels.
+pub(in crate::design) fn small_cloud() -> PointGrid {
+    let camera = CameraSpec {
+        position_mm: DVec3::ZERO,
+        focal_length_mm: 35.0,
+        width_px: 48,
+        height_px: 30,
+        pitch_mm: 0.0055 * 40.0,
+    };
+    let prism = BiprismSpec {
+        body: GlassSpec::new(1.48, 1.0),
+        ridge_distance_mm: 78.472,
+        thickness_mm: 8.545,
+        facet_angle_rad: None,
+    };
+    let settings = DesignSettings { order: MarchOrder::XThenY, degree: 5, method: Method::Rk4, step_px: 1.0 };
+    freeform(&DesignInput { camera, prism, settings, virtual_camera_z_mm: 0.0 }).unwrap().cloud
 }

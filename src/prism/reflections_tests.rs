@@ -1,11 +1,13 @@
 //! Closed forms of plates and wedges, and the laws of power.
 
-use super::reflections::*;
+use super::*;
 use crate::geom::{Ray, Rect};
 use crate::num::poly2::Poly2;
 use crate::optics::fate::Fate;
 use crate::optics::fresnel::{Interface, Layer, Polarisation, left_after};
 use crate::optics::polarisation::{Beam, PolarisationState};
+use crate::prism::side::PrismFace;
+use crate::surface::face::Face;
 use crate::surface::hit::Hit;
 use crate::surface::mesh::{Mesh, Normals, Triangles};
 use crate::surface::shape::{PolynomialPatch, PolynomialSurface, Surface};
@@ -24,8 +26,8 @@ fn faces(facet_rad: f64) -> [[Surface; 2]; 2] {
     [[facet(-1.0), back.clone()], [facet(1.0), back]]
 }
 
-fn intersect(faces: &[[Surface; 2]; 2]) -> impl Fn(Face, &Ray) -> Result<Hit, Fate> {
-    move |face, ray| faces[face.side][face.which].intersect(ray, 1e-12)
+fn intersect(faces: &[[Surface; 2]; 2]) -> impl Fn(PrismFace, &Ray) -> Result<Hit, Fate> {
+    move |at, ray| faces[at.side as usize][at.face as usize].intersect(ray, 1e-12)
 }
 
 fn towards(x: f64, y: f64) -> Ray {
@@ -62,7 +64,7 @@ fn ghosts_of_a_plate_have_their_closed_form() {
     let (r, t) = (shares.reflected, shares.transmitted);
     let sin = (1.0 - cos_in * cos_in).sqrt() / 1.48;
     let tan = sin / (1.0 - sin * sin).sqrt();
-    let through: Vec<&Exit> = found.iter().filter(|e| e.face.which == 1).collect();
+    let through: Vec<&Exit> = found.iter().filter(|e| e.last.face == Face::Back).collect();
     for (k, exit) in through.iter().take(5).enumerate() {
         assert_eq!(exit.bounces, 2 * k as u32);
         let expected = t * t * libm::pow(r * r, k as f64);
@@ -72,8 +74,11 @@ fn ghosts_of_a_plate_have_their_closed_form() {
         assert!((exit.ray.direction - ray.direction).length() < 1e-15);
     }
     // All of them, and all that is sent back: (1 - R) / (1 + R) and 2 R / (1 + R).
-    let sum = |which: usize| -> f64 { found.iter().filter(|e| e.face.which == which).map(|e| e.power).sum() };
-    assert!((sum(1) - (1.0 - r) / (1.0 + r)).abs() < 1e-14 && (sum(0) - 2.0 * r / (1.0 + r)).abs() < 1e-14);
+    let sum = |face: Face| -> f64 { found.iter().filter(|e| e.last.face == face).map(|e| e.power).sum() };
+    assert!(
+        (sum(Face::Back) - (1.0 - r) / (1.0 + r)).abs() < 1e-14
+            && (sum(Face::Front) - 2.0 * r / (1.0 + r)).abs() < 1e-14
+    );
     assert!((account.escaped - 1.0).abs() < 1e-14 && account.dropped < 1e-100);
 }
 
@@ -96,7 +101,7 @@ fn an_absorbing_plate_has_its_closed_form() {
 fn the_ghost_of_a_wedge_is_turned_by_twice_its_angle() {
     let a = 0.1545;
     let (_, found) = exits(GLASS, &faces(a), &towards(4.0, 0.0), PolarisationState::Y, Limits { bounces: 2, ..ALL });
-    let through: Vec<&Exit> = found.iter().filter(|e| e.face.which == 1).collect();
+    let through: Vec<&Exit> = found.iter().filter(|e| e.last.face == Face::Back).collect();
     let inner = |exit: &Exit| libm::asin(exit.ray.direction.x / 1.48);
     assert_eq!(through.iter().map(|e| e.bounces).collect::<Vec<_>>(), [0, 2]);
     // The right facet rises with x: its normal leans towards -x, and so does the ghost.
@@ -109,7 +114,10 @@ fn total_reflection_keeps_the_power() {
     // Steep facets turn the light so far that the back reflects it whole.
     let body = GlassBody { n_glass: 1.9, ..GLASS };
     let (account, found) = exits(body, &faces(1.2), &towards(1.0, 0.5), PolarisationState::Unpolarised, ALL);
-    assert!(found.iter().all(|e| !(e.face.which == 1 && e.bounces == 0)), "the first meeting with the back is total");
+    assert!(
+        found.iter().all(|e| !(e.last.face == Face::Back && e.bounces == 0)),
+        "the first meeting with the back is total"
+    );
     assert!((account.escaped + account.absorbed + account.dropped - 1.0).abs() < 1e-13);
     assert!(account.escaped > 1.0 - 1e-12, "it finds its way out: {account:?}");
 }
@@ -137,7 +145,7 @@ fn no_light_slips_through_the_ridge() {
             // has reflected twice, by 5 % or less each time.
             let bound = if angle > 0.0 { 1e-60 } else { 2.5e-3 };
             assert!(account.dropped < bound, "{angle} {x}: {account:?}");
-            for exit in found.iter().filter(|e| e.face.which == 0) {
+            for exit in found.iter().filter(|e| e.last.face == Face::Front) {
                 let p = exit.ray.origin;
                 assert!((p.z - 80.0 - p.x.abs() * libm::tan(angle)).abs() < 1e-12, "{angle} {x}: {p} is on no facet");
             }
@@ -158,7 +166,7 @@ fn a_mesh_of_planes_gives_the_light_of_planes() {
             Mesh::new(Triangles::over(domain, 17, height), Normals::Flat)
         })
     });
-    let intersect = |face: Face, ray: &Ray| meshes[face.side][face.which].intersect(ray);
+    let intersect = |at: PrismFace, ray: &Ray| meshes[at.side as usize][at.face as usize].intersect(ray);
     let solid = ReflectionTracer { body: GLASS, intersect, passes: |_, _| true };
     let limits = Limits { bounces: 4, least_power: 1e-9 };
     let mut compared = 0;
@@ -170,7 +178,7 @@ fn a_mesh_of_planes_gives_the_light_of_planes() {
         let by_mesh = solid.follow(&ray, start, limits, &mut |exit| found.push(*exit));
         assert_eq!(found.len(), wanted.len(), "{ray:?}");
         for (a, b) in found.iter().zip(&wanted) {
-            assert_eq!((a.bounces, a.face), (b.bounces, b.face));
+            assert_eq!((a.bounces, a.last), (b.bounces, b.last));
             // Corners of triangles round to 1e-14 mm, over edges of 3 mm.
             assert!((a.ray.origin - b.ray.origin).length() < 1e-11 && (a.power - b.power).abs() < 1e-12);
             compared += 1;

@@ -1,0 +1,77 @@
+//! From pictures of the board to the judgement of one prism.
+
+use super::centre::{CentreFigures, centre_figures};
+use super::pinhole::{PinholeFigures, half_figures, pool};
+use super::stereo::{StereoFigures, stereo_figures};
+use crate::analysis::view::{BoardView, Detected, see};
+use crate::render::{self, Film};
+use crate::scene::Scene;
+use crate::system::{Board, System};
+
+/// The judgement of one prism.
+#[derive(Debug, Clone)]
+pub struct Judgement {
+    /// The scene's own board.
+    pub view: BoardView,
+    /// Detection in the left and the right half.
+    pub detected: [Detected; 2],
+    /// Left and right against their pinholes.
+    pub halves: [PinholeFigures; 2],
+    /// Both pooled.
+    pub pooled: PinholeFigures,
+    /// The centres of projection of left and right, where the virtual camera is known.
+    pub centres: [Option<CentreFigures>; 2],
+    /// The pair.
+    pub stereo: StereoFigures,
+    /// Nearest and farthest depth of the analysis, in mm.
+    pub depths_mm: Option<[f64; 2]>,
+}
+
+/// Renders the scene's board, and the board at every depth of the analysis, and judges what `system` made of them.
+/// `stage` hears what is done next, `progress` how many pixels were rendered.
+pub fn judge(
+    scene: &Scene,
+    system: &System,
+    stage: &mut dyn FnMut(&'static str),
+    progress: &(dyn Fn(usize) + Sync),
+) -> (Film, Judgement) {
+    let mut look = |system: &System| {
+        stage("render");
+        let film = render::render(system, progress);
+        let view = see(system, &film.radiance, true, stage);
+        (film, view)
+    };
+    let (film, own) = look(system);
+    let others: Vec<BoardView> =
+        other_depths(scene).map(|depth_mm| look(&at_depth(scene, system, depth_mm)).1).collect();
+    stage("measure");
+    let judgement = measure(scene, system, own, &others);
+    (film, judgement)
+}
+
+/// The figures of the scene's own board `own`, with those of the boards at other depths.
+pub fn measure(scene: &Scene, system: &System, own: BoardView, others: &[BoardView]) -> Judgement {
+    let mut asked: Vec<&BoardView> = others.iter().chain([&own]).collect();
+    asked.sort_by(|a, b| a.depth_mm.total_cmp(&b.depth_mm));
+    let halves = [0, 1].map(|k| half_figures(scene, system, k, &own, &asked));
+    let pooled = pool(&halves, &own, &asked);
+    let centres = [0, 1].map(|k| centre_figures(scene, system, k, &own, &asked));
+    let stereo = stereo_figures(scene, system, &own, &asked);
+    let depths_mm = Some([asked[0].depth_mm, asked[asked.len() - 1].depth_mm]);
+    let detected = own.halves.each_ref().map(|h| h.detected.clone());
+    Judgement { detected, halves, pooled, centres, stereo, depths_mm, view: own }
+}
+
+/// The depths of the analysis that are not, up to rounding, that of the scene's own board, in mm.
+pub fn other_depths(scene: &Scene) -> impl Iterator<Item = f64> {
+    let own_mm = scene.board.world_from_board.translation_mm.z - scene.camera.position_mm.z;
+    let other = move |depth_mm: &f64| (depth_mm - own_mm).abs() > 1e-9 * (depth_mm.abs() + own_mm.abs());
+    scene.analysis.depths_mm.iter().copied().filter(other)
+}
+
+/// The same instrument with the board moved along z to `depth_mm` from the camera.
+fn at_depth(scene: &Scene, system: &System, depth_mm: f64) -> System {
+    let mut board = scene.board;
+    board.world_from_board.translation_mm.z = scene.camera.position_mm.z + depth_mm;
+    System { board: Board::new(&board), ..system.clone() }
+}

@@ -1,0 +1,185 @@
+//! A rendered picture as a file: PNG of the radiance, or EXR with the ground truth of every pixel through the prism; both
+//! say of which instrument ([`identity`]).
+
+use super::identity;
+use crate::analysis::fates::fates;
+use crate::error::Error;
+use crate::io::exr::Channel;
+use crate::io::{Notes, exr, png};
+use crate::raster::Raster;
+use crate::raster::transfer::Transfer;
+use crate::render::{AccuracyReport, Counts, Film, Strip, render_strips};
+use crate::scene::{Encoding, Scene};
+use crate::system::System;
+use glam::DVec2;
+use std::collections::BTreeMap;
+use std::iter::once;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::sync_channel;
+
+/// The name's ending in lower case.
+fn ending(path: &Path) -> String {
+    path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Refuses a name for a picture that [`write`] could not write.
+///
+/// # Errors
+/// When the name ends in neither .png nor .exr.
+pub fn check_name(path: &Path) -> Result<(), Error> {
+    match ending(path).as_str() {
+        "png" | "exr" => Ok(()),
+        _ => Err(Error::new(
+            path.display(),
+            "a picture's name ends in neither .png nor .exr",
+            "give --out a name that ends in .png or .exr",
+        )),
+    }
+}
+
+/// Writes the picture that `system`, the instrument of `scene`, took, as its name's ending asks: .png holds the radiance,
+/// .exr also the ground truth. Returns how many pixels were brighter than full scale and are clamped (PNG alone).
+///
+/// # Errors
+/// As [`check_name`], and when the file cannot be written.
+pub fn write(path: &Path, scene: &Scene, system: &System, film: &Film) -> Result<usize, Error> {
+    write_strips(path, scene, system, once(Arc::new(Strip::from(film))))
+}
+
+/// Writes a picture that comes in strips, one below the other, as [`write`].
+///
+/// # Errors
+/// As [`write`].
+pub fn write_strips(
+    path: &Path,
+    scene: &Scene,
+    system: &System,
+    strips: impl Iterator<Item = Arc<Strip>>,
+) -> Result<usize, Error> {
+    let mut strips = strips.peekable();
+    let sampled = strips.peek().is_some_and(|first| first.noise.is_some());
+    let json = notes(scene, system, sampled);
+    let notes = Notes { json: &json, pitch_mm: Some(scene.camera.pitch_mm) };
+    let size = (scene.camera.width_px, scene.camera.height_px);
+    match ending(path).as_str() {
+        "png" => {
+            let transfer = match scene.encoding {
+                Encoding::Linear => Transfer::Linear,
+                Encoding::Srgb => Transfer::Srgb,
+            };
+            if strips.peek().is_some_and(|first| first.colour.is_some()) {
+                let colours = strips.filter_map(|strip| strip.colour.clone());
+                png::write_rgb16_strips(path, size, colours, transfer, &notes)
+            } else {
+                let greys = strips.map(|strip| strip.radiance.clone());
+                png::write_grey16_strips(path, size, greys, transfer, &notes)
+            }
+        }
+        "exr" => exr::write_strips(path, size.1, strips.map(|strip| channels(system, &strip)), &notes).map(|()| 0),
+        _ => check_name(path).map(|()| 0),
+    }
+}
+
+/// What is noted in a picture's file, as JSON: scene, instrument, and what each channel is.
+fn notes(scene: &Scene, system: &System, sampled: bool) -> String {
+    let mut what = serde_json::json!({
+        "scene": scene.name,
+        "prism": scene.prism.kind(),
+        "instrument": identity::parts(scene, system),
+        "pixel_centre": "(i + 0.5, j + 0.5)",
+        "radiance": "mean over the pixel, of full scale 1",
+        "board.U, board.V": "position on the board that the pixel's centre sees, mm in the board's frame, f32",
+        "P": "the same in the world, mm",
+        "class": ["left", "right", "missed", "total_reflection", "not_converged", "past_board"],
+    });
+    if system.clips()
+        && let Some(classes) = what["class"].as_array_mut()
+    {
+        classes.push("clipped".into());
+    }
+    if sampled {
+        what["Y.error"] = "standard error of Y, from the spread of random sets of samples".into();
+    }
+    what.to_string()
+}
+
+/// Radiance and, for each pixel's centre, what it sees through the prism.
+fn channels(system: &System, strip: &Strip) -> Vec<Channel> {
+    let truth = |value: &dyn Fn([f32; 2]) -> f64| {
+        let pixels = strip.board_mm.data().iter().zip(strip.class.data());
+        let data =
+            pixels.map(|(&mm, &class)| if class.side().is_some() { value(mm) as f32 } else { f32::NAN }).collect();
+        Raster::from_data(strip.board_mm.width(), strip.board_mm.height(), data)
+    };
+    let world = |axis: usize| truth(&|mm| system.board.world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
+    let mut channels = vec![
+        Channel::f32("Y", strip.radiance.clone()),
+        Channel::f32("board.U", truth(&|mm| f64::from(mm[0]))),
+        Channel::f32("board.V", truth(&|mm| f64::from(mm[1]))),
+        Channel::f32("P.X", world(0)),
+        Channel::f32("P.Y", world(1)),
+        Channel::f32("P.Z", world(2)),
+        Channel::u32("class", strip.class.map(|class| class as u32)),
+    ];
+    if let Some(colour) = &strip.colour {
+        for (k, name) in ["R", "G", "B"].into_iter().enumerate() {
+            channels.push(Channel::f32(name, colour.map(|pixel| pixel[k])));
+        }
+    }
+    if let Some(noise) = &strip.noise {
+        channels.push(Channel::f32("Y.error", noise.clone()));
+    }
+    channels
+}
+
+/// What came of a picture that was rendered into files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Written {
+    /// How many pixels' rays ended so, by name of the fate.
+    pub fates: BTreeMap<&'static str, usize>,
+    /// How much work it was.
+    pub counts: Counts,
+    /// What was promised, and what was found.
+    pub account: AccuracyReport,
+    /// Of each file, how many pixels were clamped to full scale.
+    pub clamped: Vec<usize>,
+}
+
+/// Renders the picture of `scene`, whose instrument is `system`, strip by strip into all the files at once, as [`write`]: of
+/// each file a thread writes one strip while the next is made, so that few strips are held at a time. `progress` hears how
+/// many more pixels are done.
+///
+/// # Errors
+/// As [`write`].
+pub fn render_to_files(
+    paths: &[PathBuf],
+    scene: &Scene,
+    system: &System,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Written, Error> {
+    std::thread::scope(|scope| {
+        let writers: Vec<_> = paths
+            .iter()
+            .map(|path| {
+                let (strips, received) = sync_channel::<Arc<Strip>>(1);
+                (strips, scope.spawn(move || write_strips(path, scene, system, received.into_iter())))
+            })
+            .collect();
+        let mut all_fates = BTreeMap::new();
+        let (counts, account) = render_strips(system, progress, &mut |strip| {
+            fates(&strip.class).into_iter().for_each(|(fate, n)| *all_fates.entry(fate).or_insert(0) += n);
+            let strip = Arc::new(strip);
+            for (strips, _) in &writers {
+                // A writer that takes no more has met a problem, which is told below.
+                let _ = strips.send(Arc::clone(&strip));
+            }
+        });
+        let finish = |(strips, writer): (_, std::thread::ScopedJoinHandle<'_, _>)| {
+            drop(strips);
+            writer.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        };
+        let clamped = writers.into_iter().map(finish).collect::<Result<_, _>>()?;
+        Ok(Written { fates: all_fates, counts, account, clamped })
+    })
+}

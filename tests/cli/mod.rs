@@ -1,0 +1,6 @@
+//! Do the commands do what they say: exit codes, messages, files?
+
+mod compare;
+mod corners;
+mod render;
+mod trace;

@@ -1,0 +1,36 @@
+//! The tests of the library and of the command, in one program: one module a question.
+//!
+//! `cargo test --release --test suite laws::` runs one module. Two programs stand apart: `golden`, where each case of
+//! the goldens is a test of its own name, and `faults`, which stops commands at moments of their run that it measures by
+//! the clock, and so has to have the machine for itself.
+
+#![allow(clippy::unwrap_used, reason = "a test, and its helpers, fail by a panic")]
+
+mod command;
+mod common;
+mod instruments;
+
+mod architecture;
+mod auto;
+mod budget;
+mod cli;
+mod documents;
+mod edges;
+mod effects;
+mod film;
+mod hard_cases;
+mod hostile;
+mod in_light;
+mod laws;
+mod lens;
+mod levels;
+mod light;
+mod made;
+mod mesh;
+mod oracle;
+mod paper;
+mod pictures;
+mod render;
+mod scene_errors;
+mod scene_schema;
+mod vision;
