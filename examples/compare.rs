@@ -1,32 +1,28 @@
-//! Judges a flat prism against the freeform prism designed from it: `cargo run --release --example compare`.
+//! Judges a flat prism against the freeform prism designed from it: `cargo run --release --example compare [SCENE]`.
 //!
 //! Each is rendered at every depth of the scene's analysis; corners are found in the pictures alone, and their exact places
 //! come from the inverse trace, so that every figure is printed measured and true.
 
-use biprism::analysis::judge::judge;
-use biprism::scene::{self, PrismSpec};
-use biprism::{Error, Scene, system};
+use biprism::{Error, compare, scene};
 use std::path::Path;
 
 fn run() -> Result<(), Error> {
-    let scene = scene::load(Path::new("scenes/paper.toml"))?;
-    let PrismSpec::Freeform(flat, design) = &scene.prism else {
-        return Err(Error::new("scenes/paper.toml", "the prism is not freeform", "take the scene as it is shipped"));
-    };
-    let prisms = [("flat", PrismSpec::Flat(*flat)), ("freeform", PrismSpec::Freeform(*flat, *design))];
-    for (name, prism) in prisms {
-        let scene = Scene { prism, ..scene.clone() };
-        let system = system::build(&scene)?;
-        let (_, judgement) = judge(&scene, &system, &mut |_| (), &|_| ());
+    let path = std::env::args().nth(1).unwrap_or_else(|| "scenes/paper.toml".to_owned());
+    let scene = scene::load(Path::new(&path))?;
+    let comparison = compare(&scene, &mut |prism, step| eprintln!("{prism}: {step}"), &|_| ())?;
 
-        // Vertical disparity of the raw halves, from the corners that were found and from the exact ones.
-        let disparity = &judgement.stereo.disparity;
-        for (kind, figure) in [("measured", &disparity.measured), ("true", &disparity.exact)] {
-            match figure {
-                Some(Ok(d)) => println!("{name:9} {kind:9} {:.5} px RMS over {} pairs", d.vertical_rms_px, d.n),
-                Some(Err(why)) => println!("{name:9} {kind:9} {why}"),
-                None => println!("{name:9} {kind:9} not known"),
-            }
+    // Print some figures of each prism; a figure that cannot be had is a dash.
+    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.5}"));
+    for design in &comparison.designs {
+        let judgement = &design.judgement;
+        let figures = [
+            ("vertical disparity, RMS", judgement.vertical_disparity_rms_px()),
+            ("corners from the designed pinhole, RMS", judgement.designed_corners_rms_px()),
+            ("corners from the best pinhole, RMS", judgement.fitted_rms_px()),
+        ];
+        for (name, figure) in figures {
+            let (measured, exact) = (number(figure.measured), number(figure.exact));
+            println!("{:9} {name:40} {measured:>9} px measured {exact:>9} px true", design.name);
         }
     }
     Ok(())

@@ -1,10 +1,10 @@
 //! Renders what one camera sees through a prism: `cargo run --release --example render [SCENE]`.
 //!
-//! Writes `render.png` and says what the pixel in the middle of the right half sees, at full precision.
+//! Writes `render.png`, and `render.exr` with what every pixel's centre sees through the prism, and says what the middle of
+//! the right half sees, at full precision.
 
 use biprism::glam::DVec2;
-use biprism::io::{Notes, png};
-use biprism::raster::transfer::Transfer;
+use biprism::report::picture;
 use biprism::{Error, render, scene, system};
 use std::path::Path;
 
@@ -17,9 +17,10 @@ fn run() -> Result<(), Error> {
 
     // Take the picture; the closure hears how many more pixels are done.
     let film = render(&system, &|_| ());
-    let notes = Notes { json: r#"{"made": "by an example"}"#, pitch_mm: Some(scene.camera.pitch_mm) };
-    png::write_grey16(Path::new("render.png"), &film.radiance, Transfer::Srgb, &notes)?;
-    println!("wrote render.png; {}", film.account);
+    for path in ["render.png", "render.exr"] {
+        picture::write(Path::new(path), &scene, &system, &film)?;
+    }
+    println!("wrote render.png and render.exr; {}", film.account);
 
     // Trace one pixel position: where it ends on the board, or why its ray ends before.
     let [width, height] = [scene.camera.width_px, scene.camera.height_px].map(|n| n as f64);

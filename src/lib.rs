@@ -11,8 +11,8 @@
 //! - Adds, only where a scene asks for it, a lens of finite aperture, dispersion, Fresnel loss, ghosts, errors of
 //!   manufacture, diffraction, a real sensor and others ([`effect`]).
 //! - **Detects** corners in any picture, with their covariance ([`detect`]); the detector knows nothing of the simulator.
-//! - **Measures** vertical disparity, epipolar lines and the deviation from a pinhole ([`metrics`], [`analysis`]), from
-//!   the corners found and from exact ones ([`system::aim`]).
+//! - **Measures** vertical disparity, epipolar lines and the deviation from a pinhole ([`measure`], [`metrics`]), from the
+//!   corners found and from exact ones ([`system::aim`]), and **compares** a flat with a freeform prism ([`compare`]).
 //!
 //! # What it does not do
 //! - The only object is one flat checkerboard; there is no other scene, and light reaches it as a scene says, unshadowed.
@@ -33,14 +33,25 @@
 //! step.
 //!
 //! # Examples
-//! Render a picture, and ask what a pixel sees:
+//! Render a picture, and write it with its truth, what every pixel sees through the prism, as EXR:
 //! ```
 //! let scene = biprism::scene::load("scenes/cases/prism_flat.toml".as_ref())?;
 //! let system = biprism::system::build(&scene)?;
 //! let film = biprism::render(&system, &|_pixels_done| ());
 //! assert!(film.account.achieved_px() < film.account.promise_px);
-//! let hit = system.trace(biprism::glam::DVec2::new(240.0, 90.0)).expect("the ray meets the board");
-//! println!("radiance {}, from {} on the board", film.radiance.get(240, 90), hit.board_mm);
+//! let path = std::env::temp_dir().join("biprism.exr");
+//! biprism::report::picture::write(&path, &scene, &system, &film)?;
+//! # Ok::<(), biprism::Error>(())
+//! ```
+//!
+//! Judge a flat prism against the freeform prism designed from it:
+//! ```
+//! let scene = biprism::scene::load("scenes/cases/prism_freeform.toml".as_ref())?;
+//! let comparison = biprism::compare(&scene, &mut |_prism, _step| (), &|_pixels_done| ())?;
+//! for design in &comparison.designs {
+//!     let vertical = design.judgement.vertical_disparity_rms_px();
+//!     println!("{}: {:?} px measured, {:?} px true", design.name, vertical.measured, vertical.exact);
+//! }
 //! # Ok::<(), biprism::Error>(())
 //! ```
 //!
@@ -103,6 +114,8 @@ pub mod plot;
 pub mod report;
 pub mod cli;
 
+pub use analysis::compare::compare;
+pub use analysis::judge::measure;
 pub use design::freeform as design;
 pub use error::Error;
 pub use glam;

@@ -26,7 +26,7 @@ pub struct Metadata {
     pub transfer: String,
     /// Who says so: a chunk of the file, the caller, or the format itself.
     pub transfer_source: String,
-    /// Whether colour was reduced to luminance (see [`transfer::luminance`]).
+    /// Whether colour was reduced to luminance (see [`luminance`](crate::raster::transfer::luminance)).
     pub from_colour: bool,
     /// Side of a square pixel in mm, where the file states it.
     pub pitch_mm: Option<f64>,

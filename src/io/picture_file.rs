@@ -15,8 +15,9 @@ use std::path::Path;
 /// [`Metadata::transfer_source`] keeps which was used. An EXR is linear by definition.
 ///
 /// # Errors
-/// A file that is missing, of another format, damaged, outside the limits of [`MAX_SIDE_PX`] and [`MAX_PIXELS`], not
-/// opaque, not finite, or that leaves the transfer curve to be guessed.
+/// A file that is missing, of another format, damaged, outside the limits of
+/// [`MAX_SIDE_PX`](crate::raster::MAX_SIDE_PX) and [`MAX_PIXELS`](crate::raster::MAX_PIXELS), not opaque, not finite, or
+/// that leaves the transfer curve to be guessed.
 pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Error> {
     let mut file = open(path)?;
     let mut start = Vec::new();

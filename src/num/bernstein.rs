@@ -122,7 +122,7 @@ impl Bernstein {
     }
 }
 
-/// Highest total degree that a [`Poly2`] accepts.
+/// Highest total degree that a [`Poly2`](super::poly2::Poly2) accepts.
 pub const MAX_DEGREE: usize = 20;
 
 #[cfg(test)]

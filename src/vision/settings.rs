@@ -27,7 +27,7 @@ pub enum UnevenLight {
     InCamera,
 }
 
-/// The choices of [`detect`].
+/// The choices of [`detect`](super::detect).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Half the window of a corner as a share of the step to its neighbours, in 0.1..=0.5. A larger one is less noisy;

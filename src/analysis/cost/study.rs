@@ -10,7 +10,7 @@ use crate::render::{AccuracyReport, Counts};
 /// The study.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct CostStudy {
-    /// The yardstick: ns of CPU time for one ray of [`calibration`].
+    /// The yardstick: ns of CPU time for one ray of [`calibration`](super::calibration).
     pub yardstick_ns: Spread,
     /// Columns and rows of a picture.
     pub size_px: [usize; 2],

@@ -51,7 +51,7 @@ pub fn to_text(views: &[CornerView], format: CornerFormat) -> String {
 ///
 /// # Errors
 /// What is not of the format, a convention that is missing or unknown, a value that is not finite, a covariance that is
-/// none, an index given twice in a view, and more than [`MOST_CORNERS`].
+/// none, an index given twice in a view, and more than [`MOST_CORNERS`](super::MOST_CORNERS).
 pub fn parse(text: &str, format: CornerFormat, place: &str) -> Result<Vec<CornerView>, Error> {
     let views = match format {
         CornerFormat::Csv => csv::parse(text, place),

@@ -6,8 +6,8 @@
 //! | OpenCV | in px of the whole picture, pixel (i, j) centred at (i, j) | `.yml`, `.yaml` |
 //!
 //! Every file names its convention, and a file that names none is refused: half a pixel is a hundred times the error of
-//! a corner under noise of 1 %. The one function that goes between the two is [`move_centre`]. Numbers read back to the last bit (OpenCV
-//! positions to half a unit in the last place, because of the shift).
+//! a corner under noise of 1 %. The one function that goes between the two is [`move_centre`]. Numbers read back to the
+//! last bit (OpenCV positions to half a unit in the last place, because of the shift).
 
 mod csv;
 mod json;

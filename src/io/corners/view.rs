@@ -21,7 +21,7 @@ pub struct Quality {
 pub struct ListedCorner {
     /// Column and row.
     pub index: [i32; 2],
-    /// Position in the whole picture, in px, in our own convention ([`PixelCentre::Half`]).
+    /// Position in the whole picture, in px, in our own convention ([`PixelCentre::Half`](super::PixelCentre::Half)).
     pub position_px: DVec2,
     /// How well it was measured, where that is known.
     pub quality: Option<Quality>,
