@@ -1,4 +1,4 @@
-//! The picture of one pass, made band by band by any number of threads.
+//! The renderer of one pass: band by band, in parallel.
 
 use super::band::{Band, Truth};
 use super::film::{Class, Film, Outputs, Strip};
@@ -29,11 +29,14 @@ pub(super) fn rows(
     wanted: Outputs,
     progress: &(dyn Fn(usize) + Sync),
 ) -> (Strip, Work) {
+    // Allocate the rows, and the truth where it is wanted.
     let [width, _] = plan.system.camera.size_px();
     let truth_size = if wanted.truth { [width, rows.len()] } else { [0, 0] };
     let mut radiance = Raster::filled(width, rows.len(), 0.0);
     let mut class = Raster::filled(truth_size[0], truth_size[1], Class::Left);
     let mut board_mm = Raster::filled(truth_size[0], truth_size[1], [0.0; 2]);
+
+    // Cut them into bands.
     let size = width * BAND_ROWS;
     let mut truths = class.data_mut().chunks_mut(size).zip(board_mm.data_mut().chunks_mut(size));
     let bands: Vec<Band> = (radiance.data_mut().chunks_mut(size).enumerate())
@@ -42,6 +45,8 @@ pub(super) fn rows(
             Band { width, first_row: rows.start + k * BAND_ROWS, radiance, truth }
         })
         .collect();
+
+    // Render the bands in parallel.
     let done: Vec<Work> = bands
         .into_par_iter()
         .with_max_len(1)
@@ -51,6 +56,8 @@ pub(super) fn rows(
             work
         })
         .collect();
+
+    // Sum up their work in the order of the bands.
     let mut work = Work::default();
     done.into_iter().for_each(|w| work += w);
     (Strip { radiance, colour: None, noise: None, class, board_mm }, work)

@@ -1,4 +1,4 @@
-//! The driver: from an instrument to its film, in the order of the light.
+//! The render driver: from an instrument to its film, in the order of the light.
 
 use super::accumulate;
 use super::bands::picture;

@@ -1,4 +1,4 @@
-//! A picture strip by strip: each can be handed on before the next is begun, so that a picture takes the memory of a few
+//! Strip-wise rendering: each strip of a picture can be handed on before the next is begun, so that a picture takes the memory of a few
 //! strips, whatever its height.
 
 use super::bands::rows;
@@ -32,7 +32,7 @@ pub fn render_strips(
     by_bands(&plan, bands(system), progress, take)
 }
 
-/// Whether effects act across the picture, so that it is made as a whole.
+/// Whether effects act across the picture, so that it is rendered as a whole.
 fn is_whole(system: &System) -> bool {
     system.effects.act_by(Hook::Film) || system.effects.averages()
 }
@@ -42,7 +42,7 @@ fn bands(system: &System) -> usize {
     (STRIP_PIXELS / (system.camera.size_px()[0] * BAND_ROWS)).max(rayon::current_num_threads())
 }
 
-/// Rows of a strip of the picture that `system` takes, but of the last one; all where it is made as a whole. More for more
+/// Rows of a strip of the picture that `system` takes, but of the last one; all where it is rendered as a whole. More for more
 /// threads.
 pub fn strip_rows(system: &System) -> usize {
     let height = system.camera.size_px()[1];

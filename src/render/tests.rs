@@ -95,7 +95,7 @@ fn packets_have_the_bits_of_single_rays() {
     let mut classes = Vec::new();
     for (name, system) in instruments(Accuracy::exact(), 1) {
         let by = |packets| Plan {
-            looker: CentreTracer::new(&system, packets),
+            centre_tracer: CentreTracer::new(&system, packets),
             ..Plan::by(&system, Sampling::Packets, false)
         };
         let (single, packets) = (film(&by(false)), film(&by(true)));
@@ -115,11 +115,11 @@ fn packets_see_the_very_positions_of_single_rays() {
     use glam::DVec2;
     for (name, system) in instruments(Accuracy::exact(), 1) {
         let [width, height] = system.camera.size_px();
-        let looker = CentreTracer::new(&system, true);
+        let centre_tracer = CentreTracer::new(&system, true);
         for j in (0..height).step_by(7) {
             let start = DVec2::new(0.25, j as f64 + 0.375);
             let (mut x, mut y, mut class) = (vec![0.0; width], vec![0.0; width], vec![Class::Left; width]);
-            looker.trace(start, Run { x_mm: &mut x, y_mm: &mut y, class: &mut class });
+            centre_tracer.trace(start, Run { x_mm: &mut x, y_mm: &mut y, class: &mut class });
             for i in 0..width {
                 let (seen, own) = trace_scalar(&system, start + DVec2::new(i as f64, 0.0));
                 let equal = (x[i].to_bits(), y[i].to_bits(), class[i]) == (seen.x.to_bits(), seen.y.to_bits(), own);
