@@ -94,6 +94,7 @@
 
 pub mod error;
 pub mod accuracy;
+pub mod progress;
 pub mod num;
 pub mod geom;
 pub mod optics;

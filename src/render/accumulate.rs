@@ -9,6 +9,7 @@ use super::plan::Plan;
 use super::work::Work;
 use crate::effect::Variant;
 use crate::effect::quadrature::LEAST_REPLICATES;
+use crate::progress::{Observer, OnPixels};
 use crate::raster::Raster;
 use crate::system::System;
 use rayon::prelude::*;
@@ -25,15 +26,15 @@ struct RunningMean {
 }
 
 /// The mean over sets of variants of `system`, of which `set` makes the k-th, each a weighted sum of pictures; what is
-/// wanted besides the radiance is that of `system` itself. `progress` hears of each pixel once for all passes.
+/// wanted besides the radiance is that of `system` itself. `observer` hears of each pixel once for all passes.
 pub(super) fn mean(
     system: &System,
     set: &dyn Fn(usize) -> Vec<Variant>,
     wanted: Outputs,
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> Film {
-    let most_sets = system.effects.sets();
-    let [width, height] = system.camera.size_px();
+    let most_sets = system.effects().sets();
+    let [width, height] = system.camera().size_px();
 
     // Trace the ground truth, through the middle of the pupil.
     let own = Plan::new(system);
@@ -48,20 +49,20 @@ pub(super) fn mean(
     while mean.sets < most_sets {
         let variants = if mean.sets == 0 { first.clone() } else { set(mean.sets) };
         let passes = most_sets * variants.len();
-        let share = |pixels: usize| {
+        let share = OnPixels(|pixels: usize| {
             let before = heard.fetch_add(pixels, Ordering::Relaxed);
-            progress((before + pixels) / passes - before / passes);
-        };
+            observer.pixels((before + pixels) / passes - before / passes);
+        });
         mean.add(sum(system, &variants, &mut work, &mut account, &share));
         account.passes = mean.sets * variants.len();
-        if system.effects.quadrature.noise.is_some_and(|target| mean.reaches(target)) {
+        if system.effects().quadrature.noise.is_some_and(|target| mean.reaches(target)) {
             break;
         }
     }
 
     // Report the pixels of the sets that were not needed.
     let all = most_sets * first.len();
-    progress(width * height - heard.load(Ordering::Relaxed) / all);
+    observer.pixels(width * height - heard.load(Ordering::Relaxed) / all);
 
     // Give out the mean with its noise and the truth.
     account.noise = mean.noise();
@@ -69,8 +70,7 @@ pub(super) fn mean(
     let squares = mean.squares.filter(|_| sets > 1);
     let RunningMean { grey, colour } =
         mean.picture.unwrap_or(RunningMean { grey: Raster::filled(width, height, 0.0), colour: None });
-    let nothing = || (Raster::from_data(0, 0, Vec::new()), Raster::from_data(0, 0, Vec::new()));
-    let (class, board_mm) = truth.map_or_else(nothing, |film| (film.class, film.board_mm));
+    let (class, board_mm) = truth.map_or((None, None), |film| (film.class, film.board_mm));
     Film {
         radiance: grey.map(|sum| sum as f32),
         colour: colour.map(|sums| sums.map(|sum| sum.map(|channel| channel as f32))),
@@ -129,10 +129,10 @@ fn sum(
     variants: &[Variant],
     work: &mut Work,
     account: &mut AccuracyReport,
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> RunningMean {
     // Start the weighted sums, in colour where every variant has its three weights.
-    let [width, height] = system.camera.size_px();
+    let [width, height] = system.camera().size_px();
     let mut grey = Raster::filled(width, height, 0.0f64);
     let in_colour = variants.iter().all(|variant| variant.colour.is_some());
     let mut colour = in_colour.then(|| Raster::filled(width, height, [0.0f64; 3]));
@@ -140,7 +140,7 @@ fn sum(
     // Render each variant with its ghosts and add it by its weights.
     for variant in variants {
         let instrument = system.variant(variant);
-        let mut film = picture(&Plan::new(&instrument), Outputs { truth: false }, progress);
+        let mut film = picture(&Plan::new(&instrument), Outputs { truth: false }, observer);
         ghosts::add(&instrument, &mut film);
         let values = film.radiance.data();
         (grey.data_mut().par_iter_mut().zip(values)).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));

@@ -107,7 +107,7 @@ impl MapPatch {
 
     /// A patch over `region` that is not fitted yet.
     fn over(system: &System, region: &Region) -> Self {
-        let [width, _] = system.camera.size_px();
+        let [width, _] = system.camera().size_px();
         let axis = 0.5 * width as f64;
         let [low, high] = corners(region);
         let flip = high.x <= axis + 0.5;
@@ -130,8 +130,8 @@ impl MapPatch {
 
     /// Traces `region` and fits it; `None` where rays do not vouch for it. `rays` counts them.
     pub(super) fn fit(system: &System, region: &Region, rays: &mut u64) -> Option<Self> {
-        let Accuracy { map_px, map_degree, .. } = system.accuracy;
-        let scale = 1.0 / system.board.pattern.square_mm;
+        let Accuracy { map_px, map_degree, .. } = *system.accuracy();
+        let scale = 1.0 / system.board().pattern.square_mm;
         let mut patch = Self::over(system, region);
         let mut trace_at = |px: DVec2| {
             *rays += 1;

@@ -51,7 +51,7 @@ pub(super) fn render(plan: &Plan, band: &mut Band) -> Work {
     let mut reference = ReferenceRenderer {
         plan,
         system: plan.system,
-        board: &plan.system.board.pattern,
+        board: &plan.system.board().pattern,
         rays: 0,
         stray_px: 0.0,
         capped: false,
@@ -120,7 +120,7 @@ impl ReferenceRenderer<'_> {
             let stray_px = 0.25 * most.max(off(&centre, &a, &c)).max(off(&centre, &b, &d));
 
             // Stop when it strays by less than the bend allowed, or at the deepest division.
-            let accuracy = &self.system.accuracy;
+            let accuracy = &self.system.accuracy();
             let close = stray_px <= accuracy.bend_px;
             let capped = !close && 2.0 * self.plan.active > f64::from(accuracy.max_division) * side;
             if close || capped {

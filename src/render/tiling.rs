@@ -24,7 +24,7 @@ const MOST_SLANT: usize = 8;
 
 /// Divides the columns from `first` on into patches whose error is within the level's bound, and the rest.
 pub(super) fn certify(system: &System, first: usize) -> Tiling {
-    let [width, height] = system.camera.size_px();
+    let [width, height] = system.camera().size_px();
     let mut tiling = Tiling::default();
     let rows = 0..height;
     match seam(system, &mut tiling.rays).filter(|seam| seam.len() <= width / MOST_SLANT) {
@@ -56,11 +56,11 @@ impl Tiling {
         }
 
         // Fit a region that is small enough, whose border nothing clips.
-        if columns.max(rows) <= system.accuracy.patch_px
+        if columns.max(rows) <= system.accuracy().patch_px
             && passes_all_along(system, &region, &mut self.rays)
             && let Some(mut patch) = MapPatch::fit(system, &region, &mut self.rays)
         {
-            if system.effects.act_by(Hook::Transport) {
+            if system.effects().act_by(Hook::Transport) {
                 patch.throughput = patch.fit_throughput(system, &mut self.rays);
             }
             return self.patches.push(patch);
@@ -70,7 +70,7 @@ impl Tiling {
         let Region { columns, rows } = region;
         let halves = if columns.len() >= rows.len() {
             let near = columns.len() / 2;
-            let left = 2 * columns.end <= system.camera.size_px()[0] + 1;
+            let left = 2 * columns.end <= system.camera().size_px()[0] + 1;
             let middle = if left { columns.end - near } else { columns.start + near };
             [(columns.start..middle, rows.clone()), (middle..columns.end, rows)]
         } else {
@@ -110,7 +110,7 @@ fn passes_all_along(system: &System, region: &Region, rays: &mut u64) -> bool {
 /// The columns that the seam between the sides passes through, in the picture's first, middle and last row: none where
 /// it runs between two columns. `None` where a row does not begin left and end right of it.
 fn seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>> {
-    let [width, height] = system.camera.size_px().map(|n| n as f64);
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for y in [INSET_PX, 0.5 * height, height - INSET_PX] {
         let (mut a, mut b) = (INSET_PX, width - INSET_PX);
