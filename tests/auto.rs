@@ -188,7 +188,8 @@ fn what_changes_too_little_is_left_out_and_the_rest_is_kept() {
     for grey in [1e-6, 0.01, 0.1, 1.0] {
         let mut scene = reflecting.clone();
         scene.effects.auto = Some(Threshold { grey: Some(grey), px: None });
-        let effects = built(&scene).effects();
+        let system = built(&scene);
+        let effects = system.effects();
         assert!(effects.fresnel.is_some() || effects.ghosts.is_none(), "{grey}");
     }
 }
