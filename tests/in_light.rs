@@ -40,7 +40,7 @@ fn one_line_is_true_at_that_line() {
         let (_, view) = seen(&system);
         for half in &view.halves {
             let error = half.detected.deviation().unwrap();
-            assert!(half.detected.found > 40 && half.detected.wrong == Some(0), "{:?}", half.detected);
+            assert!(half.detected.lattice > 30 && half.detected.wrong == Some(0), "{:?}", half.detected);
             assert!(error.rms < 1e-4, "{kind}: {} px", error.rms);
         }
     }
@@ -60,7 +60,7 @@ fn one_line_is_true_at_that_line() {
 #[test]
 fn several_lines_are_true_in_the_mean() {
     let glass = named("N-BK7").unwrap();
-    let lines = "[effect.dispersion]\nlines_nm = [450, 550, 650]\nlines_power = [1, 2, 3]\n";
+    let lines = "[effect.dispersion]\nlines_nm = [450, 550, 650]\npowers = [1, 2, 3]\n";
     let mixed = bk7("flat", glass.index(D_NM).unwrap(), lines);
     let system = built(&mixed);
     let shares: Vec<f64> = system.effects.dispersion.as_ref().unwrap().waves.iter().map(|wave| wave.grey()).collect();

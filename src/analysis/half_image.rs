@@ -63,6 +63,20 @@ pub enum NoPinhole {
     Telecentric,
 }
 
+impl NoPinhole {
+    /// The reason in words.
+    pub const fn reason(self) -> &'static str {
+        match self {
+            Self::Telecentric => "the camera is telecentric, and its rays meet in no point",
+            Self::Ends(Fate::Missed) => "the central ray of the half misses the prism",
+            Self::Ends(Fate::TotalReflection) => "the central ray of the half is totally reflected",
+            Self::Ends(Fate::NotConverged) => "where the central ray of the half goes is not known",
+            Self::Ends(Fate::PastBoard) => "the central ray of the half turns back",
+            Self::Ends(Fate::Clipped) => "the central ray of the half is clipped",
+        }
+    }
+}
+
 impl std::fmt::Display for NoPinhole {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {

@@ -10,4 +10,5 @@ pub mod truth;
 pub mod view;
 pub mod board_indexing;
 pub mod half_image;
+pub mod not_judged;
 pub mod estimate;

@@ -1,7 +1,7 @@
 //! What a picture of the board shows: corners found in each half, and beside them the exact ones.
 
 use super::board_indexing::{Found, anchor};
-use super::half_image::{HalfFrame, virtual_camera};
+use super::half_image::{HalfFrame, NoPinhole, virtual_camera};
 use super::truth::{self, TrueCorners};
 use crate::metrics::pinhole::Pinhole;
 use crate::metrics::straightness::IndexedCorner;
@@ -31,6 +31,8 @@ pub struct Detected {
     pub wrong: Option<usize>,
     /// Measured minus true position of all right ones, in px.
     pub errors_px: Vec<DVec2>,
+    /// Corners of the lattice that the detector found, whether or not their places on the board are known.
+    pub lattice: usize,
     /// Candidates that were turned down, by reason.
     pub rejected: BTreeMap<String, usize>,
     /// Estimated blur of the picture along the two families of lines, in px.
@@ -43,7 +45,7 @@ pub struct HalfView {
     /// Its place in the picture.
     pub frame: HalfFrame,
     /// The camera that it is designed to be, in the half's own px.
-    pub camera: Option<Pinhole>,
+    pub camera: Result<Pinhole, NoPinhole>,
     /// Detected corners with their places on the board; none where the lattice could not be anchored.
     pub found: Vec<Found>,
     /// The exact corners, where they are known.
@@ -109,7 +111,7 @@ pub fn place(
     let aimer = own.then(|| Aimer::new(system));
     let halves = [(Half::Left, &lattices[0]), (Half::Right, &lattices[1])].map(|(half, lattice)| {
         let frame = HalfFrame::new(system, half);
-        let camera = virtual_camera(system, &frame).ok();
+        let camera = virtual_camera(system, &frame);
         let anchored = anchor(&light, &frame, &lattice.corners);
         let truth = aimer.as_ref().and_then(|aimer| truth::corners(system, aimer, &frame));
         let detected = compare(anchored.as_deref(), truth.as_ref(), lattice);
@@ -145,6 +147,7 @@ fn compare(anchored: Option<&[Found]>, truth: Option<&TrueCorners>, lattice: &De
         // A lattice without a place on the board is all wrong.
         wrong: truth.map(|_| if anchored.is_none() { lattice.corners.len() } else { 0 }),
         errors_px: Vec::new(),
+        lattice: lattice.corners.len(),
         rejected: lattice.rejected.clone(),
         blur_px: lattice.blur_px,
     };

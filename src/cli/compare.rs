@@ -55,5 +55,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
         output::stderr(&format!("wrote {}", path.display()));
     }
     let kept = judged.iter().map(|j| accuracy::told(j.name, &j.film.account, &j.film.counts));
-    Ok(kept.fold(expected, Outcome::and))
+    let nothing = report.designs.iter().all(|design| design.not_judged.is_some());
+    let judged = if nothing { Outcome::Unmet } else { Outcome::Done };
+    Ok(kept.fold(expected.and(judged), Outcome::and))
 }

@@ -51,13 +51,17 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
     drop(progress);
     let name = scene.prism.kind();
     let mut entry = design::entry(name, &judgement, &BTreeMap::new(), timing, scene.camera.pitch_mm);
+    if args.own {
+        entry = design::of_own_picture(entry, &scene, &system);
+    }
     entry.error_budget = budget.transpose()?.map(|found| report::budget::entry(&found));
     let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs: vec![entry] };
     let outcome = expectations(&scene, &report)?;
     let words = || format!("{}\n\n{}\n", table::text(&report.designs), table::verdict(&report.designs));
     output::stdout(&if args.json { json::to_text(&report) } else { words() })?;
     report.designs.iter().flat_map(table::warnings).for_each(|warning| output::stderr(&warning));
-    Ok(outcome)
+    let nothing = report.designs.iter().all(|design| design.not_judged.is_some());
+    Ok(if nothing { Outcome::Unmet } else { outcome })
 }
 
 /// A corner file by its ending, else a picture, which must be of the scene's size.

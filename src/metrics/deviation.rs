@@ -39,6 +39,9 @@ pub enum Unmeasurable {
         /// Its place in the input, from 0.
         index: usize,
     },
+    /// There is no pinhole to compare with, and why.
+    #[error("no pinhole: {0}")]
+    NoPinhole(&'static str),
     /// The fit behind the figure failed.
     #[error("the fit failed: {0}")]
     Fit(#[from] lsq::Failure),

@@ -24,6 +24,11 @@ impl<T> MeasuredAndTrue<T> {
     /// Neither was asked for.
     pub const NEITHER: Self = Self { measured: None, exact: None };
 
+    /// Neither has a value, for this reason.
+    pub const fn neither(reason: Unmeasurable) -> Self {
+        Self { measured: Some(Err(reason)), exact: Some(Err(reason)) }
+    }
+
     /// [`MeasuredAndTrue::of`] of both inputs in one array, the measured one first.
     pub fn of_sides<I>([measured, exact]: [Option<I>; 2], metric: impl Fn(I) -> Result<T, Unmeasurable>) -> Self {
         Self::of(measured, exact, metric)

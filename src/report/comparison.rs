@@ -20,11 +20,12 @@ pub fn report(scene: &Scene, comparison: &Comparison) -> json::Report {
 
 /// The entry of a judged prism, with the seconds that each step took.
 pub fn entry(judged: &JudgedDesign, timing_s: BTreeMap<String, f64>) -> Design {
-    let JudgedDesign { name, scene, film, judgement, .. } = judged;
+    let JudgedDesign { name, scene, system, film, judgement, .. } = judged;
+    let own = design::entry(name, judgement, &fates(&film.class), timing_s, scene.camera.pitch_mm);
     Design {
         accuracy: Some(design::accuracy(&film.account, &film.counts)),
         error_budget: judged.budget.as_ref().map(budget::entry),
-        ..design::entry(name, judgement, &fates(&film.class), timing_s, scene.camera.pitch_mm)
+        ..design::of_own_picture(own, scene, system)
     }
 }
 
@@ -44,14 +45,17 @@ pub fn figure(scene: &Scene, judged: [&JudgedDesign; 2], entries: &[Design], ver
         title: format!(
             "{}: {} mm squares at {} mm, seen through two prisms",
             scene.name,
-            scene.board.square_mm,
-            scene.board.world_from_board.translation_mm.z - scene.camera.position_mm.z
+            table::rounded(scene.board.square_mm),
+            table::rounded(scene.board.world_from_board.translation_mm.z - scene.camera.position_mm.z)
         ),
         arrow_gain: comparison::suitable_gain(&panels, seam_px),
         panels,
         seam_px,
         figures: rows.collect(),
-        verdict: verdict.to_owned(),
+        verdict: match table::depths(entries) {
+            Some(depths) => format!("{verdict} ({depths}.)"),
+            None => verdict.to_owned(),
+        },
         width_px: 2000,
     })
 }
@@ -60,7 +64,7 @@ pub fn figure(scene: &Scene, judged: [&JudgedDesign; 2], entries: &[Design], ver
 fn corner_marks(judgement: &Judgement) -> Vec<CornerMark> {
     let board = &judgement.view.board;
     let of_half = |half: &HalfView| {
-        let Some(camera) = half.camera else { return Vec::new() };
+        let Ok(camera) = half.camera else { return Vec::new() };
         let mark = |f: &Found| {
             let [column, row] = f.index.map(f64::from);
             let ideal = camera.project(board.world(board.corner_at(column, row)))?;

@@ -6,9 +6,13 @@ use super::json::{
 };
 use crate::analysis::judge::{CENTRE_ONLY, CentreFigures, Judgement, PinholeFigures, free_at};
 use crate::analysis::view::Detected;
+use crate::effect::Hook;
 use crate::metrics::Deviation;
 use crate::metrics::reprojection::{POSE_AND_ANAMORPHIC, POSE_AND_FOCAL};
 use crate::render::{AccuracyReport, Counts};
+use crate::scene::Scene;
+use crate::system::System;
+use crate::system::in_light::light_name;
 use glam::DVec2;
 use std::collections::BTreeMap;
 
@@ -35,8 +39,22 @@ pub fn entry(
         corners: corners(&judgement.detected.each_ref()),
         fates: fates.iter().map(|(name, &n)| ((*name).to_owned(), n as u64)).collect(),
         timing_s,
+        not_judged: judgement.not_judged.as_ref().map(ToString::to_string),
+        truth_light: None,
+        smeared_by: Vec::new(),
         accuracy: None,
         error_budget: None,
+    }
+}
+
+/// The entry with what is known of a picture that `system`, the instrument of `scene`, made itself: the light of its truth,
+/// and what smears its edges.
+pub fn of_own_picture(entry: Design, scene: &Scene, system: &System) -> Design {
+    let smears = system.effects.acting().filter(|row| row.hook == Hook::Ray && system.effects.variants(0).len() > 1);
+    Design {
+        truth_light: Some(light_name(scene, system)),
+        smeared_by: smears.map(|row| row.key.to_owned()).collect(),
+        ..entry
     }
 }
 

@@ -11,6 +11,7 @@ use crate::raster::transfer::Transfer;
 use crate::render::{AccuracyReport, Counts, Film, Strip, render_strips};
 use crate::scene::{Encoding, Scene};
 use crate::system::System;
+use crate::system::in_light::light_name;
 use glam::DVec2;
 use std::collections::BTreeMap;
 use std::iter::once;
@@ -89,6 +90,7 @@ fn notes(scene: &Scene, system: &System, sampled: bool) -> String {
         "instrument": identity::parts(scene, system),
         "pixel_centre": "(i + 0.5, j + 0.5)",
         "radiance": "mean over the pixel, of full scale 1",
+        "truth_light": light_name(scene, system),
         "board.U, board.V": "position on the board that the pixel's centre sees, mm in the board's frame, f32",
         "P": "the same in the world, mm",
         "class": ["left", "right", "missed", "total_reflection", "not_converged", "past_board"],

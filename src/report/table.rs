@@ -62,7 +62,8 @@ pub fn rows(designs: &[Design]) -> Vec<Shown> {
         let exact = row.label.starts_with("Table 1");
         let measured = |d: &Design| number((row.of)(d).and_then(|f| f.measured));
         let truth = |d: &Design| number((row.of)(d).and_then(|f| f.exact));
-        let both = |d: &Design| format!("{} | {}", measured(d), truth(d));
+        let mark = |d: &Design| if (row.of)(d).is_some_and(differs) { " !" } else { "" };
+        let both = |d: &Design| format!("{} | {}{}", measured(d), truth(d), mark(d));
         let one = |d: &Design| if exact { truth(d) } else { measured(d) };
         Shown {
             label: row.label.to_owned(),
@@ -82,8 +83,36 @@ pub fn rows(designs: &[Design]) -> Vec<Shown> {
         }
         None => d.corners.found.to_string(),
     }));
-    rows.push(of_word("error of the detector, RMS, px", &|d| number(d.corners.rms_error_px)));
+    let smears = smears(designs);
+    let label = match &smears[..] {
+        [] => "error of the detector, RMS, px".to_owned(),
+        _ => format!("found from true corners, with {}, RMS, px", smears.join(" and ")),
+    };
+    rows.push(of_word(&label, &|d| number(d.corners.rms_error_px)));
     rows
+}
+
+/// The effects of all designs that smear edges, each once.
+fn smears(designs: &[Design]) -> Vec<&str> {
+    let mut smears: Vec<&str> = Vec::new();
+    for effect in designs.iter().flat_map(|d| &d.smeared_by) {
+        if !smears.contains(&effect.as_str()) {
+            smears.push(effect);
+        }
+    }
+    smears
+}
+
+/// A measured and a true value that differ by more than this share of the larger are marked; differences below
+/// [`UNMARKED`] are the detector's own error.
+const MARKED: f64 = 0.1;
+const UNMARKED: f64 = 1e-3;
+
+/// Whether the measured and the true value of a row differ by so much that a reader must know.
+fn differs(figure: &Figure) -> bool {
+    let (Some(measured), Some(exact)) = (figure.measured, figure.exact) else { return false };
+    let difference = (measured - exact).abs();
+    difference > MARKED * measured.abs().max(exact.abs()) && difference > UNMARKED
 }
 
 /// The table as text, with one line of heading.
@@ -104,10 +133,46 @@ pub fn text(designs: &[Design]) -> String {
     for reason in reasons(designs) {
         let _ = write!(text, "\n-: {reason}");
     }
+    if designs.iter().any(|d| ROWS.iter().filter_map(|row| (row.of)(d)).any(differs)) {
+        let _ = write!(
+            text,
+            "\n!: the two differ by over 10 %: the measured one holds over the corners found, the true one over all rays"
+        );
+    }
+    for line in [depths(designs), light(designs)].into_iter().flatten() {
+        let _ = write!(text, "\n{line}");
+    }
     for (name, budget) in designs.iter().filter_map(|d| Some((&d.name, d.error_budget.as_ref()?))) {
         let _ = write!(text, "\n{}", crate::report::table::budget_words(name, budget));
     }
     text
+}
+
+/// At which distances the boards of the figures stand, the scene's own first.
+pub fn depths(designs: &[Design]) -> Option<String> {
+    let design = designs.first()?;
+    let own = design.stereo.vertical_disparity_rms_px.depths_mm?[0];
+    let all: Vec<String> = design.pinhole.depths.iter().map(|depth| rounded(depth.depth_mm)).collect();
+    Some(match &all[..] {
+        [] | [_] => format!("board at {} mm", rounded(own)),
+        all => format!(
+            "board at {} mm; pinholes, epipolar curves and Table 1 over boards at {} mm",
+            rounded(own),
+            all.join(", ")
+        ),
+    })
+}
+
+/// The light in which the true values are true.
+fn light(designs: &[Design]) -> Option<String> {
+    designs.iter().find_map(|design| Some(format!("true: in {}", design.truth_light.as_ref()?)))
+}
+
+/// A length to six digits.
+pub fn rounded(mm: f64) -> String {
+    let digits = (5.0 - mm.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    let text = format!("{mm:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// Why values of the table are missing, each reason once.
@@ -149,13 +214,21 @@ pub fn verdict(designs: &[Design]) -> String {
     let px = |rms: f64| number(Some(rms));
     let unseen: Vec<&str> =
         designs.iter().map(|d| d.name.as_str()).filter(|name| judged.iter().all(|(n, _)| n != name)).collect();
-    let aside = match unseen[..] {
-        [] => String::new(),
-        _ => format!(" No corner was found in both halves through the {} prism.", unseen.join(" and the ")),
-    };
+    let why = |name: &&str| designs.iter().find(|d| d.name == **name)?.not_judged.as_deref();
+    let aside: String = unseen
+        .iter()
+        .map(|name| {
+            format!(
+                " Of the {name} prism nothing was measured: {}.",
+                why(name).unwrap_or("no corner is in both halves")
+            )
+        })
+        .collect();
+    let own = designs.iter().find_map(|d| Some(d.stereo.vertical_disparity_rms_px.depths_mm?[0]));
+    let at = own.map_or_else(String::new, |mm| format!(", board at {} mm", rounded(mm)));
     match judged[..] {
         [(first, a), (second, b)] => format!(
-            "The {second} prism leaves {} px of vertical disparity (RMS) where the {first} prism leaves {} px: its raw \
+            "The {second} prism leaves {} px of vertical disparity (RMS{at}) where the {first} prism leaves {} px: its raw \
              halves are {}, those of the {first} prism {}.",
             px(b),
             px(a),
@@ -164,7 +237,7 @@ pub fn verdict(designs: &[Design]) -> String {
         ),
         [(name, rms)] => {
             format!(
-                "The {name} prism leaves {} px of vertical disparity (RMS): its raw halves are {}.{aside}",
+                "The {name} prism leaves {} px of vertical disparity (RMS{at}): its raw halves are {}.{aside}",
                 px(rms),
                 ready(rms)
             )

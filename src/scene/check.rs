@@ -20,11 +20,15 @@ use crate::surface::shape::PolynomialPatch;
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
+/// Where the scene names no depths: its board at these multiples of its own distance.
+const DEPTHS_OF_OWN: [f64; 3] = [0.5, 1.0, 2.0];
+
 /// The scene that `file` describes; files that it names are looked for in `folder`.
 pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>) -> Result<Scene, Error> {
     name(document, &file.name)?;
     let camera = camera(&file.camera);
     let board = board(&file.board);
+    let own_mm = board.world_from_board.translation_mm.z - camera.position_mm.z;
     let prism = prism(document, file.prism, &camera, folder)?;
     let effects =
         effects::tables::effects(document, file.effects, &file.effect, &file.quadrature, &camera, &board, &prism)?;
@@ -41,7 +45,10 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
             AccuracyFile::Level(LevelFile::Reference) => Accuracy::reference(),
             AccuracyFile::Target(target) => Accuracy::for_target(target.target_px),
         },
-        analysis: Analysis { depths_mm: file.analysis.depths_mm, grid: file.analysis.grid },
+        analysis: Analysis {
+            depths_mm: file.analysis.depths_mm.unwrap_or_else(|| DEPTHS_OF_OWN.map(|times| times * own_mm).to_vec()),
+            grid: file.analysis.grid,
+        },
         expect: file
             .expect
             .into_iter()

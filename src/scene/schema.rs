@@ -350,9 +350,10 @@ pub(super) enum EncodingFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct AnalysisFile {
-    /// Distances from the camera along z at which the pinhole deviation is judged, in mm.
+    /// Distances from the camera along z at which the pinhole deviation is judged, in mm; left out: half, once and twice the
+    /// distance of the board's centre.
     #[schemars(length(min = 1, max = DEPTHS), inner(range(min = SHORTEST_MM, max = LONGEST_MM)))]
-    pub(super) depths_mm: Vec<f64>,
+    pub(super) depths_mm: Option<Vec<f64>>,
     /// Points along each side of the uniform grid over a half image.
     #[schemars(range(min = SMALLEST_GRID, max = LARGEST_GRID))]
     pub(super) grid: usize,
@@ -360,7 +361,7 @@ pub(super) struct AnalysisFile {
 
 impl Default for AnalysisFile {
     fn default() -> Self {
-        Self { depths_mm: vec![500.0, 1000.0, 2000.0], grid: 33 }
+        Self { depths_mm: None, grid: 33 }
     }
 }
 

@@ -48,7 +48,7 @@ impl DetectorRun {
             found[k].iter().filter_map(move |(index, px)| reference.get(index).map(|own| own.distance(*px)))
         };
         let shifts: Vec<f64> = [0, 1].into_iter().flat_map(shift).collect();
-        let cameras = view.halves.each_ref().map(|half| half.camera);
+        let cameras = view.halves.each_ref().map(|half| half.camera.ok());
         let residuals: Vec<DVec2> = [0, 1]
             .into_iter()
             .filter_map(|k| cameras[k].and_then(|camera| residuals_px(&camera, &view.board, &found[k])))

@@ -28,7 +28,7 @@ pub(super) fn centre_figures(
     own: &BoardView,
     asked: &[&BoardView],
 ) -> Option<CentreFigures> {
-    let designed_mm = own.halves[k].camera?.centre_mm();
+    let designed_mm = own.halves[k].camera.ok()?.centre_mm();
     let rays = pixel_rays(scene, system, k, own, asked).then(|s| Ok(s.iter().map(|s| s.ray).collect::<Vec<Ray>>()));
     Some(CentreFigures {
         designed_mm,

@@ -3,6 +3,7 @@
 use super::centre::{CentreFigures, centre_figures};
 use super::pinhole::{PinholeFigures, half_figures, pool};
 use super::stereo::{StereoFigures, stereo_figures};
+use crate::analysis::not_judged::{NotJudged, not_judged};
 use crate::analysis::view::{BoardView, Detected, see};
 use crate::render::{self, Film};
 use crate::scene::Scene;
@@ -25,6 +26,8 @@ pub struct Judgement {
     pub stereo: StereoFigures,
     /// Nearest and farthest depth of the analysis, in mm.
     pub depths_mm: Option<[f64; 2]>,
+    /// Why no figure of the pair was measured, where that is so.
+    pub not_judged: Option<NotJudged>,
 }
 
 /// Renders the scene's board, and the board at every depth of the analysis, and judges what `system` made of them.
@@ -59,7 +62,8 @@ pub fn measure(scene: &Scene, system: &System, own: BoardView, others: &[BoardVi
     let stereo = stereo_figures(scene, system, &own, &asked);
     let depths_mm = Some([asked[0].depth_mm, asked[asked.len() - 1].depth_mm]);
     let detected = own.halves.each_ref().map(|h| h.detected.clone());
-    Judgement { detected, halves, pooled, centres, stereo, depths_mm, view: own }
+    let not_judged = not_judged(scene, system, &own);
+    Judgement { detected, halves, pooled, centres, stereo, depths_mm, not_judged, view: own }
 }
 
 /// The depths of the analysis that are not, up to rounding, that of the scene's own board, in mm.

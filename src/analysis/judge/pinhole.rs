@@ -1,11 +1,12 @@
 //! The halves of a picture against ideal pinholes: the designed one, and those that fit best.
 
 use super::rays::pixel_rays;
+use crate::analysis::half_image::NoPinhole;
 use crate::analysis::view::BoardView;
 use crate::metrics::ray_bundle::{PixelRay, PlaneDeviation, on_plane};
 use crate::metrics::reprojection::{POSE, POSE_AND_ANAMORPHIC, POSE_AND_FOCAL, Parameter, PinholeFit};
 use crate::metrics::straightness::{IndexedCorner, RowsAndColumns, StraightnessReference, straightness};
-use crate::metrics::{Deviation, MeasuredAndTrue, Observation, reprojection};
+use crate::metrics::{Deviation, MeasuredAndTrue, Observation, Unmeasurable, reprojection};
 use crate::scene::Scene;
 use crate::system::System;
 
@@ -65,21 +66,9 @@ pub(super) fn half_figures(
             straightness(&corners, StraightnessReference::Chord)
         })
     };
-    let Some(camera) = half.camera else {
-        let depths = asked.iter().map(|view| DepthFigures {
-            depth_mm: view.depth_mm,
-            designed: MeasuredAndTrue::NEITHER,
-            fitted: MeasuredAndTrue::NEITHER,
-            drift_mm: MeasuredAndTrue::NEITHER,
-            straightness: straight(view),
-        });
-        return PinholeFigures {
-            designed: MeasuredAndTrue::NEITHER,
-            fitted: MeasuredAndTrue::NEITHER,
-            anamorphic: MeasuredAndTrue::NEITHER,
-            straightness: straight(own),
-            depths: depths.collect(),
-        };
+    let camera = match half.camera {
+        Ok(camera) => camera,
+        Err(why) => return without_pinhole(why, own, asked, straight),
     };
     let fitted = |free: &[Parameter]| {
         // A single depth does not tell focal lengths from distances: there the pose alone is fitted.
@@ -106,6 +95,30 @@ pub(super) fn half_figures(
         anamorphic: fitted(&POSE_AND_ANAMORPHIC),
         straightness: straight(own),
         depths: asked.iter().map(depth).collect(),
+    }
+}
+
+/// The figures of a half that has no pinhole: those that need none.
+fn without_pinhole(
+    why: NoPinhole,
+    own: &BoardView,
+    asked: &[&BoardView],
+    straight: impl Fn(&BoardView) -> MeasuredAndTrue<RowsAndColumns>,
+) -> PinholeFigures {
+    let reason = Unmeasurable::NoPinhole(why.reason());
+    let depths = asked.iter().map(|view| DepthFigures {
+        depth_mm: view.depth_mm,
+        designed: MeasuredAndTrue::neither(reason),
+        fitted: MeasuredAndTrue::neither(reason),
+        drift_mm: MeasuredAndTrue::neither(reason),
+        straightness: straight(view),
+    });
+    PinholeFigures {
+        designed: MeasuredAndTrue::neither(reason),
+        fitted: MeasuredAndTrue::neither(reason),
+        anamorphic: MeasuredAndTrue::neither(reason),
+        straightness: straight(own),
+        depths: depths.collect(),
     }
 }
 

@@ -44,6 +44,15 @@ pub struct Design {
     pub fates: BTreeMap<String, u64>,
     /// Seconds of wall-clock time, by step.
     pub timing_s: BTreeMap<String, f64>,
+    /// Why no figure of the pair was measured; absent where some was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_judged: Option<String>,
+    /// The light in which the true values are true; absent where there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub truth_light: Option<String>,
+    /// Effects that smear edges, which moves corners besides: what they do is in the difference of found and true corners.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub smeared_by: Vec<String>,
     /// How accurately the picture was made; absent where it was not made here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<AccuracyEntry>,

@@ -65,6 +65,9 @@ fn report() -> Report {
         corners,
         fates: BTreeMap::from([("ok".to_owned(), 7)]),
         timing_s: BTreeMap::from([("render".to_owned(), 1.5)]),
+        not_judged: None,
+        truth_light: None,
+        smeared_by: Vec::new(),
         accuracy: None,
         error_budget: None,
     };
