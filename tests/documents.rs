@@ -171,7 +171,9 @@ fn every_path_in_a_sentence_exists() {
             let named = spans.filter(plain).filter(|span| FOLDERS.iter().any(|folder| span.starts_with(folder)));
             let links = line.split("](").skip(1).filter_map(|rest| rest.split(')').next()).filter(plain);
             let paths = named.map(repository).chain(links.map(|link| folder.join(link)));
-            faults.extend(paths.filter(|path| !path.exists()).map(|path| format!("{name}:{}: {}", k + 1, path.display())));
+            faults.extend(
+                paths.filter(|path| !path.exists()).map(|path| format!("{name}:{}: {}", k + 1, path.display())),
+            );
         }
     }
     assert!(faults.is_empty(), "not there:\n{}", faults.join("\n"));
