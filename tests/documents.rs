@@ -157,6 +157,28 @@ fn every_command_in_a_sentence_is_known() {
     assert!(seen > 30, "only {seen} commands were seen");
 }
 
+/// A file or a folder of the repository that a sentence or a link names.
+#[test]
+fn every_path_in_a_sentence_exists() {
+    const FOLDERS: [&str; 9] =
+        ["src/", "tests/", "docs/", "scenes/", "schemas/", "tools/", "benches/", "examples/", "fuzz/"];
+    let plain = |span: &&str| span.chars().all(|c| c.is_ascii_alphanumeric() || "/._-".contains(c));
+    let mut faults = Vec::new();
+    for (name, text) in documents() {
+        let folder = repository(&name).parent().expect("a document is in a folder").to_owned();
+        for (k, line) in text.lines().enumerate() {
+            let spans = line.split('`').skip(1).step_by(2);
+            let named = spans.filter(plain).filter(|span| FOLDERS.iter().any(|folder| span.starts_with(folder)));
+            let links = line.split("](").skip(1).filter_map(|rest| rest.split(')').next()).filter(plain);
+            let paths = named.map(repository).chain(links.map(|link| folder.join(link)));
+            faults.extend(
+                paths.filter(|path| !path.exists()).map(|path| format!("{name}:{}: {}", k + 1, path.display())),
+            );
+        }
+    }
+    assert!(faults.is_empty(), "not there:\n{}", faults.join("\n"));
+}
+
 /// The words of a command: quotes keep words together, `[X]` is an X that may be left out.
 fn words(command: &str) -> Vec<String> {
     let quoted = command.split('"').enumerate();

@@ -25,7 +25,7 @@ fn ending(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
-/// Refuses a name for a picture that [`write`] could not write.
+/// Refuses a name for a picture that [`write()`] could not write.
 ///
 /// # Errors
 /// When the name ends in neither .png nor .exr.
@@ -49,10 +49,10 @@ pub fn write(path: &Path, scene: &Scene, system: &System, film: &Film) -> Result
     write_strips(path, scene, system, once(Arc::new(Strip::from(film))))
 }
 
-/// Writes a picture that comes in strips, one below the other, as [`write`].
+/// Writes a picture that comes in strips, one below the other, as [`write()`].
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_strips(
     path: &Path,
     scene: &Scene,
@@ -152,12 +152,12 @@ pub struct Written {
     pub clamped: Vec<usize>,
 }
 
-/// Renders the picture of `scene`, whose instrument is `system`, strip by strip into all the files at once, as [`write`]: of
+/// Renders the picture of `scene`, whose instrument is `system`, strip by strip into all the files at once, as [`write()`]: of
 /// each file a thread writes one strip while the next is made, so that few strips are held at a time. `observer` hears how
 /// many more pixels are done.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn render_to_files(
     paths: &[PathBuf],
     scene: &Scene,
