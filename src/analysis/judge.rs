@@ -28,7 +28,7 @@ pub struct DepthFigures {
     pub depth_mm: f64,
     /// Without a fit, in px.
     pub designed: MeasuredAndTrue<Deviation>,
-    /// With the centre of projection fitted to this depth alone ([`CENTRE_ONLY`]), in px.
+    /// With the centre of projection fitted to this depth only ([`CENTRE_ONLY`]), in px.
     pub fitted: MeasuredAndTrue<Deviation>,
     /// How far that centre lies from the designed one, in mm, and the count of corners behind it.
     pub drift_mm: MeasuredAndTrue<(f64, usize)>,
@@ -100,7 +100,7 @@ const CURVES: usize = 9;
 /// Samples on each traced epipolar curve.
 const SAMPLES: usize = 16;
 
-/// Renders the scene's board, and the board at every depth of the analysis, and judges what `system` made of them.
+/// Renders the scene's board, and the board at every depth of the analysis, and judges how `system` images them.
 /// `stage` hears what is done next, `progress` how many pixels were rendered.
 pub fn judge(
     scene: &Scene,
@@ -143,7 +143,7 @@ pub fn measure(scene: &Scene, system: &System, own: BoardView, others: &[BoardVi
 /// How the rays of the picture's pixels ended, those that met the board's plane left out.
 pub fn fates(classes: &Raster<Class>) -> BTreeMap<&'static str, usize> {
     let count = |fate: Fate| classes.data().iter().filter(|&&c| c == Class::from(fate)).count();
-    // Only scenes that ask for clipping know of it.
+    // Only scenes with clipping know of it.
     let known = Fate::ALL.into_iter().filter(|&fate| fate != Fate::Clipped || count(fate) > 0);
     known.map(|fate| (fate.name(), count(fate))).collect()
 }
@@ -187,7 +187,7 @@ fn half_figures(scene: &Scene, system: &System, k: usize, own: &BoardView, asked
         };
     };
     let fitted = |free: &[Parameter]| {
-        // A single depth does not tell focal lengths from distances: there the pose alone is fitted.
+        // A single depth does not tell focal lengths from distances: there only the pose is fitted.
         let free = free_at(free, asked.len());
         let fit = |o: Vec<Observation>| Ok(reprojection::fit(&camera, free, &o)?.deviation);
         both(observations_of_all(asked, k), fit)

@@ -97,7 +97,7 @@ pub fn see(system: &System, picture: &Raster<f32>, own: bool, stage: &mut dyn Fn
 }
 
 /// Gives every corner of the left and the right half its place on the board; with the exact corners beside them when
-/// the picture is one that `system` made (`own`).
+/// the picture is one of `system` (`own`).
 pub fn place(
     system: &System,
     lattices: &[DetectedLattice; 2],
@@ -109,7 +109,7 @@ pub fn place(
     let halves = [(Half::Left, &lattices[0]), (Half::Right, &lattices[1])].map(|(half, lattice)| {
         let frame = HalfFrame::new(system, half);
         let camera = virtual_camera(system, &frame).ok();
-        // Errors of a prism move the picture: corners know their places by where the prism as it is made looks.
+        // Errors of a prism move the picture: corners know their places by where the prism as built sees them.
         let made = virtual_camera_made(system, &frame).ok().or(camera);
         let anchored = made.and_then(|camera| anchor(system, &frame, &camera, &lattice.corners));
         let truth = aimer.as_ref().and_then(|aimer| truth::corners(system, aimer, &frame));
@@ -160,7 +160,7 @@ fn compare(anchored: Option<&[Found]>, truth: Option<&TrueCorners>, lattice: &De
         };
         let square_px = [[1, 0], [-1, 0], [0, 1], [0, -1]].into_iter().filter_map(step).fold(f64::INFINITY, f64::min);
         match truth.get(&f.index) {
-            // A corner without a neighbour has no square to measure by, and no detector finds it alone.
+            // A corner without a neighbour has no square to measure by, and no detector finds it on its own.
             Some(t) if square_px.is_finite() && f.position_px.distance(t.position_px) < SAME_CORNER * square_px => {
                 if t.whole {
                     detected.found += 1;
@@ -184,7 +184,7 @@ impl Detected {
 
 impl HalfView {
     /// Positions by board index: detected ones, and the exact positions of the same corners where they are known, so
-    /// that two figures differ by the detector's error alone.
+    /// that two figures differ only by the detector's error.
     pub fn positions(&self) -> [Option<BTreeMap<[i32; 2], DVec2>>; 2] {
         let found = self.found.iter().map(|f| (f.index, f.position_px)).collect();
         let exact = self.truth.as_ref().map(|truth| {

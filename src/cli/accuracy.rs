@@ -1,4 +1,4 @@
-//! What was asked of a picture's accuracy, and what came of it.
+//! The accuracy report of a command: the target, and what was achieved.
 
 use super::outcome::Outcome;
 use super::output;
@@ -26,7 +26,7 @@ pub(super) fn entry(account: &AccuracyReport, counts: &Counts) -> json::Accuracy
     }
 }
 
-/// Says which level made the picture `name`, why, and what it kept to; unmet where that is not what was asked for.
+/// Says which level made the picture `name`, why, and what it kept to; unmet where that misses the target.
 pub(super) fn told(name: &str, account: &AccuracyReport, counts: &Counts) -> Outcome {
     output::stderr(&format!("{name}: {account}"));
     if counts.capped_pixels > 0 {

@@ -92,7 +92,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
 }
 
 /// The scene with its flat prism and with its freeform prism. A prism given by its surfaces has no flat twin and is
-/// judged alone.
+/// judged separately.
 fn two_prisms(scene: &Scene) -> Result<Vec<(&'static str, Scene)>, Error> {
     let with = |prism: PrismSpec| Scene { prism, ..scene.clone() };
     Ok(match &scene.prism {

@@ -1,4 +1,4 @@
-//! Which instrument made a picture, so that no other one's truth is taken for its own.
+//! The identity of an instrument, kept in its pictures so that no other one's truth is taken for theirs.
 
 use crate::scene::Scene;
 use crate::system::System;

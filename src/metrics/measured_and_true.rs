@@ -2,7 +2,7 @@
 
 use super::deviation::Unmeasurable;
 
-/// One result twice: from detected corners, and exactly. `None` where it was never asked for.
+/// One result twice: from detected corners, and exactly. `None` where it was not requested.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredAndTrue<T> {
     /// From detected corners.
@@ -12,7 +12,7 @@ pub struct MeasuredAndTrue<T> {
 }
 
 impl<T> MeasuredAndTrue<T> {
-    /// Neither was asked for.
+    /// Neither was requested.
     pub const NEITHER: Self = Self { measured: None, exact: None };
 
     /// Both sides by the same function of their own input, `None` where there is no input.

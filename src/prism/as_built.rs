@@ -1,4 +1,4 @@
-//! The prism as it was made, from the prism as it should be.
+//! The prism as built, from the nominal prism.
 
 use crate::effect::Manufacture;
 use crate::geom::Pose;

@@ -1,4 +1,4 @@
-//! The prism as two sides, each a front and a back surface between the same media.
+//! The biprism: two sides, each a front and a back surface between the same media.
 
 use super::finish::{Finish, Unideal};
 use super::first_face::RIDGE_ROUNDINGS;
@@ -62,7 +62,7 @@ impl Prism {
     /// rays of the design on every side, so that rays that stray from them by `effects` find glass as well.
     ///
     /// # Errors
-    /// When a design is asked for that does not exist.
+    /// When the prism's design does not exist.
     pub fn build(
         prism: &scene::PrismSpec,
         camera: &scene::CameraSpec,
@@ -72,6 +72,7 @@ impl Prism {
             scene::PrismSpec::None => Ok(None),
             scene::PrismSpec::Flat(flat) => Self::flat(flat, camera).map(Some),
             scene::PrismSpec::Freeform(flat, settings) => {
+                // Design the surfaces.
                 let input = DesignInput {
                     camera: *camera,
                     prism: *flat,
@@ -79,6 +80,8 @@ impl Prism {
                     virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
                 };
                 let mut prism = design::freeform(&input)?.prism(flat.body);
+
+                // Grow their domains by what the effects may shift rays.
                 let reach_mm = |domain: Rect| domain.min.abs().max(domain.max.abs()).length();
                 let reach_mm = reach_mm(prism.front.domain).max(reach_mm(prism.back.domain));
                 let spare_mm = effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index);

@@ -1,4 +1,4 @@
-//! What the surfaces of a prism do to rays besides refracting them by their shapes.
+//! Surface finish: what the surfaces of a prism do to rays besides refracting them by their shapes.
 
 use super::surface_modifier::{Relief, Slope};
 use crate::effect::Clipping;

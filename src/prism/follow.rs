@@ -1,4 +1,4 @@
-//! The prism as a piece of glass whose surfaces reflect: light that does not go straight through.
+//! Reflections in the prism: its faces as those of one body of glass, for light that does not go straight through.
 
 use super::reflections::{Exit, Face, GlassBody, Limits, PowerBudget, ReflectionTracer};
 use crate::geom::Ray;

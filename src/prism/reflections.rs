@@ -1,5 +1,5 @@
-//! Light through a piece of glass whose every surface parts it: what is let through and what is sent back are both
-//! followed, by no chance, until they leave, are absorbed, or are given up; and what became of all of it is accounted for.
+//! Non-sequential ray tracing in a body of glass by deterministic splitting: at every surface the transmitted and the
+//! reflected part are both followed until they leave, are absorbed, or are given up, and all power is accounted for.
 
 use super::first_face::RIDGE_ROUNDINGS;
 use crate::geom::Ray;
@@ -28,7 +28,7 @@ pub struct GlassBody {
     pub n_glass: f64,
     /// Layers on the facets and on the backs.
     pub layers: [Option<Layer>; 2],
-    /// Wavelength in vacuum, in nm; only layers ask for it.
+    /// Wavelength in vacuum, in nm; only layers need it.
     pub wavelength_nm: f64,
     /// Absorption coefficient of the glass, in 1/mm.
     pub absorption_per_mm: f64,
@@ -121,11 +121,14 @@ impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> Reflect
     }
 
     fn walk(&self, branch: Branch, limits: Limits, account: &mut PowerBudget, leave: &mut impl FnMut(&Exit)) {
+        // Drop a branch of too many bounces or too little power.
         let power = branch.beam.power();
         if branch.bounces > limits.bounces || power < limits.least_power {
             account.dropped += power;
             return;
         }
+
+        // Find the face that it meets next, or where it ends.
         let (face, meeting) = match (self.next(&branch), branch.from) {
             (Next::Meets(face, meeting), _) => (face, meeting),
             (Next::Escapes, Some(face)) => {
@@ -138,25 +141,35 @@ impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> Reflect
                 return;
             }
         };
+
+        // Drop what a rim clips.
         let origin = branch.ray.at(meeting.t_mm);
         if !(self.passes)(face, origin) {
             account.dropped += power;
             return;
         }
+
+        // Absorb along the way through the glass.
         let mut beam = branch.beam;
         if branch.inside && self.body.absorption_per_mm != 0.0 {
             beam = beam.dimmed(left_after(self.body.absorption_per_mm, meeting.t_mm));
             account.absorbed += power - beam.power();
         }
+
+        // Split the beam into its reflected and its refracted part.
         let (incoming, normal) = (branch.ray.direction, meeting.normal);
         let reflected = (incoming - normal * (2.0 * incoming.dot(normal))).normalize();
         let interface = self.interface(face, branch.inside);
         let refracted = refract(incoming, normal, interface.n_in / interface.n_out).map(|r| r.direction);
         let parts = beam.split(&interface, normal, incoming, reflected, refracted);
+
+        // Note the face in the route.
         let side = if face.which == 0 { face.side } else { branch.side };
         // Base 8, the highest bit for the digits that are there; the 20 that 64 bits hold are more than light is worth.
         let route = branch.route.wrapping_mul(8).wrapping_add(4 + 2 * face.side as u64 + face.which as u64);
         let onward = Branch { from: Some(face), side, route, ..branch };
+
+        // Follow the refracted part, then the reflected one.
         if let Some(direction) = refracted {
             let ray = Ray { origin, direction };
             self.walk(
@@ -182,13 +195,15 @@ impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> Reflect
         if !branch.inside && branch.from.is_some_and(|face| face.which == 1) {
             return Next::Escapes;
         }
-        // The nearest face on its own half, the right one at the same distance; a ray through the ridge itself, which to
-        // within rounding is on neither half, meets the right one.
+
+        // Find the nearest face on its own half, the right one at the same distance; a ray through the ridge itself,
+        // which to within rounding is on neither half, meets the right one.
         let mut nearest: Option<(FacePart, Face, Hit)> = None;
         let back = |side: usize| Face { side, which: 1 };
         let faces = [Face { side: 1, which: 0 }, Face { side: 0, which: 0 }, back(branch.side), back(1 - branch.side)];
         let mut own_back = false;
         for face in &faces[..if branch.inside { 4 } else { 2 }] {
+            // Leave out faces that the branch cannot meet.
             let other_back = *face == faces[3];
             // Light that is not reflected passes in sequence, or not at all.
             if other_back && (own_back || branch.bounces == 0) {
@@ -198,6 +213,8 @@ impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> Reflect
             if itself {
                 continue;
             }
+
+            // Intersect the face, and see on which half.
             let meeting = match (self.intersect)(*face, &branch.ray) {
                 Ok(meeting) => meeting,
                 Err(Fate::NotConverged) => return Next::Lost,
@@ -205,6 +222,8 @@ impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> Reflect
             };
             let Some(half) = half(&branch.ray, branch.inside, *face, other_back, &meeting) else { continue };
             own_back |= face.which == 1;
+
+            // Keep the nearer one.
             let nearer = nearest.is_none_or(|(other, met, m)| match (other, half) {
                 (FacePart::Ridge, FacePart::Own) if met.which == face.which => true,
                 (FacePart::Own, FacePart::Ridge) if met.which == face.which => false,
@@ -215,9 +234,10 @@ impl<M: Fn(Face, &Ray) -> Result<Hit, Fate>, P: Fn(Face, DVec3) -> bool> Reflect
                 nearest = Some((half, *face, meeting));
             }
         }
+
+        // Light that meets no face is lost inside, at the rim of the glass, and escapes outside.
         match nearest {
             Some((_, face, meeting)) => Next::Meets(face, meeting),
-            // Inside, the rim of the glass.
             None if branch.inside => Next::Lost,
             None => Next::Escapes,
         }

@@ -1,4 +1,4 @@
-//! A ray through a known sequence of surfaces.
+//! Sequential refraction: a ray through a known sequence of surfaces.
 
 use super::payload::Payload;
 use super::surface_modifier::Relief;

@@ -1,5 +1,5 @@
-//! Structure on a surface that is too fine to be met, and tilts the normal by which it refracts; `()` is none, and costs
-//! nothing.
+//! Surface modifiers: structure on a surface that is too fine to be intersected, and tilts the normal by which it
+//! refracts; `()` is none, and costs nothing.
 
 use crate::surface::hit::Hit;
 use crate::surface::shape::Surface;

@@ -26,8 +26,9 @@ pub struct Film {
     pub account: AccuracyReport,
 }
 
-/// The accuracy of a picture: what its level promises, and what was found while it was rendered. All in px, of positions as the
-/// geometry of each of its pictures has them: neither samples of a pupil, slopes or wavelengths nor film effects count here.
+/// The accuracy of a picture: what its level promises, and what was found while it was rendered. All in px, of
+/// positions as the geometry of each of its pictures has them: neither samples of a pupil, slopes or wavelengths nor
+/// film effects count here.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct AccuracyReport {
     /// The level.

@@ -4,6 +4,7 @@ use super::document::Document;
 use super::effects;
 use super::limits::MARCHED_POINTS;
 use super::model::*;
+use super::prism_tables::*;
 use super::schema::*;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
@@ -20,7 +21,7 @@ use crate::scene::Rect;
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
-/// The scene that `file` describes; files that it names are looked for in `folder`.
+/// The scene that `file` describes; files that it names are sought in `folder`.
 pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>) -> Result<Scene, Error> {
     name(document, &file.name)?;
     let camera = camera(&file.camera);

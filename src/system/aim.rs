@@ -1,4 +1,4 @@
-//! The inverse of looking: the pixel position that sees a point of the board.
+//! Ray aiming, the inverse of the trace: the pixel position that sees a point of the board.
 
 use super::instrument::System;
 use crate::optics::fate::Fate;
@@ -13,7 +13,7 @@ const MAX_STEPS: usize = 40;
 /// kilometre (1e-10 mm) over 0.1 mm on the board per pixel, a few hundred times over.
 const ROUNDING_PX: f64 = 1e-6;
 
-/// Finds pixel positions by board positions, starting from a coarse grid of looks traced once.
+/// Finds pixel positions by board positions, starting from a coarse grid of rays traced once.
 #[derive(Debug, Clone)]
 pub struct Aimer<'a> {
     system: &'a System,
@@ -36,7 +36,7 @@ impl<'a> Aimer<'a> {
         Self { system, starts }
     }
 
-    /// Whether `px` lies on the sensor and really looks through `side`.
+    /// Whether `px` lies on the sensor and really sees through `side`.
     pub fn sees(&self, px: DVec2, side: Side) -> bool {
         let [width, height] = self.system.camera.size_px().map(|n| n as f64);
         let inside = px.cmpge(DVec2::ZERO).all() && px.cmple(DVec2::new(width, height)).all();
@@ -51,22 +51,27 @@ impl<'a> Aimer<'a> {
     /// # Errors
     /// [`Fate::NotConverged`] when no position is found; the fate of the starting rays when none reaches the board.
     pub fn aim(&self, board_mm: DVec2, side: Side) -> Result<DVec2, Fate> {
+        // Start from the traced position that sees the nearest point.
         let nearest = self.starts[side as usize]
             .iter()
             .min_by(|a, b| a.1.distance_squared(board_mm).total_cmp(&b.1.distance_squared(board_mm)));
         let &(mut px, _) = nearest.ok_or(Fate::Missed)?;
         let mut here = self.system.footprint_through(px, side)?;
+
+        // Take Newton steps.
         for _ in 0..MAX_STEPS {
             let gap = board_mm - here.sight.board_mm;
             let wanted = here.jacobian.inverse() * gap;
             if !wanted.is_finite() {
                 return Err(Fate::NotConverged);
             }
+
+            // Halve the step until it comes nearer to the point.
             let mut step = wanted;
             let done = step.length() <= self.system.accuracy.aim_px;
             loop {
                 match self.system.footprint_through(px + step, side) {
-                    // Below the step asked for, rounding decides which gap is smaller.
+                    // Below the tolerance, rounding decides which gap is smaller.
                     Ok(next) if done || (board_mm - next.sight.board_mm).length() < gap.length() => {
                         (px, here) = (px + step, next);
                         break;

@@ -1,4 +1,4 @@
-//! The instrument: camera, prism, board and effects, and the way of a ray through them.
+//! The traced instrument: the path of a ray from a pixel through the prism to the board, with its differentials.
 
 use super::board::Board;
 use super::camera::Camera;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub struct System {
     /// The camera.
     pub camera: Camera,
-    /// The glass as it is made and mounted, if there is any.
+    /// The glass as built and mounted, if there is any.
     pub prism: Option<Prism>,
     /// The glass as it is meant to be.
     pub designed: Option<Arc<Prism>>,
@@ -26,7 +26,7 @@ pub struct System {
     pub board: Board,
     /// An opening before the camera, through which all rays must go.
     pub stop: Option<Opening>,
-    /// What is asked of each ray.
+    /// The accuracy of each ray.
     pub accuracy: Accuracy,
     /// What the picture shows besides geometry. Effects of the instrument are built into camera, prism and stop; of the
     /// others rays do not know: what is traced, seen and aimed at here goes through the middle of the pupil, in light of the
@@ -43,7 +43,7 @@ pub struct BoardHit {
     pub side: Side,
 }
 
-/// A sight and how it moves with the pixel position.
+/// A board hit and how it moves with the pixel position (ray differentials).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
     /// What the position itself sees.

@@ -1,4 +1,4 @@
-//! An instrument whose prism is tessellated.
+//! Tessellation: an instrument whose prism is replaced by triangle meshes.
 
 use super::instrument::System;
 use crate::geom::Rect;
@@ -26,9 +26,12 @@ impl<'a> Tessellated<'a> {
     /// back together. `None` without a prism, of one that is a mesh already or out of shape, or where a ray on the way of
     /// the right half ends.
     pub fn new(system: &'a System, triangles: usize, normals: Normals) -> Option<Self> {
+        // Find the part of the right side that is used, and the cells over it.
         let prism = system.prism.as_ref()?;
         let cells = ((triangles as f64 / 4.0).sqrt().round() as usize).max(1);
         let used = used_part(system)?;
+
+        // Sample height and normal over the cells of each face.
         let mesh = |which: usize| {
             let used = used[which];
             match prism.surface(Side::Right, which) {

@@ -1,4 +1,4 @@
-//! What a case found, gathered one check at a time.
+//! The tally of a case: its worst error, gathered one check at a time.
 
 use crate::optics::fate::Fate;
 use std::collections::BTreeMap;
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 /// What a case found.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct CaseOutcome {
-    /// Checks made.
+    /// Count of checks.
     pub checked: usize,
     /// The largest error, in the case's unit.
     pub worst: f64,

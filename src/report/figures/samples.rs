@@ -1,4 +1,4 @@
-//! For the tests: pictures and corners of a realistic shape, and a way to look at a figure.
+//! Test samples: pictures and corners of a realistic shape, and figures written out for inspection.
 
 use super::comparison::CornerMark;
 use crate::plot::drawing::{Drawing, Item};
@@ -50,14 +50,14 @@ pub(super) fn board(largest: f64) -> (Raster<f32>, Vec<CornerMark>) {
     (Raster::from_data(1920, 1080, data), corners)
 }
 
-/// Writes a file into the folder that FIGURE_DIR names, to be looked at; nothing where it names none.
+/// Writes a file into the folder that FIGURE_DIR names, for inspection; nothing where it names none.
 pub(crate) fn keep(name: &str, bytes: &[u8]) {
     if let Some(folder) = std::env::var_os("FIGURE_DIR") {
         std::fs::write(std::path::Path::new(&folder).join(name), bytes).unwrap();
     }
 }
 
-/// Asks of every figure: no text leaves the sheet, none covers another, and the pixels are the same again.
+/// Checks every figure: no text leaves the sheet, none covers another, and the pixels are the same again.
 pub(crate) fn examine(name: &str, drawing: &Drawing) {
     let picture = canvas::raster(drawing);
     let mut png = Vec::new();
