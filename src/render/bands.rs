@@ -11,7 +11,7 @@ use crate::raster::Raster;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The picture of a plan, one pass without film effects, with what is wanted of it; `progress` as in [`render`].
+/// The picture of a plan, one pass without film effects, with what is wanted of it; `progress` as in [`render`](super::render).
 pub fn picture(plan: &Plan, wanted: Outputs, progress: &(dyn Fn(usize) + Sync)) -> Film {
     let [_, height] = plan.system.camera.size_px();
     let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, progress);
