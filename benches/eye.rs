@@ -1,4 +1,4 @@
-//! What the measuring eye costs: `cargo bench --bench eye`, in ms of CPU time, best and median of 15 runs.
+//! The time of the corner detector: `cargo bench --bench eye`, in ms of CPU time, best and median of 15 runs.
 //!
 //! A picture of 1920 x 1080 whose two halves show a bent board of 72 px squares each, some 200 corners to a half, is
 //! measured on one thread: without noise, with noise, with blur and noise; candidates, growth and fit apart. Runs of all
@@ -36,7 +36,7 @@ fn picture(sigma_px: f64, noise: f64) -> Raster<f32> {
 }
 
 /// The ms of CPU time that `f` takes on this thread, where the system tells it (Linux), else of wall-clock time: a busy
-/// machine must not make the eye look slow. And what it makes.
+/// machine must not make the detector look slow. And its result.
 fn clock<T>(f: impl FnOnce() -> T) -> (f64, T) {
     let (start, cpu) = (Instant::now(), cpu_ms());
     let made = black_box(f());

@@ -1,6 +1,6 @@
-//! What accuracy is asked of a computation. A leaf: plain numbers, each with what it buys.
+//! Accuracy levels: the tolerances of a computation. A leaf: plain numbers, each with what it buys.
 
-/// The coarsest accuracy that may be asked for, in px.
+/// The coarsest target accuracy, in px.
 pub const COARSEST_TARGET_PX: f64 = 1.0;
 
 /// Radiances are kept as f32: a line of the whole contrast cannot be told apart from one this far from it, in px.
@@ -74,7 +74,7 @@ pub struct Accuracy {
     pub level: Level,
     /// No edge or corner of the board lies farther than this from where [`Accuracy::reference`] has it, in px.
     pub promise_px: f64,
-    /// What was asked for, where the level was chosen by that, in px.
+    /// The target, where the level was chosen by one, in px.
     pub target_px: Option<f64>,
     /// How pixels learn what they see.
     pub sampling: Sampling,
@@ -98,7 +98,7 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// A quick look: polynomials of low degree, from few rays, pixels in f32, and divided only where the map bends strongly.
+    /// A draft: polynomials of low degree, from few rays, pixels in f32, and divided only where the map bends strongly.
     pub const fn draft() -> Self {
         Self {
             level: Level::Draft,

@@ -1,4 +1,4 @@
-//! What a user is told when something cannot be done: the place, the value, the rule and the next step.
+//! Errors as a user reads them: the place, the value, the rule and the next step.
 //!
 //! A leaf: it knows no file system and no terminal. Every front end prints a [`Error`] the same way.
 

@@ -1,4 +1,4 @@
-//! Which corner of the board is which corner of a detected lattice?
+//! Board indexing: which corner of the board is which corner of a detected lattice.
 //!
 //! A checkerboard that fills the view has no mark of its own, so a lattice found in a picture is known only up to a
 //! shift and a quarter turn. The instrument settles both: its rays through the corners nearest to the half image's centre

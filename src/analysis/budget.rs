@@ -1,18 +1,18 @@
-//! Where the error of a corner comes from: the way from where an ideal pinhole sees it to where it was measured, in steps
+//! The error budget of a corner: the way from where an ideal pinhole sees it to where it was measured, in steps
 //! that add up.
 //!
 //! ```text
 //! ideal    the designed virtual camera's projection of the corner
 //!   + optics     what the design leaves: where its marched surfaces put the corner, less ideal
 //!   + fit        what the polynomials fitted to the marched points change: where the plain instrument puts it, less that
-//!   + detector   the eye's own error: the corner found in the plain picture, less where the plain instrument puts it
+//!   + detector   the detector's error: the corner found in the plain picture, less where the plain instrument puts it
 //!   + effects    found under the scene's effects but the sensor's, errors of manufacture among them, less in the plain one
 //!   + sampling   what the judged picture adds: the corner found in it, less the one found before its sensor and level
 //! measured
 //! ```
 //!
-//! The plain instrument is the ideal one, without effects: a prism that is made wrongly, a stop and rims are effects, and
-//! so optics and fit are those of the design whatever errors it is made with. Its picture is taken with every pixel traced
+//! The plain instrument is the ideal one, without effects: a prism with errors as built, a stop and rims are effects,
+//! and so optics and fit are those of the design whatever errors it has. Its picture is taken with every pixel traced
 //! ([`Accuracy::exact`]). So sampling holds the level, the sensor with its noise, and the file. Where a scene does not
 //! design its prism there is no fit, and optics reaches to the plain instrument; where it calls for no effect but the
 //! sensor's there is no such step.

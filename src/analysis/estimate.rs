@@ -1,4 +1,4 @@
-//! What a picture will be and cost, before it is made.
+//! Estimates of a picture's time, memory and fates, before it is rendered.
 
 use crate::accuracy::{Level, Sampling};
 use crate::effect::{EffectId, Hook};
@@ -29,7 +29,7 @@ pub struct PictureEstimate {
     pub effects: Vec<Verdict>,
     /// Rays along each side of a pixel by which ghosts are sampled where their ways part; 0 without ghosts.
     pub ghost_samples: usize,
-    /// Memory of the picture and its ground truth while it is made, in bytes, without the program itself and what
+    /// Memory of the picture and its ground truth while it is rendered, in bytes, without the program itself and what
     /// writes a file.
     pub memory_bytes: u64,
     /// Share of the pixels that end in each fate, from a grid of them, by rays through the middle of the pupil and
@@ -39,7 +39,7 @@ pub struct PictureEstimate {
     pub other_rays: bool,
 }
 
-/// Pixels along each side of the grid that is asked for fates.
+/// Pixels along each side of the grid that is traced for fates.
 const GRID: usize = 65;
 /// A picture of this many pixels or more is timed in place of a larger one.
 const TIMED_PX: usize = 100_000;
@@ -66,12 +66,12 @@ pub fn forecast(system: &System, effects: Vec<Verdict>) -> PictureEstimate {
     }
 }
 
-/// Strips of a picture that are held at a time: one is made, one waits, and one is written.
+/// Strips of a picture that are held at a time: one is rendered, one waits, and one is written.
 const STRIPS: usize = 3;
 
-/// What is held of every pixel of the strips at hand, or of the picture where it is made as a whole: radiance (4 bytes),
-/// class (1) and board position (8). A mean of pictures is summed up in f64 beside the picture of one pass, and so are the
-/// squares of its sets; three more of each where there are colours.
+/// What is held of every pixel of the strips at hand, or of the picture where it is rendered as a whole: radiance (4
+/// bytes), class (1) and board position (8). A mean of pictures is summed up in f64 beside the picture of one pass, and
+/// so are the squares of its sets; three more of each where there are colours.
 fn memory_bytes(system: &System, sets: usize, samples: usize) -> u64 {
     let effects = system.effects();
     let [width, height] = system.camera().size_px();

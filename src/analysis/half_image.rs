@@ -26,7 +26,7 @@ impl HalfFrame {
         Self { half, first_column, size_px: DVec2::new((width / 2) as f64, height as f64) }
     }
 
-    /// The side of the prism that this half looks through.
+    /// The side of the prism that this half sees through.
     pub fn side(&self) -> Side {
         if self.half == Half::Left { Side::Left } else { Side::Right }
     }
@@ -86,10 +86,10 @@ impl std::fmt::Display for NoPinhole {
     }
 }
 
-/// The virtual camera that a half is designed to be, whatever errors its prism is made with and whatever clips its rays.
-/// It is found from the central ray of the half image alone, through the prism as it is meant to be: it lies on that ray's
-/// extension beside the real camera (in its plane of constant z), is parallel to it, has its focal length and pixels, and
-/// sees with the half image's centre where that ray goes.
+/// The virtual camera that a half is designed to be, whatever errors its prism has as built and whatever clips its
+/// rays. It is found from the central ray of the half image only, through the prism as it is meant to be: it lies on
+/// that ray's extension beside the real camera (in its plane of constant z), is parallel to it, has its focal length
+/// and pixels, and sees with the half image's centre where that ray goes.
 ///
 /// For the design paper's prisms this is its O' with z = 0. For any other prism it is what the prism would be used as.
 ///
@@ -108,7 +108,7 @@ pub fn virtual_camera(system: &System, frame: &HalfFrame) -> Result<Pinhole, NoP
     )
 }
 
-/// The same, on the central ray of the instrument as it is made.
+/// The same, on the central ray of the instrument as built.
 ///
 /// # Errors
 /// [`NoPinhole`].

@@ -19,7 +19,7 @@ pub struct TrueCorner {
 /// Corners of a half by board index (column, row).
 pub type TrueCorners = BTreeMap<[i32; 2], TrueCorner>;
 
-/// More corners than this in a half are not looked for: their squares would be about 2 px wide at most on any sensor
+/// More corners than this in a half are not sought: their squares would be about 2 px wide at most on any sensor
 /// that is allowed, and no detector resolves them.
 const MOST_CORNERS: usize = 1_000_000;
 
@@ -68,7 +68,8 @@ fn on_rim(system: &System, aimer: &Aimer<'_>, frame: &HalfFrame, [column, row]: 
     outer && aimer.aim(board_mm, frame.side()).is_ok_and(seen)
 }
 
-/// A rectangle on the board, in mm, that holds everything the half sees: that of a grid of looks, grown by a cell.
+/// A rectangle on the board, in mm, that holds everything the half sees: that of a grid of traced pixels, grown by a
+/// cell.
 fn seen_range(system: &System, frame: &HalfFrame) -> Option<[DVec2; 2]> {
     const N: usize = 32;
     let place = |i: usize, j: usize| frame.full(frame.size_px * DVec2::new(i as f64, j as f64) / N as f64);

@@ -158,7 +158,7 @@ fn compare(anchored: Option<&[Found]>, truth: Option<&TrueCorners>, lattice: &De
         };
         let square_px = [[1, 0], [-1, 0], [0, 1], [0, -1]].into_iter().filter_map(step).fold(f64::INFINITY, f64::min);
         match truth.get(&f.index) {
-            // A corner without a neighbour has no square to measure by, and no detector finds it alone.
+            // A corner without a neighbour has no square to measure by, and no detector finds it on its own.
             Some(t) if square_px.is_finite() && f.position_px.distance(t.position_px) < SAME_CORNER * square_px => {
                 if t.whole {
                     detected.found += 1;
@@ -182,7 +182,7 @@ impl Detected {
 
 impl HalfView {
     /// Positions by board index: detected ones, and the exact positions of the same corners where they are known, so
-    /// that two figures differ by the detector's error alone.
+    /// that two figures differ only by the detector's error.
     pub fn positions(&self) -> [Option<BTreeMap<[i32; 2], DVec2>>; 2] {
         let found = self.found.iter().map(|f| (f.index, f.position_px)).collect();
         let exact = self.truth.as_ref().map(|truth| {

@@ -1,4 +1,4 @@
-//! What was asked of a picture's accuracy, and what came of it.
+//! The accuracy report of a command: the target, and what was achieved.
 
 use super::outcome::Outcome;
 use super::output;

@@ -1,4 +1,4 @@
-//! What a scene claims about its own result.
+//! The claims of a scene about its own result (`[[expect]]`).
 
 use super::outcome::Outcome;
 use super::output;

@@ -1,4 +1,4 @@
-//! What the verbs read and write alike.
+//! Input and output files that the verbs share.
 
 use super::output;
 use crate::error::Error;
@@ -26,12 +26,12 @@ pub(super) fn build(scene: &Scene, path: &Path) -> Result<System, Error> {
     named(path, crate::system::build(scene))
 }
 
-/// What was made of the scene in `path`, or what is wrong and in which file.
+/// The result for the scene in `path`, or what is wrong and in which file.
 pub(super) fn named<T>(path: &Path, made: Result<T, Error>) -> Result<T, Error> {
     made.map_err(|problem| Error { place: format!("{}: {}", path.display(), problem.place), ..problem })
 }
 
-/// The folder, made if need be.
+/// The folder, created if need be.
 pub(super) fn folder(path: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(path).map_err(|error| {
         let rule = format!("the folder cannot be made: {error}");

@@ -1,4 +1,4 @@
-//! `biprism measure`: the figures of one picture, made here or by a camera, or of corners that another program found.
+//! `biprism measure`: the figures of one picture, rendered or photographed, or of corners that another program found.
 
 use super::args::MeasureArgs;
 use super::expect::expectations;
@@ -22,7 +22,7 @@ use std::collections::BTreeMap;
 
 /// What is measured.
 enum Input {
-    /// With what is noted in its file of how it was made.
+    /// With the notes in its file on its origin.
     Picture(Raster<f32>, Option<String>),
     Corners(Vec<corners::CornerView>),
 }

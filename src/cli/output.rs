@@ -1,4 +1,4 @@
-//! Data to stdout, words to stderr, and no panic when either is closed or full.
+//! Output helpers: data to stdout, words to stderr, and no panic when either is closed or full.
 
 use crate::error::Error;
 use std::io::{ErrorKind, Write};

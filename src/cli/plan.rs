@@ -12,7 +12,7 @@ use std::time::Instant;
 
 /// Pictures of which the fastest is taken for the time of one, while they take no longer together than [`PATIENCE_S`].
 const REPETITIONS: usize = 3;
-/// A picture is not made again once this has passed, in s.
+/// A picture is not rendered again once this has passed, in s.
 const PATIENCE_S: f64 = 1.0;
 
 /// A forecast with what it costs in time.
@@ -25,9 +25,10 @@ pub(super) struct TimedEstimate {
 }
 
 impl TimedEstimate {
-    /// The plan of the picture of `scene`, whose instrument is `system`, settled by `verdicts`, and `ideal` without effects.
-    /// Times are those of pictures made now: of the picture itself where it is small, else of one of fewer pixels, times the
-    /// ratio of pixels. Larger pixels have more edges and more bend in them, so that such a time says too much.
+    /// The plan of the picture of `scene`, whose instrument is `system`, settled by `verdicts`, and `ideal` without
+    /// effects. Times are those of pictures rendered now: of the picture itself where it is small, else of one of fewer
+    /// pixels, times the ratio of pixels. Larger pixels have more edges and more bend in them, so that such a time says
+    /// too much.
     pub(super) fn new(scene: &Scene, ideal: &System, system: &System, verdicts: Vec<Verdict>) -> Self {
         let forecast = forecast(system, verdicts);
         let dropped: Vec<EffectId> = forecast.effects.iter().filter(|e| !e.kept).map(|e| e.effect).collect();

@@ -20,7 +20,7 @@ use std::path::Path;
 /// Longest line that is read, in bytes.
 const MAX_LINE: u64 = 4096;
 
-/// What is asked of a line.
+/// What is to be traced for a line.
 enum Asked {
     /// Where this pixel position leads.
     Pixel(DVec2),

@@ -1,4 +1,4 @@
-//! The design against the paper's Table 1, by a ray trace written for this file alone: vector Snell, and surfaces met by
+//! The design against the paper's Table 1, by a ray trace written for this file only: vector Snell, and surfaces met by
 //! Newton's method on z - sag(x, y) along the ray. It shares no code with the simulator.
 
 use super::*;

@@ -50,7 +50,8 @@ impl fmt::Display for Singular {
 /// d(p'_z)/dt = - (p'_z - z_O')  (g_t . N2) / (g . N2)
 /// ```
 ///
-/// Domain of validity: k > 1, glass between P and P', and both surfaces able to bend the ray by as much as the design needs.
+/// Domain of validity: k > 1, glass between P and P', and both surfaces able to bend the ray by as much as the design
+/// needs.
 ///
 /// # Errors
 /// The [`Singular`] condition at the border of that domain.

@@ -29,7 +29,7 @@ pub struct Effects {
     pub lens: Lens,
     /// What keeps rays from passing.
     pub clipping: Option<Clipping>,
-    /// The prism as it was made.
+    /// The prism as built.
     pub manufacture: Option<Manufacture>,
     /// Rough surfaces.
     pub roughness: Option<Roughness>,
@@ -198,7 +198,7 @@ impl Effects {
         Self { coating, ..self.clone() }
     }
 
-    /// The share of its light that is left to a ray after its journey: the product of all transport effects.
+    /// The share of its light that is left to a ray along its light path: the product of all transport effects.
     pub fn throughput(&self, journey: &LightPath) -> f64 {
         let mut throughput = 1.0;
         if let Some(lamp) = &self.lamp {
@@ -223,7 +223,7 @@ impl Effects {
     }
 
     /// The side of the square in the middle of a pixel over which its light is to be taken, in px. Diffraction lets light
-    /// cross its border, so that the whole pixel is asked for, and collects over the square by itself.
+    /// cross its border, so that the whole pixel is rendered, and collects over the square itself.
     pub fn active_side(&self) -> f64 {
         if self.diffracting().is_some() { 1.0 } else { self.collecting_side() }
     }

@@ -1,4 +1,4 @@
-//! What transport effects may know of a ray.
+//! Light paths: what transport effects may know of a ray.
 
 use crate::optics::refraction::Refraction;
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! The prism as it was made: out of place, of another thickness and index, its surfaces out of figure.
+//! The prism as built: out of place, of another thickness and index, its surfaces out of figure.
 
 use crate::geom::Pose;
 use crate::surface::figure_error::FigureError;

@@ -1,4 +1,4 @@
-//! What a scene may ask for beyond geometry: one opt-in effect a file, and one table of them all.
+//! Effects beyond geometrical optics: one opt-in effect a file, and one table of them all.
 //!
 //! An effect exists for a scene when the scene has its table `[effect.<name>]`; one of strength 0 is as good as absent,
 //! bit for bit. There are four kinds, by the place where they take hold ([`Hook`]):
@@ -8,9 +8,9 @@
 //!   [`Effects::variants`] lists the variants of the instrument with their weights, `system::vary` builds one of them,
 //!   and `render` sums up their pictures, each by the certified map and without noise.
 //! - **Transport** effects weaken light on its way by a smooth factor: [`Effects::throughput`] multiplies the factors of one
-//!   ray, given its [`LightPath`]; `render` asks for it at every pixel, or at every piece of a pixel that a border cuts.
+//!   ray, given its [`LightPath`]; `render` evaluates it at every pixel, or at every piece of a pixel that a border cuts.
 //! - **Film** effects act on the whole picture after all passes: [`Effects::develop`] applies them in the order of the
-//!   light, optics before sensor. They may ask for a picture that is sampled finer than its pixels
+//!   light, optics before sensor. They may need a picture that is sampled finer than its pixels
 //!   ([`Effects::samples`]), or over a part of each pixel ([`Effects::active_side`]).
 //!
 //! A scene without effects is rendered by loops that know of none.

@@ -1,4 +1,4 @@
-//! Where ray effects take their samples.
+//! The sampling of ray effects: quadrature rules and random sets.
 
 use crate::num::deviates::Stream;
 use glam::DVec2;

@@ -1,4 +1,4 @@
-//! One variant of the instrument, whose weighted mean is the picture.
+//! A variant of the instrument: one sample of its ray effects. The picture is the weighted mean over variants.
 
 use super::dispersion;
 use glam::DVec2;

@@ -1,4 +1,4 @@
-//! Goldens: pictures and numbers that were judged right once and must not move.
+//! Golden tests (regression): pictures and numbers that were judged right once and must not move.
 //!
 //! Each case is a scene `<case>.toml`; its golden is `<case>.png` (16-bit grey, linear) and `<case>.json` (numbers) in
 //! another folder. A case without a golden fails, and so does a golden without a case. A failing case leaves

@@ -130,7 +130,7 @@ fn average(pictures: &[Raster<f32>]) -> Vec<f64> {
     sums.iter().map(|s| s / pictures.len() as f64).collect()
 }
 
-/// The mean picture, which is kept to be looked at.
+/// The mean picture, which is kept for inspection.
 pub fn mean_picture(pictures: &[Raster<f32>]) -> Raster<f32> {
     let light = average(pictures).into_iter().map(|v| v as f32).collect();
     Raster::from_data(pictures[0].width(), pictures[0].height(), light)

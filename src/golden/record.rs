@@ -33,7 +33,7 @@ pub struct Shift {
     pub px: f64,
 }
 
-/// Compares two records; `tolerance` is asked for each leaf by its JSON pointer: `/corners/3/x_px`.
+/// Compares two records; `tolerance` gives that of each leaf by its JSON pointer: `/corners/3/x_px`.
 ///
 /// The order of keys does not matter. A missing or added key and an array of another length are mismatches of their
 /// own, and nothing below them is compared.

@@ -1,4 +1,4 @@
-//! How the cases went.
+//! The report of a golden run: how each case went.
 
 use super::noise::{self, Regions};
 use super::record::RecordDifference;
@@ -35,7 +35,7 @@ pub struct Folders<'a> {
     pub cases: &'a Path,
     /// Their goldens.
     pub golden: &'a Path,
-    /// What failing cases leave behind; made when needed.
+    /// What failing cases leave behind; created when needed.
     pub failures: &'a Path,
 }
 
@@ -44,15 +44,15 @@ pub struct Folders<'a> {
 pub enum Mode {
     /// Goldens are read only.
     Check,
-    /// The goldens of failing cases are written anew, all others are left alone.
+    /// The goldens of failing cases are written anew, all others are left as they are.
     Update,
 }
 
 impl Mode {
-    /// The mode that the values of the variables `UPDATE_GOLDEN` and `CI` ask for.
+    /// The mode by the values of the variables `UPDATE_GOLDEN` and `CI`.
     ///
     /// # Errors
-    /// A value of `UPDATE_GOLDEN` other than 0 and 1, and an update where `CI` is set: there, nobody looks.
+    /// A value of `UPDATE_GOLDEN` other than 0 and 1, and an update where `CI` is set: there, nobody reviews it.
     pub fn of_variables(update: Option<&str>, ci: Option<&str>) -> Result<Self, Error> {
         match (update, ci.is_some_and(|value| !value.is_empty())) {
             (None | Some("" | "0"), _) => Ok(Self::Check),

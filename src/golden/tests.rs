@@ -121,7 +121,7 @@ fn an_edge_that_moves_by_a_twentieth_of_a_pixel_fails_by_picture_and_by_corner()
     assert!((shift.px - 0.05).abs() < 1e-12 && shift.path == "/corners/0");
     let text = fs::read_to_string(room.evidence("one.diff.txt")).unwrap();
     assert!(text.contains("largest corner shift: 5.000e-2 px at /corners/0"), "{text}");
-    // Each of the two alone is enough.
+    // Either of the two is enough.
     let original = Room::new();
     let only_picture = original.check(&|output| GoldenOutput { picture: shifted(), ..output });
     assert!(!only_picture.passed() && reasons(&only_picture, "one").starts_with("12 of"));

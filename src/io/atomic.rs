@@ -1,4 +1,4 @@
-//! Whole files or none: every file of the program is written here.
+//! Atomic file writing: whole files or none. Every file of the program is written here.
 
 use crate::error::Error;
 use std::fs::File;

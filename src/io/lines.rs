@@ -1,4 +1,4 @@
-//! A text read line by line, which knows where it is.
+//! A line reader that knows its line number.
 
 use crate::error::Error;
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! What a picture file says besides its pixels, and the sizes that it may have.
+//! Picture metadata: what a file says besides its pixels, and the sizes that it may have.
 
 use crate::error::Error;
 use crate::raster::{MAX_PIXELS, MAX_SIDE_PX};

@@ -1,4 +1,4 @@
-//! What other programs and cameras write: JPEG, BMP and PNM, through the `image` library, to linear light.
+//! Photographs: JPEG, BMP and PNM of other programs and cameras, through the `image` library, to linear light.
 
 use super::metadata::{Metadata, checked_size};
 use crate::error::Error;

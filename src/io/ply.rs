@@ -284,23 +284,7 @@ fn read_header<R: BufRead>(lines: &mut TextLines<R>) -> Result<(PlyEncoding, Vec
                 };
             }
             ["comment" | "obj_info", ..] => {}
-            ["element", name, value] => {
-                if elements.is_empty() && name != "vertex" {
-                    return Err(lines.problem(
-                        format!("the first element is {name:?}, and must be \"vertex\""),
-                        "write the vertices before all else, as most programs do",
-                    ));
-                }
-                let within = |n: &u64| *n <= lines.limit;
-                let count = value.parse().ok().filter(within).ok_or_else(|| {
-                    let plural = if name == "vertex" { "vertices" } else { name };
-                    lines.problem(
-                        format!("the count of {plural} is {value:?}, and must be within 0 .. {}", lines.limit),
-                        "thin it out: a smooth surface needs far fewer",
-                    )
-                })?;
-                elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
-            }
+            ["element", name, value] => elements.push(element(lines, elements.is_empty(), name, value)?),
             ["property", "list", count, item, name] if elements.len() > 1 => {
                 let count = Scalar::named(count).ok_or_else(|| unknown_type(count, name))?;
                 let item = Scalar::named(item).ok_or_else(|| unknown_type(item, name))?;
@@ -314,17 +298,7 @@ fn read_header<R: BufRead>(lines: &mut TextLines<R>) -> Result<(PlyEncoding, Vec
                     element.properties.push((name.to_owned(), PropertyKind::Scalar(scalar)));
                 }
             }
-            ["end_header"] => {
-                let vertices = elements.first();
-                let has = |axis: &str| vertices.is_some_and(|v| v.position(axis).is_some());
-                return match encoding {
-                    Some(encoding) if ["x", "y", "z"].into_iter().all(has) => Ok((encoding, elements)),
-                    _ => Err(lines.problem(
-                        "the header must give a format (ascii or binary), `element vertex` and its properties x, y and z",
-                        "write the file again as a point cloud or a mesh of x, y, z",
-                    )),
-                };
-            }
+            ["end_header"] => return complete_header(lines, encoding, elements),
             _ => {
                 return Err(lines.problem(
                     format!("the header line {:?} is not understood", words.join(" ")),
@@ -337,4 +311,40 @@ fn read_header<R: BufRead>(lines: &mut TextLines<R>) -> Result<(PlyEncoding, Vec
         format!("the header does not end within {MAX_HEADER_LINES} lines"),
         "check the file's format and extension",
     ))
+}
+
+/// The element that a header line names; the `first` must be the vertices.
+fn element<R: BufRead>(lines: &TextLines<R>, first: bool, name: &str, value: &str) -> Result<Element, Error> {
+    if first && name != "vertex" {
+        return Err(lines.problem(
+            format!("the first element is {name:?}, and must be \"vertex\""),
+            "write the vertices before all else, as most programs do",
+        ));
+    }
+    let within = |n: &u64| *n <= lines.limit;
+    let count = value.parse().ok().filter(within).ok_or_else(|| {
+        let plural = if name == "vertex" { "vertices" } else { name };
+        lines.problem(
+            format!("the count of {plural} is {value:?}, and must be within 0 .. {}", lines.limit),
+            "thin it out: a smooth surface needs far fewer",
+        )
+    })?;
+    Ok(Element { name: name.to_owned(), count, properties: Vec::new() })
+}
+
+/// The header at its end, if it names an encoding and vertices of x, y and z.
+fn complete_header<R: BufRead>(
+    lines: &TextLines<R>,
+    encoding: Option<PlyEncoding>,
+    elements: Vec<Element>,
+) -> Result<(PlyEncoding, Vec<Element>), Error> {
+    let vertices = elements.first();
+    let has = |axis: &str| vertices.is_some_and(|v| v.position(axis).is_some());
+    match encoding {
+        Some(encoding) if ["x", "y", "z"].into_iter().all(has) => Ok((encoding, elements)),
+        _ => Err(lines.problem(
+            "the header must give a format (ascii or binary), `element vertex` and its properties x, y and z",
+            "write the file again as a point cloud or a mesh of x, y, z",
+        )),
+    }
 }

@@ -33,7 +33,7 @@ pub enum Unmeasurable {
         /// Its place in the input, from 0.
         index: usize,
     },
-    /// A ray that never meets the plane or the axis asked about.
+    /// A ray that never meets the plane or the axis in question.
     #[error("ray {index} runs parallel to it")]
     Parallel {
         /// Its place in the input, from 0.

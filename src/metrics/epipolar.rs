@@ -1,4 +1,4 @@
-//! Epipolar curves: are they straight, and are they horizontal?
+//! Epipolar curves: whether they are straight, and whether they are horizontal.
 //!
 //! Fix a pixel of one half and let the scene point it sees run over a range of depths: its image in the other half
 //! draws a curve. Two pinholes draw a straight line; through a prism it is straight only nearly, so slope *and*
@@ -97,11 +97,11 @@ pub fn summary(curves: &[Vec<DVec2>], width_px: f64) -> Result<Summary, Unmeasur
     })
 }
 
-/// Epipolar curves from corners alone: a board seen at several depths, in the order of the depths.
+/// Epipolar curves from corners only: a board seen at several depths, in the order of the depths.
 ///
 /// No corner stays at one pixel of the left half when the board moves, so the map left px -> right px of each depth is
-/// interpolated (see [`PixelMap`]) and asked at every left corner of the first depth that all depths cover. The curves'
-/// accuracy is that of the interpolation: a polynomial of total degree `degree` through noisy corners.
+/// interpolated (see [`PixelMap`]) and evaluated at every left corner of the first depth that all depths cover. The
+/// curves' accuracy is that of the interpolation: a polynomial of total degree `degree` through noisy corners.
 ///
 /// # Errors
 /// [`Unmeasurable::TooFew`] below [`POINTS_PER_CURVE`] depths, or when no corner is covered by all; what

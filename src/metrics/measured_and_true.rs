@@ -21,7 +21,7 @@ pub struct MeasuredAndTrue<T> {
 }
 
 impl<T> MeasuredAndTrue<T> {
-    /// Neither was asked for.
+    /// Neither was requested.
     pub const NEITHER: Self = Self { measured: None, exact: None };
 
     /// Neither has a value, for this reason.

@@ -1,4 +1,4 @@
-//! What metrics take: corners with their places in the world or in the other half.
+//! Observations, the input of the metrics: corners with their places in the world or in the other half.
 
 use glam::{DVec2, DVec3};
 

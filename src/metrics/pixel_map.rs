@@ -1,4 +1,4 @@
-//! A smooth map of the image, interpolated from scattered corners: what lies at a pixel between them?
+//! A smooth map of the image, interpolated from scattered corners.
 
 use super::deviation::{Unmeasurable, all_finite, at_least};
 use crate::geom::Rect;
@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 
 /// The degree to use on half images of a prism. Through the flat prism of the design paper, of which the freeform one
 /// is the gentler case, the map between the halves is kept to 1e-4 px RMS (degree 3: 4e-3 px; degree 5: 1e-6 px, but it
-/// asks for more corners than a half holds at half a metre, and lets more of their noise through).
+/// needs more corners than a half holds at half a metre, and lets more of their noise through).
 pub const DEGREE: usize = 4;
 
 /// A pixel and the value there: a position in another image in px, or on a board in mm.
@@ -68,7 +68,8 @@ impl PixelMap {
         Ok(Self { x: poly(0), y: poly(1), domain, rms: (residual / samples.len() as f64).sqrt() })
     }
 
-    /// The value at a pixel; `None` outside the rectangle spanned by the samples, where a polynomial must not be asked.
+    /// The value at a pixel; `None` outside the rectangle spanned by the samples, where a polynomial must not be
+    /// evaluated.
     pub fn at(&self, image_px: DVec2) -> Option<DVec2> {
         let [x, y] = image_px.to_array();
         self.domain.contains(image_px).then(|| DVec2::new(self.x.value(x, y), self.y.value(x, y)))

@@ -168,11 +168,11 @@ pub fn axis_crossings(rays: &[Ray], axis: &Ray) -> Result<AxisCrossings, Unmeasu
     })
 }
 
-/// Object-side rays from corners alone: a plane board at several depths, each a set of observations.
+/// Object-side rays from corners only: a plane board at several depths, each a set of observations.
 ///
-/// The map px -> board of each depth is interpolated (see [`PixelMap`]) and asked at every pixel of `image_px` that all
-/// depths cover; the line of total least squares through a pixel's points, from the first depth towards the last, is
-/// its ray.
+/// The map px -> board of each depth is interpolated (see [`PixelMap`]) and evaluated at every pixel of `image_px` that
+/// all depths cover; the line of total least squares through a pixel's points, from the first depth towards the last,
+/// is its ray.
 ///
 /// # Errors
 /// [`Unmeasurable::TooFew`] below 2 depths, or when no pixel is covered by all; [`Unmeasurable::Degenerate`] when a

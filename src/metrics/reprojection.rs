@@ -1,4 +1,4 @@
-//! The pinhole that explains the corners best, and what it leaves unexplained.
+//! Reprojection error: the pinhole that fits the corners best, and its residuals.
 
 use super::deviation::{Deviation, Unmeasurable, at_least};
 use super::observation::Observation;

@@ -1,4 +1,4 @@
-//! Left against right on the raw halves: may they go into a stereo matcher without rectification?
+//! Stereo alignment of the raw halves: whether they may go into a stereo matcher without rectification.
 
 use super::deviation::{Unmeasurable, all_finite, at_least};
 use super::observation::Pair;

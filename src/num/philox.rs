@@ -1,4 +1,4 @@
-//! Random bits by counting: the numbers of a place depend on the place alone, and not on what was drawn before or on
+//! Random bits by counting: the numbers of a place depend on the place only, and not on what was drawn before or on
 //! the thread that draws.
 //!
 //! Philox4x32-10: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random numbers: as easy as 1, 2, 3",

@@ -1,4 +1,4 @@
-//! How a ray can end before it reaches the board.
+//! Ray fates: how a ray can end before it reaches the board.
 
 /// Why a ray carries no light from the board. A ray that ends is data: counted, reported, and a map in the picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]

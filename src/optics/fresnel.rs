@@ -1,4 +1,4 @@
-//! What a surface reflects and what it lets through: Fresnel's formulas, bare or under a single layer.
+//! Fresnel's formulas: reflectance and transmittance of a surface, bare or under a single layer.
 //!
 //! Both are one formula. With the tilted admittances a in front of the surface and b behind it (n cos for light polarised
 //! across the plane of incidence, s; cos / n for light polarised in it, p), a lossless layer of characteristic matrix

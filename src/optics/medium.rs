@@ -40,7 +40,7 @@ enum Formula {
 pub struct OutOfRange {
     /// The material.
     pub name: &'static str,
-    /// What was asked for.
+    /// What was requested.
     pub wavelength_nm: f64,
     /// What is known.
     pub range_nm: [f64; 2],

@@ -1,4 +1,4 @@
-//! What happened to a ray at a surface.
+//! The refraction record of a ray at one surface.
 
 use glam::DVec3;
 

@@ -13,7 +13,7 @@ pub const GREY: Rgb = [100, 100, 100];
 pub const PALE: Rgb = [218, 218, 218];
 /// What has no value.
 pub const MISSING: Rgb = [235, 235, 235];
-/// What the eye shall find first: vermilion, which no colour-blind reader takes for [`INK`] or blue.
+/// What a reader shall find first: vermilion, which no colour-blind reader takes for [`INK`] or blue.
 pub const ACCENT: Rgb = [213, 94, 0];
 
 /// Colours of series in a chart, most distinct first: the palette of Okabe and Ito (2008), without its yellow, which
@@ -35,7 +35,7 @@ pub const SERIES: [Rgb; 11] = [
 /// How a number between 0 and 1 becomes a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Map {
-    /// Small to large: viridis, of even steps to the eye and readable without colour vision.
+    /// Small to large: viridis, perceptually uniform and readable without colour vision.
     Sequential,
     /// Small to large for dots and thin lines on white: the darker four fifths of viridis, large values darkest.
     Marks,

@@ -12,7 +12,7 @@ use glam::DVec2;
 /// Largest width and height of a figure, in px: the rasteriser's coordinates end at 8191.
 pub const LARGEST_SIDE_PX: u32 = 8000;
 
-/// A line's look.
+/// A line's style.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
     /// Colour.
@@ -66,7 +66,7 @@ pub enum Item {
     Fill(Rect, Rgb),
     /// A line through points.
     Line(Vec<DVec2>, Stroke),
-    /// A filled polygon, closed by itself.
+    /// A filled polygon, closed without repeating its first point.
     Polygon(Vec<DVec2>, Rgb),
     /// A disc: centre, radius.
     Disc(DVec2, f64, Rgb),

@@ -1,4 +1,4 @@
-//! Rasters made ready for a figure: made smaller, cut out, turned into sRGB.
+//! Rasters prepared for a figure: scaled down, cropped, turned into sRGB.
 
 use super::colour::{self, Map, Rgb};
 use crate::raster::Raster;

@@ -1,4 +1,4 @@
-//! The prism as it was made, from the prism as it should be.
+//! The prism as built, from the nominal prism.
 
 use super::biprism::Prism;
 use super::side::Side;

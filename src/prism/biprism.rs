@@ -1,4 +1,4 @@
-//! The prism as two sides, each a front and a back surface between the same media.
+//! The biprism: two sides, each a front and a back surface between the same media.
 
 use super::packet::PackedBiprism;
 use super::payload::Payload;

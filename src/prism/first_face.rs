@@ -18,7 +18,8 @@
 //! the scalar kernel, bit for bit.
 
 use super::biprism::Prism;
-use super::packet::{Hits, PackedBiprism, PacketSurface, Rays};
+use super::lanes::Rays;
+use super::packet::{Hits, PackedBiprism, PacketSurface};
 use super::side::{PrismFace, Side};
 use crate::geom::Ray;
 use crate::num::simd::Lanes;

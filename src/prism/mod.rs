@@ -1,7 +1,9 @@
-//! A ray's trip through interfaces.
+//! The biprism: its shapes and media, and the kernels that refract rays through it, one by one, in packets, and with
+//! reflections. One rule says which face a ray meets first (`first_face`).
 
 #[cfg(test)]
 mod parity_tests;
+pub mod lanes;
 pub mod packet;
 pub mod reflections;
 pub mod payload;

@@ -2,87 +2,16 @@
 //!
 //! Every line repeats a line of [`crate::optics`] or [`crate::prism::refract_at`] on [`Lanes`]; the tests of `render` compare
 //! whole pictures bit by bit. Only the common way is here: a lane that needs care (near total reflection, a missed
-//! surface, several crossings, a slow solver) is handed back undecided, to be traced alone.
+//! surface, several crossings, a slow solver) is handed back undecided, to be traced by the scalar code.
 
+use super::lanes::{Rays, Vectors};
 use super::side::Side;
 use crate::geom::{Pose, Rect};
 use crate::num::poly2::Poly2;
 use crate::num::simd::{Lanes, Mask};
 use crate::optics::snell::CAREFUL_BELOW;
 use crate::surface::shape::{FULL_WAYS_PER_MM, PolynomialSurface};
-use glam::{DMat3, DVec3};
-
-/// A vector in every lane.
-#[derive(Debug, Clone, Copy)]
-pub struct Vectors {
-    /// x
-    pub x: Lanes,
-    /// y
-    pub y: Lanes,
-    /// z
-    pub z: Lanes,
-}
-
-impl Vectors {
-    /// The same vector in every lane.
-    #[inline(always)]
-    pub fn splat(v: DVec3) -> Self {
-        Self { x: Lanes::splat(v.x), y: Lanes::splat(v.y), z: Lanes::splat(v.z) }
-    }
-
-    #[inline(always)]
-    fn plus(self, other: Self) -> Self {
-        Self { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
-    }
-
-    #[inline(always)]
-    fn times(self, s: Lanes) -> Self {
-        Self { x: self.x * s, y: self.y * s, z: self.z * s }
-    }
-
-    #[inline(always)]
-    fn dot(self, other: Self) -> Lanes {
-        self.x * other.x + self.y * other.y + self.z * other.z
-    }
-
-    /// The vectors at unit length.
-    #[inline(always)]
-    pub fn normalize(self) -> Self {
-        self.times(Lanes::splat(1.0) / self.dot(self).sqrt())
-    }
-}
-
-/// A packet of rays.
-#[derive(Debug, Clone, Copy)]
-pub struct Rays {
-    /// Starts, in mm.
-    pub origin: Vectors,
-    /// Unit directions.
-    pub direction: Vectors,
-}
-
-impl Rays {
-    #[inline(always)]
-    pub(super) fn at(&self, t_mm: Lanes) -> Vectors {
-        self.origin.plus(self.direction.times(t_mm))
-    }
-
-    /// The same rays in the frame `a`, given `a_from_b` and the rays in `b`.
-    #[inline(always)]
-    pub fn moved(&self, a_from_b: &Pose) -> Self {
-        // Turning by nothing changes no bit, and is left out.
-        let upright = a_from_b.rotation == DMat3::IDENTITY;
-        let turned = |v: Vectors| {
-            if upright {
-                return v;
-            }
-            let [x, y, z] = [a_from_b.rotation.x_axis, a_from_b.rotation.y_axis, a_from_b.rotation.z_axis];
-            Vectors::splat(x).times(v.x).plus(Vectors::splat(y).times(v.y)).plus(Vectors::splat(z).times(v.z))
-        };
-        let origin = turned(self.origin).plus(Vectors::splat(a_from_b.translation_mm));
-        Self { origin, direction: turned(self.direction) }
-    }
-}
+use glam::DVec3;
 
 /// Where rays meet a surface.
 #[derive(Debug, Clone, Copy)]
@@ -160,13 +89,17 @@ impl<const N: usize, const EVEN: bool> Polynomial for Table<N, EVEN> {
     // The nested Horner schemes of Poly2::gradient, without the multiplications of zero at their starts.
     #[inline(always)]
     fn gradient(&self, u: Lanes, v: Lanes) -> [Lanes; 3] {
+        // Sum up the rows from the highest power of y on.
         let zero = Lanes::splat(0.0);
         let (mut p, mut pu, mut pv) = (zero, zero, zero);
         for n in (0..N).rev() {
+            // Leave out the odd powers of y.
             if EVEN && n % 2 == 1 {
                 (pv, p, pu) = (pv * v + p, p * v, pu * v);
                 continue;
             }
+
+            // Sum up the powers of x, with their derivative.
             let row = &self.rows[n];
             let last = N - 1 - n;
             let (mut r, mut ru) = (Lanes::splat(row[last]), zero);
@@ -178,6 +111,8 @@ impl<const N: usize, const EVEN: bool> Polynomial for Table<N, EVEN> {
                     r = r * u + Lanes::splat(row[m]);
                 }
             }
+
+            // Go on to the next power of y.
             if n == N - 1 {
                 (p, pu) = (r, ru);
             } else {
@@ -241,6 +176,7 @@ const MAX_STEPS: usize = 6;
 impl<P: Polynomial> PacketSurface for PackedPolynomial<P> {
     #[inline(always)]
     fn intersect(&self, rays: &Rays, residual_mm: f64) -> Hits {
+        // Move the rays to the sheet's own frame, and start from its tangent plane.
         let own = |v: Vectors| Vectors { x: v.x.negated_where(Mask::splat(self.mirrored)), ..v };
         let (o, d) = (own(rays.origin), own(rays.direction));
         let [x0, y0] = self.centre.map(Lanes::splat);
@@ -249,6 +185,8 @@ impl<P: Polynomial> PacketSurface for PackedPolynomial<P> {
         let residual = Lanes::splat(residual_mm);
         let mut t = (z0 + zx0 * (o.x - x0) + zy0 * (o.y - y0) - o.z) / (d.z - zx0 * d.x - zy0 * d.y);
         let across = (d.x * d.x + d.y * d.y).sqrt();
+
+        // Step by Newton's method until every lane is done or needs care.
         let (mut t_mm, mut zx_met, mut zy_met) = (t, t, t);
         let mut inside = Mask::splat(false);
         // A ray that may cross the sheet several times, or whose residual stalls, needs the scalar solver's care.
@@ -256,14 +194,19 @@ impl<P: Polynomial> PacketSurface for PackedPolynomial<P> {
         let mut done = care;
         let mut previous = Lanes::splat(f64::INFINITY);
         for _ in 0..MAX_STEPS {
+            // Evaluate the gap between ray and sheet.
             let p = Vectors { x: o.x + d.x * t, y: o.y + d.y * t, z: o.z + d.z * t };
             let [z, pu, pv] = self.polynomial.gradient((p.x - x0) * a, (p.y - y0) * b);
             let (zx, zy) = (pu * a, pv * b);
             let gap = p.z - z;
             let next = t - gap / (d.z - zx * d.x - zy * d.y);
+
+            // Keep the lanes whose gap is within the residual, one last step on.
             let wanted = residual * (Lanes::splat(FULL_WAYS_PER_MM) * t.abs()).min(Lanes::splat(1.0));
             let newly = gap.abs().le(wanted) & !done;
             (t_mm, zx_met, zy_met) = (newly.select(next, t_mm), newly.select(zx, zx_met), newly.select(zy, zy_met));
+
+            // Accept a hit ahead of the ray and within the domain.
             let Rect { min, max } = self.domain;
             let within = Lanes::splat(0.0).lt(t)
                 & Lanes::splat(min.x).le(p.x)
@@ -271,6 +214,8 @@ impl<P: Polynomial> PacketSurface for PackedPolynomial<P> {
                 & Lanes::splat(min.y).le(p.y)
                 & p.y.le(Lanes::splat(max.y));
             inside = inside | (newly & within);
+
+            // Hand back the lanes whose gap no longer falls.
             care = care | (previous.le(gap.abs()) & !newly & !done);
             done = done | newly | care;
             if done.all() {
@@ -278,6 +223,8 @@ impl<P: Polynomial> PacketSurface for PackedPolynomial<P> {
             }
             (t, previous) = (next, gap.abs());
         }
+
+        // Take the normal where they were met.
         let normal = Vectors { x: -zx_met, y: -zy_met, z: Lanes::splat(1.0) }.normalize();
         let met = inside & t_mm.abs().lt(Lanes::splat(f64::INFINITY));
         Hits { t_mm, normal: own(normal), met }

@@ -1,7 +1,8 @@
 //! The kernels of the rule for which face a ray meets first, held against each other on rays near the ridge and far from it.
 
 use super::biprism::Prism;
-use super::packet::{Glass, PackedPolynomial, Plane, Rays, Table, Vectors};
+use super::lanes::{Rays, Vectors};
+use super::packet::{Glass, PackedPolynomial, Plane, Table};
 use super::reflections::{GlassBody, Limits, ReflectionTracer};
 use super::side::{PrismFace, Side};
 use crate::geom::{Pose, Ray, Rect};

@@ -1,4 +1,4 @@
-//! What a ray carries besides its geometry; `()` carries nothing and costs nothing.
+//! The payload of a ray: what it carries besides its geometry; `()` carries nothing and costs nothing.
 
 use super::surface_modifier::SurfaceModifier;
 use crate::geom::{Pose, Ray};

@@ -1,5 +1,5 @@
-//! Light through a piece of glass whose every surface parts it: what is let through and what is sent back are both
-//! followed, by no chance, until they leave, are absorbed, or are given up; and what became of all of it is accounted for.
+//! Non-sequential ray tracing in a body of glass by deterministic splitting: at every surface the transmitted and the
+//! reflected part are both followed until they leave, are absorbed, or are given up, and all power is accounted for.
 
 use super::biprism::Prism;
 use super::first_face::{NextFace, RayStart};
@@ -19,7 +19,7 @@ pub struct GlassBody {
     pub n_glass: f64,
     /// Layers on the facets and on the backs.
     pub layers: [Option<Layer>; 2],
-    /// Wavelength in vacuum, in nm; only layers ask for it.
+    /// Wavelength in vacuum, in nm; only layers need it.
     pub wavelength_nm: f64,
     /// Absorption coefficient of the glass, in 1/mm.
     pub absorption_per_mm: f64,
@@ -134,16 +134,22 @@ impl ReflectionTracer<'_> {
                 return;
             }
         };
+
+        // Drop what a rim clips.
         let origin = branch.ray.at(meeting.t_mm);
         if !self.prism.passes_at(at.face, origin) {
             account.dropped += power;
             return;
         }
+
+        // Absorb along the way through the glass.
         let mut beam = branch.beam;
         if branch.inside && self.body.absorption_per_mm != 0.0 {
             beam = beam.dimmed(left_after(self.body.absorption_per_mm, meeting.t_mm));
             account.absorbed += power - beam.power();
         }
+
+        // Split the beam into its reflected and its refracted part.
         let (incoming, normal) = (branch.ray.direction, meeting.normal);
         let reflected = (incoming - normal * (2.0 * incoming.dot(normal))).normalize();
         let interface = self.interface(at.face, branch.inside);

@@ -51,7 +51,7 @@ impl Difference {
     }
 }
 
-/// Compares two pictures of the same size; a `threshold` of 0 asks for equality.
+/// Compares two pictures of the same size; a `threshold` of 0 demands equality.
 ///
 /// # Errors
 /// Pictures of different sizes.

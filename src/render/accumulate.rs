@@ -85,8 +85,8 @@ pub(super) fn mean(
 /// The mean over sets so far, and its spread.
 struct MeanOfSets {
     picture: Option<RunningMean>,
-    /// Sums of squared deviations from the mean so far, by Welford's recurrence (Technometrics 4, 1962, 419); `None` where
-    /// there is one set.
+    /// Sums of squared deviations from the mean so far, by Welford's recurrence (Technometrics 4, 1962, 419); `None`
+    /// where there is one set.
     squares: Option<Raster<f64>>,
     sets: usize,
 }

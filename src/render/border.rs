@@ -111,8 +111,8 @@ fn constant(plan: &Plan, px: DVec2, outline: &[DVec2], class: Class, work: &mut 
     constant_between(plan, see(middle(outline))?, &corners_mm)
 }
 
-/// The Taylor expansion of a pixel by differentials inside it: its neighbours see through another side or nothing. `None` where it sees
-/// nothing itself.
+/// The Taylor expansion of a pixel by differentials inside it: its neighbours see through another side or nothing.
+/// `None` where it sees nothing itself.
 fn taylor2_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Taylor2> {
     work.counts.rays += 5;
     let reach = 0.5 * plan.active - INSET_PX;

@@ -183,7 +183,8 @@ impl Checkerboard {
         let scaled = |k: usize| polygon[k % n];
         let origin = scaled(0);
 
-        // Sum over the edges of the polygon, opposite edges first: the mirror image of a polygon of four then has the same sum, bit for bit.
+        // Sum over the edges of the polygon, opposite edges first: the mirror image of a polygon of four then has the
+        // same sum, bit for bit.
         let sum = |f: &dyn Fn(DVec2, DVec2) -> f64| {
             if n == 4 {
                 let edge = |k: usize| f(scaled(k), scaled(k + 1));

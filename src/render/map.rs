@@ -50,8 +50,8 @@ const DEGREES: [usize; 4] = [4, 8, 12, MAX_DEGREE];
 const INSIDE: usize = 64;
 /// Px between the rays along the border of a patch.
 pub(super) const BORDER_STEP: usize = 16;
-/// A polynomial stands for the throughput of a patch where it differs from them by less than this: a sixth of the rounding of
-/// f32.
+/// A polynomial stands for the throughput of a patch where it differs from them by less than this: a sixth of the
+/// rounding of f32.
 const THROUGHPUT_ERROR: f64 = 1e-8;
 /// Positions that are sampled are multiples of this, in px: exact on either half, so that mirrored rays are mirrored.
 const GRAIN_PX: f64 = 1.0 / (1u64 << 20) as f64;
@@ -184,8 +184,8 @@ impl MapPatch {
         Some(checks)
     }
 
-    /// Whether the patch agrees with `checks` to `map_px`; its largest errors are then known, given how far it may stray from
-    /// its tangent inside a pixel and what of that is of third order, in squares.
+    /// Whether the patch agrees with `checks` to `map_px`; its largest errors are then known, given how far it may
+    /// stray from its tangent inside a pixel and what of that is of third order, in squares.
     fn agrees(&mut self, checks: &[(DVec2, DVec2)], map_px: f64, [stray, truncation]: [DVec2; 2]) -> bool {
         (self.error_px, self.stray_px, self.truncation_px) = (0.0, 0.0, 0.0);
         for &(px, seen) in checks {
@@ -221,7 +221,8 @@ impl MapPatch {
         Some((places, interpolation))
     }
 
-    /// The throughput over the patch as a polynomial, whose coefficients and the throughput at further places vouch for it.
+    /// The throughput over the patch as a polynomial, whose coefficients and the throughput at further places vouch for
+    /// it.
     pub(super) fn fit_throughput(&self, system: &System, rays: &mut u64) -> Option<Vec<Vec<f64>>> {
         DEGREES.iter().find_map(|&degree| {
             let (places, interpolation) = self.nodes(degree)?;

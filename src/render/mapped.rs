@@ -1,5 +1,5 @@
-//! Pixels by the certified map, row by row: blocks within one square are filled, the other pixels are integrated over the
-//! map's second-order Taylor expansion.
+//! Pixels by the certified map, row by row: blocks within one square are filled, the other pixels are integrated over
+//! the map's second-order Taylor expansion.
 
 use super::band::Band;
 use super::draft::{self, BLOCK, Steps};
@@ -174,8 +174,8 @@ fn reach_of_block([x, y, _]: &[f64; 3]) -> Lanes {
     Lanes::splat(HALF_BLOCK * x + 0.5 * y + ROUNDING)
 }
 
-/// The error of draft pixels of the patch, in px, where the level takes them and it is within the bound; a pixel's footprint
-/// must be smaller than a square.
+/// The error of draft pixels of the patch, in px, where the level takes them and it is within the bound; a pixel's
+/// footprint must be smaller than a square.
 fn draft_px(plan: &Plan, patch: &MapPatch) -> Option<f64> {
     let small = patch.bounds.iter().all(|[x, y, _]| 0.5 * (x + y) < 0.49);
     let error_px = draft::error_px(patch.stray_px);
@@ -325,7 +325,8 @@ fn throughput(patch: &MapPatch, powers: &[Vec<f64>], y: f64, out: &mut [f32]) {
     }
 }
 
-/// The Taylor expansions in the picture's frame, from u and v with their derivatives s, ss, t, st, tt (s by s, t by px).
+/// The Taylor expansions in the picture's frame, from u and v with their derivatives s, ss, t, st, tt (s by s, t by
+/// px).
 #[inline(always)]
 fn packed_taylor2(flip: bool, step: f64, u: [Lanes; 6], v: [Lanes; 6]) -> PackedTaylor2 {
     // Where x is counted to the left, u and every derivative by x change their signs.

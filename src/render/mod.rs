@@ -1,9 +1,9 @@
 //! The renderer: from an instrument to a film of radiance with ground truth.
 //!
-//! [`render`] reads from top to bottom: sampling, passes, plan and bands, accumulation, film effects. A plan (`plan`) fixes
-//! everything before the first pixel; its bands (`bands`) are filled by the certified map (`map`, `tiling`, `mapped`),
-//! by tracing every pixel's centre (`tile`), or by the slow and simple reference (`reference`); pixels under a border are
-//! clipped (`border`).
+//! [`render`] reads from top to bottom: sampling, passes, plan and bands, accumulation, film effects. A plan (`plan`)
+//! fixes everything before the first pixel; its bands (`bands`) are filled by the certified map (`map`, `tiling`,
+//! `mapped`), by tracing every pixel's centre (`tile`), or by the slow and simple reference (`reference`); pixels under
+//! a border are clipped (`border`).
 
 pub mod checkerboard;
 mod pixel_mean;

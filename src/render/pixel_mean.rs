@@ -1,5 +1,5 @@
-//! The box-filtered radiance of pixels: the mean of the checkerboard over a pixel whose map to the board is known to second
-//! order.
+//! The box-filtered radiance of pixels: the mean of the checkerboard over a pixel whose map to the board is known to
+//! second order.
 
 use super::checkerboard::Checkerboard;
 use crate::accuracy::Accuracy;

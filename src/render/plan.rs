@@ -123,8 +123,8 @@ impl<'a> Plan<'a> {
         self.system.trace(px).map(|hit| hit.board_mm)
     }
 
-    /// The accuracy left to pixels by their Taylor expansions, whose third order is left out: that much less. Where nothing is left, such
-    /// pixels are traced in parts.
+    /// The accuracy left to pixels by their Taylor expansions, whose third order is left out: that much less. Where
+    /// nothing is left, such pixels are traced in parts.
     pub(super) fn less(&self, truncation_px: f64) -> Accuracy {
         Accuracy { bend_px: self.system.accuracy().bend_px - truncation_px, ..*self.system.accuracy() }
     }

@@ -1,11 +1,12 @@
-//! The reference renderer: adaptive subdivision and polygon clipping, slow and simple, to judge the other levels. It shares
-//! with them the tracing of single rays and nothing else: neither differentials nor the coverage in closed form, neither a map nor mirror images.
+//! The reference renderer: adaptive subdivision and polygon clipping, slow and simple, to judge the other levels. It
+//! shares with them the tracing of single rays and nothing else: neither differentials nor the coverage in closed form,
+//! neither a map nor mirror images.
 //!
-//! A pixel that may hold a line of the pattern, the ridge or the border of a fate is divided in four, and so is each part
-//! again, until the map in it strays from a linear one by less than the level's bound: that is measured at the middles of its
-//! sides and at its own. Then each part is two triangles on which the map is taken as linear, clipped to the squares of
-//! the board one by one (Sutherland & Hodgman 1974). A line lies within what the map strays from its place, and that is
-//! stated as the error.
+//! A pixel that may hold a line of the pattern, the ridge or the border of a fate is divided in four, and so is each
+//! part again, until the map in it strays from a linear one by less than the level's bound: that is measured at the
+//! middles of its sides and at its own. Then each part is two triangles on which the map is taken as linear, clipped to
+//! the squares of the board one by one (Sutherland & Hodgman 1974). A line lies within what the map strays from its
+//! place, and that is stated as the error.
 
 use super::band::Band;
 use super::centre_rays::trace_scalar;

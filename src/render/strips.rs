@@ -1,5 +1,5 @@
-//! Strip-wise rendering: each strip of a picture can be handed on before the next is begun, so that a picture takes the memory of a few
-//! strips, whatever its height.
+//! Strip-wise rendering: each strip of a picture can be handed on before the next is begun, so that a picture takes the
+//! memory of a few strips, whatever its height.
 
 use super::bands::rows;
 use super::driver::render_wanted;
@@ -43,8 +43,8 @@ fn bands(system: &System) -> usize {
     (STRIP_PIXELS / (system.camera().size_px()[0] * BAND_ROWS)).max(rayon::current_num_threads())
 }
 
-/// Rows of a strip of the picture that `system` takes, but of the last one; all where it is rendered as a whole. More for more
-/// threads.
+/// Rows of a strip of the picture that `system` takes, but of the last one; all where it is rendered as a whole. More
+/// for more threads.
 pub fn strip_rows(system: &System) -> usize {
     let height = system.camera().size_px()[1];
     if is_whole(system) { height } else { height.min(bands(system) * BAND_ROWS) }

@@ -85,8 +85,8 @@ impl Tiling {
     }
 }
 
-/// Whether nothing clips a ray along the border of `region`: every sample of the margin there is greater than the margin
-/// bends between two of them, so that a rim that only just crosses the border is not overlooked.
+/// Whether nothing clips a ray along the border of `region`: every sample of the margin there is greater than the
+/// margin bends between two of them, so that a rim that only just crosses the border is not overlooked.
 fn passes_all_along(system: &System, region: &Region, rays: &mut u64) -> bool {
     if !system.clips() {
         return true;

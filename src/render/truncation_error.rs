@@ -6,9 +6,9 @@ use glam::{DMat2, DVec2};
 /// Places along each side of the sensor at which it is estimated.
 const PLACES: usize = 7;
 
-/// What a Taylor expansion from differences of neighbours is wrong by inside a pixel, in px, at most: from third differences of traced
-/// positions all over the sensor. The differences of a Taylor expansion hold a sixth of the third derivative, of which a pixel's side
-/// is reached by half; with the third order itself that is at most a twelfth.
+/// What a Taylor expansion from differences of neighbours is wrong by inside a pixel, in px, at most: from third
+/// differences of traced positions all over the sensor. The differences of a Taylor expansion hold a sixth of the third
+/// derivative, of which a pixel's side is reached by half; with the third order itself that is at most a twelfth.
 pub(super) fn of_differences_px(system: &System, rays: &mut u64) -> f64 {
     let size = DVec2::from(system.camera().size_px().map(|n| n as f64));
     let place = |k: usize| (k as f64 + 0.5) / PLACES as f64;

@@ -4,6 +4,7 @@ use super::document::Document;
 use super::effects;
 use super::limits::MARCHED_POINTS;
 use super::model::*;
+use super::prism_tables::*;
 use super::schema::*;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;

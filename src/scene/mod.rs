@@ -1,8 +1,8 @@
-//! Words to values: a scene file in, a [`Scene`] out, with every default filled and every unit converted.
+//! The scene parser: a scene file in, a [`Scene`] out, with every default filled and every unit converted.
 //!
 //! ```text
 //! file --document::read--> text --document--> keys and values with their places --structure (by the schema)-->
-//!   SceneFile, as written --check (units, defaults, pairs of values)--> Scene --physics (can it be?)--> Scene
+//!   SceneFile, as written --check (units, defaults, pairs of values)--> Scene --physics (feasibility)--> Scene
 //! ```
 //!
 //! Each arrow stops at the first fault, with a [`Error`] that points at the line.
@@ -10,6 +10,7 @@
 mod document;
 mod effects;
 mod limits;
+mod prism_tables;
 mod schema;
 mod structure;
 mod suggest;
@@ -39,7 +40,7 @@ pub fn load(path: &Path) -> Result<Scene, Error> {
     parse(&text, &path.display().to_string(), path.parent())
 }
 
-/// Check the scene `text`. `place` names it in messages; `folder` is where the files that it names are looked for
+/// Check the scene `text`. `place` names it in messages; `folder` is where the files that it names are sought
 /// (`None`: it may name none).
 ///
 /// # Errors

@@ -20,7 +20,7 @@ pub struct Scene {
     pub prism: PrismSpec,
     /// What it looks at.
     pub board: BoardSpec,
-    /// What is asked of the simulation.
+    /// Accuracy of the simulation.
     pub accuracy: Accuracy,
     /// What the picture shows besides geometry; none where the scene says `effects = "none"`.
     pub effects: Effects,
@@ -114,7 +114,7 @@ pub struct BiprismSpec {
     pub ridge_distance_mm: f64,
     /// T, ridge to base, in mm.
     pub thickness_mm: f64,
-    /// alpha in rad; `None` asks for the angle of Eq. 5, which leaves the two virtual cameras parallel.
+    /// alpha in rad; `None` is the angle of Eq. 5, which leaves the two virtual cameras parallel.
     pub facet_angle_rad: Option<f64>,
 }
 

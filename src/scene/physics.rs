@@ -1,4 +1,4 @@
-//! Can the instrument be? A few rays of the field, traced through plane faces, tell the shapes that cannot take a
+//! The feasibility check: a few rays of the field, traced through plane faces, tell the shapes that cannot take a
 //! picture from those that merely take a hard one.
 
 use super::document::Document;

@@ -4,12 +4,11 @@
 //! applies, and of the words in its messages: a field's comment is what an editor shows and what a user reads as help.
 
 pub(super) use super::effects::lens::QuadratureFile;
-use super::effects::light::{d_line, glasses};
 pub(super) use super::effects::tables::{EffectTables, EffectsFile};
 use super::limits::*;
+use super::prism_tables::PrismFile;
 use super::tidy::tidy;
 use crate::accuracy::COARSEST_TARGET_PX;
-use crate::num::bernstein::MAX_DEGREE;
 use schemars::generate::SchemaSettings;
 use schemars::{JsonSchema, transform};
 use serde::{Deserialize, Serialize};
@@ -107,196 +106,6 @@ pub(super) struct CameraFile {
     pub(super) position_mm: [f64; 3],
 }
 
-/// The glass in front of the camera.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-pub(super) enum PrismFile {
-    /// No glass at all.
-    None {},
-    /// Two plane facets that meet in a ridge along y, and a plane base.
-    Flat(BiprismFile),
-    /// Facets and base designed from the flat biprism, so that each half image is that of a pinhole.
-    Freeform(FreeformFile),
-    /// Front and back of the right half as polynomials; the left half is its mirror image.
-    Polynomial(PolynomialFile),
-    /// Front and back of the right half as points, to which polynomials are fitted; the left half is its mirror image.
-    PointCloud(PointCloudFile),
-    /// Front and back of the right half as triangles; the left half is their mirror image.
-    Mesh(MeshPrismFile),
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-pub(super) struct BodyFile {
-    /// Refractive index of the glass.
-    #[schemars(range(min = SMALLEST_INDEX, max = LARGEST_INDEX))]
-    pub(super) index: f64,
-    /// Refractive index of what surrounds the glass.
-    #[serde(default = "one")]
-    #[schemars(range(min = SMALLEST_INDEX, max = LARGEST_INDEX))]
-    pub(super) outer_index: f64,
-    /// Name of the glass: how its index changes with the wavelength.
-    #[schemars(extend("enum" = glasses()))]
-    pub(super) glass: Option<String>,
-    /// Wavelength in vacuum to which `index` belongs, in nm. Left out, it is that of the catalogues' n_d.
-    #[serde(default = "d_line")]
-    #[schemars(range(min = SHORTEST_WAVE_NM, max = LONGEST_WAVE_NM))]
-    pub(super) wavelength_nm: f64,
-    /// Position [x, y, z] of the prism's frame, in mm.
-    #[serde(default)]
-    #[schemars(inner(range(min = -LONGEST_MM, max = LONGEST_MM)))]
-    pub(super) position_mm: [f64; 3],
-    /// Tilt [rx, ry, rz] of the prism about the fixed x, then y, then z axis, in deg.
-    #[serde(default)]
-    #[schemars(inner(range(min = -TILT_DEG, max = TILT_DEG)))]
-    pub(super) tilt_deg: [f64; 3],
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-pub(super) struct BiprismFile {
-    #[serde(flatten)]
-    pub(super) body: BodyFile,
-    /// Distance D from the camera to the ridge, in mm: z of the ridge in the prism's frame.
-    #[schemars(range(min = SHORTEST_MM, max = LONGEST_MM))]
-    pub(super) ridge_distance_mm: f64,
-    /// Thickness T from ridge to base, in mm.
-    #[schemars(range(max = LONGEST_MM), extend("exclusiveMinimum" = 0))]
-    pub(super) thickness_mm: f64,
-    /// Slope of the facets, in deg; positive when the glass is thickest at the ridge. Left out, it is the angle that
-    /// leaves the two views parallel.
-    #[schemars(extend("exclusiveMinimum" = -FACET_DEG, "exclusiveMaximum" = FACET_DEG))]
-    pub(super) facet_angle_deg: Option<f64>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-pub(super) struct FreeformFile {
-    #[serde(flatten)]
-    pub(super) biprism: BiprismFile,
-    /// How the surfaces are designed.
-    #[serde(default)]
-    pub(super) design: DesignFile,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-pub(super) struct DesignFile {
-    /// Which way the grid is marched: the centre row, then every column, or the centre column, then every row.
-    pub(super) order: OrderFile,
-    /// Total degree of the fitted polynomials.
-    #[schemars(range(min = 1, max = DESIGN_DEGREE))]
-    pub(super) degree: usize,
-    /// The integrator.
-    pub(super) method: MethodFile,
-    /// Step of the march, in px of the sensor.
-    #[schemars(range(min = SHORTEST_STEP_PX, max = LONGEST_STEP_PX))]
-    pub(super) step_px: f64,
-}
-
-impl Default for DesignFile {
-    fn default() -> Self {
-        Self { order: OrderFile::XThenY, degree: 5, method: MethodFile::Rk4, step_px: 1.0 }
-    }
-}
-
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum OrderFile {
-    XThenY,
-    YThenX,
-}
-
-#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum MethodFile {
-    Euler,
-    Midpoint,
-    Rk4,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-pub(super) struct PolynomialFile {
-    #[serde(flatten)]
-    pub(super) body: BodyFile,
-    /// The facet that faces the camera.
-    pub(super) front: PatchFile,
-    /// The surface that faces the board.
-    pub(super) back: PatchFile,
-}
-
-/// z(x, y) in mm as a sum of c X^m Y^n, with X and Y the scaled distances from the centre.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct PatchFile {
-    /// Centre [x, y] of the polynomial, in mm.
-    #[schemars(inner(range(min = -LONGEST_MM, max = LONGEST_MM)))]
-    pub(super) centre_mm: [f64; 2],
-    /// The lengths [sx, sy] by which x and y are divided, in mm.
-    #[schemars(inner(range(min = SHORTEST_MM, max = LONGEST_MM)))]
-    pub(super) scale_mm: [f64; 2],
-    /// Where the surface may be used, [[x_min, x_max], [y_min, y_max]], in mm; the right half has x above 0.
-    #[schemars(inner(inner(range(min = -LONGEST_MM, max = LONGEST_MM))))]
-    pub(super) domain_mm: [[f64; 2]; 2],
-    /// The terms [m, n, c] of the sum: powers of X and Y, and coefficient in mm.
-    #[schemars(length(min = 1, max = TERMS))]
-    pub(super) terms: Vec<TermFile>,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-pub(super) struct TermFile(
-    #[schemars(range(max = MAX_DEGREE))] pub(super) usize,
-    #[schemars(range(max = MAX_DEGREE))] pub(super) usize,
-    #[schemars(range(min = -LONGEST_MM, max = LONGEST_MM))] pub(super) f64,
-);
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-pub(super) struct PointCloudFile {
-    #[serde(flatten)]
-    pub(super) body: BodyFile,
-    /// The facet that faces the camera.
-    pub(super) front: CloudFile,
-    /// The surface that faces the board.
-    pub(super) back: CloudFile,
-}
-
-/// Points of a surface and how they are fitted.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct CloudFile {
-    /// File of points x, y, z in mm, relative to the scene file.
-    #[schemars(length(min = 1, max = PATH_CHARS))]
-    pub(super) file: String,
-    /// Total degree of the fitted polynomial.
-    #[schemars(range(min = 1, max = MAX_DEGREE))]
-    pub(super) degree: usize,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-pub(super) struct MeshPrismFile {
-    #[serde(flatten)]
-    pub(super) body: BodyFile,
-    /// File of the facet that faces the camera, PLY or OBJ in mm, relative to the scene file; the right half has x above 0.
-    #[schemars(length(min = 1, max = PATH_CHARS))]
-    pub(super) front: String,
-    /// File of the surface that faces the board.
-    #[schemars(length(min = 1, max = PATH_CHARS))]
-    pub(super) back: String,
-    /// Which normals refract: smooth ones between the corners, or each triangle's own.
-    #[serde(default)]
-    pub(super) normals: NormalsFile,
-}
-
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum NormalsFile {
-    #[default]
-    Smooth,
-    Flat,
-}
-
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BoardFile {
@@ -378,10 +187,6 @@ pub(super) struct ExpectFile {
     /// Largest allowed value.
     #[schemars(range(min = -CLAIM, max = CLAIM))]
     pub(super) max: Option<f64>,
-}
-
-fn one() -> f64 {
-    1.0
 }
 
 fn black() -> f64 {

@@ -1,4 +1,4 @@
-//! Does the file have the shape that the schema states? Keys, types, ranges, choices and lengths of lists.
+//! The structural check of a scene file against the schema: keys, types, ranges, choices and lengths of lists.
 //!
 //! The rules are read from the schema itself, so that the reader, the shipped `scene.schema.json` and the words of a
 //! message cannot part. What relates two values is judged by [`super::check`].
@@ -19,7 +19,7 @@ pub(super) fn check(document: &Document, schema: &Value) -> Result<(), Error> {
 
 struct Walk<'a> {
     document: &'a Document<'a>,
-    /// The schema of the whole file, in which misplaced keys are looked for.
+    /// The schema of the whole file, in which misplaced keys are sought.
     whole: &'a Value,
 }
 

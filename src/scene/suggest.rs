@@ -1,4 +1,4 @@
-//! The next step after a word that the scene format does not know.
+//! Spelling suggestions for a word that the scene format does not know.
 
 use serde_json::Value;
 

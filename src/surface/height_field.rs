@@ -1,4 +1,5 @@
-//! Height fields: surfaces as heights over a plane, and the intersection with those that are moved or have a figure error.
+//! Height fields: surfaces as heights over a plane, and the intersection with those that are moved or have a figure
+//! error.
 
 use super::hit::Hit;
 use super::polynomial::{MAX_STEPS, is_met};

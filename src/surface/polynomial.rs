@@ -35,7 +35,7 @@ pub(super) const MAX_STEPS: usize = 16;
 /// A crossing that was bracketed before is polished by steps of at most this share of the ray's way over the sheet, so
 /// that a nearly tangent ray is not thrown to another crossing.
 const POLISH: f64 = 1e-9;
-/// The residual asked for is for ways of 10 mm and more from the ray's origin; of shorter ones it is the same share: in a
+/// The residual allowed is for ways of 10 mm and more from the ray's origin; of shorter ones it is the same share: in a
 /// scene much smaller than usual, a length in mm says little.
 pub const FULL_WAYS_PER_MM: f64 = 0.1;
 
@@ -152,7 +152,7 @@ impl PolynomialSurface {
             let step = (gap / approach).clamp(-longest_mm, longest_mm);
             if is_met(ray, t, p.z, gap, previous, residual_mm) {
                 let inside = t > 0.0 && self.domain.contains(DVec2::new(p.x, p.y));
-                // One last step costs nothing more than its division and leaves the rounding error alone.
+                // One last step costs nothing more than its division and leaves nothing but the rounding error.
                 let t_mm = t - step;
                 let normal = self.own(DVec3::new(-zx, -zy, 1.0).normalize());
                 return if inside && t_mm.is_finite() { Ok(Hit { t_mm, normal, part: 0 }) } else { Err(Fate::Missed) };
@@ -211,7 +211,7 @@ impl PolynomialSurface {
 /// Whether Newton's method is done at `t` along a ray, `z` high, with this gap and the one before it, all in mm.
 #[inline(always)]
 pub(super) fn is_met(ray: &Ray, t: f64, z: f64, gap: f64, previous: f64, residual_mm: f64) -> bool {
-    // Rounding of z and of the ray's own position may exceed the residual asked for; the second time the gap does not
+    // Rounding of z and of the ray's own position may exceed the residual allowed; the second time the gap does not
     // shrink, that floor is reached.
     let floor = 8.0 * f64::EPSILON * (z.abs() + ray.origin.z.abs() + t.abs());
     let wanted = residual_mm * (FULL_WAYS_PER_MM * t.abs()).min(1.0);

@@ -1,4 +1,4 @@
-//! The inverse of looking: the pixel position that sees a point of the board.
+//! Ray aiming, the inverse of the trace: the pixel position that sees a point of the board.
 
 use super::in_light::InLight;
 use super::instrument::System;
@@ -95,17 +95,21 @@ impl<'a> OneLight<'a> {
             .min_by(|a, b| a.1.distance_squared(board_mm).total_cmp(&b.1.distance_squared(board_mm)));
         let &(mut px, _) = nearest.ok_or(Fate::Missed)?;
         let mut here = self.system.footprint_through(px, side)?;
+
+        // Take Newton steps.
         for _ in 0..MAX_STEPS {
             let gap = board_mm - here.sight.board_mm;
             let wanted = here.jacobian.inverse() * gap;
             if !wanted.is_finite() {
                 return Err(Fate::NotConverged);
             }
+
+            // Halve the step until it comes nearer to the point.
             let mut step = wanted;
             let done = step.length() <= self.system.accuracy().aim_px;
             loop {
                 match self.system.footprint_through(px + step, side) {
-                    // Below the step asked for, rounding decides which gap is smaller.
+                    // Below the tolerance, rounding decides which gap is smaller.
                     Ok(next) if done || (board_mm - next.sight.board_mm).length() < gap.length() => {
                         (px, here) = (px + step, next);
                         break;

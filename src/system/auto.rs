@@ -1,4 +1,4 @@
-//! Which effects are worth their time: what each changes at most, against what the scene says may be left out.
+//! Automatic choice of effects: what each changes at most, against the threshold below which the scene leaves them out.
 
 use super::bounds::{Bound, bound};
 use super::instrument::System;
@@ -24,6 +24,7 @@ pub struct Verdict {
 /// The effects are gone through from the weakest on, what others need after all of them, and left out as long as
 /// all that are left out change no more than the threshold even if their changes add up.
 pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
+    // Bound the change of every effect.
     let effects = &scene.effects;
     let verdict = |row: &'static EffectRow| {
         let why = match (effects.auto, row.bounding) {
@@ -35,6 +36,8 @@ pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
     };
     let mut all: Vec<Verdict> = effects.acting().map(verdict).collect();
     let Some(threshold) = effects.auto else { return all };
+
+    // Order the effects by their bounds, the weakest first.
     let share = |bound: Bound| threshold.share(bound.grey, bound.px);
     let mut order: Vec<usize> = (0..all.len()).collect();
     let own = |k: usize| all[k].bound.map_or(f64::INFINITY, share);
@@ -48,6 +51,8 @@ pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
     };
     let weights: Vec<(f64, u8)> = order.iter().map(|k| place(*k)).collect();
     order.sort_by(|a, b| weights[*a].0.total_cmp(&weights[*b].0).then(weights[*a].1.cmp(&weights[*b].1)));
+
+    // Leave out effects as long as their changes together are within the threshold.
     let mut left_out = Bound { grey: 0.0, px: 0.0 };
     for k in order {
         let Some(bound) = all[k].bound else { continue };
@@ -67,7 +72,7 @@ pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
     all
 }
 
-/// The effects of a scene that its picture is made with.
+/// The effects of a scene that its picture is rendered with.
 pub fn settled(verdicts: &[Verdict], scene: &Scene) -> Effects {
     match scene.effects.auto {
         None => scene.effects.clone(),

@@ -1,9 +1,9 @@
-//! The checkerboard as a plane of known radiance.
+//! The board: a checkerboard on a plane of known radiance.
 
 use crate::geom::{Pose, Ray};
 use crate::num::simd::{Lanes, Mask};
 use crate::optics::fate::Fate;
-use crate::prism::packet::Rays;
+use crate::prism::lanes::Rays;
 use crate::scene;
 use glam::{DVec2, DVec3};
 

@@ -1,4 +1,4 @@
-//! What an effect changes at most, from rays over a grid of the picture.
+//! Bounds of effects: what each changes at most, from rays over a grid of the picture.
 //!
 //! Every bound is of one effect against the instrument without it. Where what is bounded is smooth, its extremes between the
 //! rays of the grid are covered by the largest step from one ray to the next. With M the brightest radiance of the scene and C the
@@ -32,7 +32,7 @@ const GRID: [usize; 2] = [33, 17];
 const FINE_GRID: [usize; 2] = [129, 65];
 /// Rows in which the ridge's image is sought.
 const ROWS: usize = 5;
-/// Variants beyond this count are not looked through: their effect is kept.
+/// Variants beyond this count are not examined: their effect is kept.
 const MOST_VARIANTS: usize = 2048;
 /// Halvings of the width when a border is sought in a row.
 const HALVINGS: usize = 40;
@@ -177,7 +177,7 @@ fn displacements(without: &System, with: &System, light: RadianceRange) -> Optio
     Some(Bound { grey: light.moved_by(px, ridge_px), px })
 }
 
-/// All variants that the picture may be the mean of; `None` where they are more than can be looked through in a moment.
+/// All variants that the picture may be the mean of; `None` where they are more than can be examined in a moment.
 fn variants(effects: &Effects) -> Option<Vec<Variant>> {
     let sets = effects.sets();
     let one = effects.variants(0);

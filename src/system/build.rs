@@ -1,4 +1,4 @@
-//! From a scene to its instrument.
+//! The builder: from a scene to its instrument.
 
 use super::auto;
 use super::instrument::System;

@@ -3,7 +3,7 @@
 use crate::effect::{Telecentric, ThinLens};
 use crate::geom::Ray;
 use crate::num::simd::Lanes;
-use crate::prism::packet::{Rays, Vectors};
+use crate::prism::lanes::{Rays, Vectors};
 use crate::prism::payload::Differentials;
 use crate::scene;
 use glam::{DVec2, DVec3};

@@ -1,4 +1,4 @@
-//! Where rays are kept from passing, and how far from there they pass.
+//! Clipping (vignetting): the rims and stops that keep rays from passing, and how far from them rays pass.
 
 use crate::effect::clipping::Stop;
 use crate::geom::Ray;

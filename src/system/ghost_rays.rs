@@ -1,4 +1,4 @@
-//! The prism as a piece of glass whose surfaces reflect: light that does not go straight through.
+//! Ghost rays: light of a pixel that surfaces of the prism reflect on its way.
 
 use super::instrument::System;
 use crate::effect::Ghosts;

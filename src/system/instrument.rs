@@ -1,4 +1,4 @@
-//! The instrument: camera, prism, board and effects, and the way of a ray through them.
+//! The traced instrument: the path of a ray from a pixel through the prism to the board, with its differentials.
 
 use super::board::Board;
 use super::camera::Camera;
@@ -45,7 +45,7 @@ pub struct BoardHit {
     pub side: Side,
 }
 
-/// A sight and how it moves with the pixel position.
+/// A board hit and how it moves with the pixel position (ray differentials).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Footprint {
     /// What the position itself sees.

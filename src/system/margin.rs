@@ -1,4 +1,4 @@
-//! How far a ray passes from what clips it.
+//! The clipping margin: how far a ray passes from what clips it.
 
 use super::instrument::System;
 use crate::effect::Clipping;

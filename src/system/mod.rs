@@ -1,4 +1,4 @@
-//! Values to an instrument: camera, prism and board with every constant computed beforehand, immutable once built.
+//! The instrument: camera, prism, board and effects with every constant computed beforehand, immutable once built.
 
 pub mod aim;
 pub mod in_light;

@@ -1,4 +1,4 @@
-//! An instrument whose prism is tessellated.
+//! Tessellation: an instrument whose prism is replaced by triangle meshes.
 
 use super::instrument::System;
 use crate::geom::Rect;

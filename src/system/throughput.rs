@@ -1,4 +1,4 @@
-//! What transport effects leave of the light of a ray.
+//! Throughput: the share of a ray's light that transport effects leave.
 
 use super::instrument::System;
 use crate::effect::{BoardPoint, LightPath};

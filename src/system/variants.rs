@@ -1,4 +1,4 @@
-//! The variants of an instrument that effects ask for.
+//! The variants of an instrument over which ray effects are averaged.
 
 use super::instrument::System;
 use crate::effect::dispersion::Wavelength;

@@ -1,4 +1,5 @@
-//! The fit of one corner by Gauss-Newton: two curved, blurred edges seen by square pixels under light that varies linearly.
+//! The fit of one corner by Gauss-Newton: two curved, blurred edges seen by square pixels under light that varies
+//! linearly.
 //!
 //! With r the pixel's centre from the corner, and for each edge k its normal n, tangent t and curvature kappa,
 //!
@@ -9,8 +10,8 @@
 //! I   = (m0 + mx x + my y) + (A0 + Ax x + Ay y) p
 //! ```
 //!
-//! solved over the corner, the two directions, the six numbers of the light and, where they are free, the two blurs. The
-//! curvatures come from the lattice: left free they would cost half as much error again.
+//! solved over the corner, the two directions, the six numbers of the light and, where they are free, the two blurs.
+//! The curvatures come from the lattice: left free they would cost half as much error again.
 
 use super::corner_model::{Effort, LIGHT, Model, PARAMETERS, Right};
 use super::edge_spread::Profile;

@@ -52,7 +52,7 @@ pub(super) struct CornerPattern {
     pub(super) by_distance: [f64; 2],
 }
 
-/// Two edges made ready for many pixels.
+/// Two edges prepared for many pixels.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CornerPixelModel {
     /// The blur across each edge, in px.

@@ -100,7 +100,7 @@ impl EdgeShape {
     }
 }
 
-/// A [`EdgeShape`] made ready for many distances.
+/// A [`EdgeShape`] prepared for many distances.
 #[derive(Debug, Clone)]
 pub(super) enum Profile {
     /// No blur: the closed form is the fastest.

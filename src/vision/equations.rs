@@ -124,12 +124,11 @@ fn differentiate(
     crossing: &CornerPixelModel,
     columns: &mut [[f64; CHUNK]; PARAMETERS + 1],
 ) {
-    // Prepare the coupling of each edge's bend with the other's blur.
     let Ready { normals, tangents, shifts_px } = ready;
     let [s0, s1] = model.sigma_px;
 
-    // E over a Gaussian x of x^2 sign(d + x) is s^2 E + s^4 E'': the second part is what the mean shift leaves out
-    // where the other edge is near. (For a sharp picture s^4 is nothing.)
+    // Couple each edge's bend with the other's blur: E over a Gaussian x of x^2 sign(d + x) is s^2 E + s^4 E'', of which the
+    // mean shift leaves out the second part where the other edge is near. (For a sharp picture s^4 is nothing.)
     let cross = normals[0].perp_dot(normals[1]);
     let bent = [
         0.5 * model.curvature[0] * cross * cross * s1 * s1 * s1 * s1,

@@ -32,8 +32,8 @@ const DUE: (f64, f64) = (2e-4, 0.2);
 /// would be of 1e-5 px.
 const LAST_STEP_PX: f64 = 2e-3;
 /// Under a blur below this, in px, that range is as narrow as the blur, and an edge on the border of its pixels comes
-/// nearer by a share at each step only, since without blur its slope is a wider pixel's (`edge_spread`): there the step itself
-/// must be as small.
+/// nearer by a share at each step only, since without blur its slope is a wider pixel's (`edge_spread`): there the step
+/// itself must be as small.
 const NARROW_SIGMA_PX: f64 = 0.1;
 const NARROW_STEP_PX: f64 = 1e-5;
 /// Steps of the last fit at most: of a blur that is known, of a narrow one, and of a free one.
@@ -70,7 +70,8 @@ pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Setti
     first_fits(candidates, &mut grid, &mut rejected, start_sigma, settings);
     prune_kinks(&mut grid, &mut rejected);
 
-    // Estimate a blur far narrower than a pixel again: it shows in few pixels, and hangs on the bends, which are known now.
+    // Estimate a blur far narrower than a pixel again: it shows in few pixels, and hangs on the bends, which are known
+    // now.
     if !matches!(settings.blur, Blur::Known(_)) && start_sigma[0].max(start_sigma[1]) < MAYBE_SHARP_PX {
         sigma_px = estimate_blur(candidates, &grid, settings).or(sigma_px);
         start_sigma = sigma_px.unwrap_or(start_sigma);

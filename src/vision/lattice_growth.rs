@@ -1,5 +1,5 @@
-//! Lattice growth: from candidates to a lattice by growth from a seed, each new corner predicted from its neighbours only, so
-//! that no global model of the picture is needed and bending does not matter.
+//! Lattice growth: from candidates to a lattice by growth from a seed, each new corner predicted from its neighbours
+//! only, so that no global model of the picture is needed and bending does not matter.
 
 use super::candidate::Candidate;
 use super::candidates::Candidates;
@@ -284,7 +284,7 @@ pub(super) fn from_zero(lattice: &Lattice) -> Lattice {
     lattice.iter().map(|(&[i, j], &k)| ([i - first[0], j - first[1]], k)).collect()
 }
 
-/// Candidates by place, for look-ups around a point.
+/// A spatial index of the candidates.
 struct Buckets {
     columns: usize,
     rows: usize,

@@ -88,8 +88,8 @@ impl Grid {
         self.fitted[number] = Some(FittedCorner { model: fit.model.about_corner(), covariance_px2, half_px });
     }
 
-    /// The lattice line through a cell, as positions show it without directions. Where it is too short to show its bend, the parallel
-    /// lines beside it show theirs.
+    /// The lattice line through a cell, as positions show it without directions. Where it is too short to show its
+    /// bend, the parallel lines beside it show theirs.
     fn straight_line(&self, cell: IVec2, direction: IVec2) -> Option<LatticeLine> {
         let own = |cell: IVec2| {
             let (nodes, own) = self.nodes(cell, direction)?;

@@ -1,5 +1,5 @@
-//! The corner detector: finds and measures checkerboard corners in a picture. It knows nothing of the simulator, so it works
-//! on a photograph too.
+//! The corner detector: finds and measures checkerboard corners in a picture. It knows nothing of the simulator, so it
+//! works on a photograph too.
 //!
 //! ```text
 //! picture --response: saddle maxima--> peaks --ring_test: bright, dark, bright, dark--> candidates
@@ -12,7 +12,7 @@
 //! reaches the Cramer-Rao bound, and its covariance says so.
 //!
 //! # What counts as sufficiently visible
-//! A corner is looked for where the ring of 4.5 px around it lies in the picture and outside every mask, and where at
+//! A corner is sought where the ring of 4.5 px around it lies in the picture and outside every mask, and where at
 //! least half of its window (0.45 of the way to each neighbour) does; any other is left out with [`Reason::Cut`]. The
 //! lines beside it must be 10 px away, and six blurs ([`Reason::Blurred`]).
 //!
@@ -62,8 +62,8 @@ pub use lattice_growth::{LatticeCorner, Lattices, grow, upright};
 /// Finds and measures the corners of the largest checkerboard in a picture of linear radiance.
 ///
 /// Pixels where `mask` is false or whose value is not finite do not count. The answer is the same, bit for bit, for any
-/// number of threads. Any picture is taken: where there is no board the answer is empty. It is [`find_candidates()`], [`grow()`] and
-/// [`measure()`] in turn.
+/// number of threads. Any picture is taken: where there is no board the answer is empty. It is [`find_candidates()`],
+/// [`grow()`] and [`measure()`] in turn.
 ///
 /// # Panics
 /// When the mask has another size than the picture.

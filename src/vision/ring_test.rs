@@ -1,4 +1,5 @@
-//! The ring test: whether the picture around a point alternates bright, dark, bright, dark, by the harmonics of a circle.
+//! The ring test: whether the picture around a point alternates bright, dark, bright, dark, by the harmonics of a
+//! circle.
 
 use crate::raster::Raster;
 use glam::DVec2;

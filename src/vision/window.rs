@@ -1,6 +1,6 @@
-//! The window of a corner: the pixels that it is fitted to, sorted by the edges that they are near. Pixels far from both
-//! edges depend only on the light and enter as twelve sums; pixels near one edge only make two strips; the few near both
-//! are listed one by one.
+//! The window of a corner: the pixels that it is fitted to, sorted by the edges that they are near. Pixels far from
+//! both edges depend only on the light and enter as twelve sums; pixels near one edge only make two strips; the few
+//! near both are listed one by one.
 
 use super::pixel_sums::{PixelSums, WindowFrame};
 use super::strip::EdgeStrip;
@@ -94,8 +94,8 @@ impl<'a> WindowBorders<'a> {
         Self { frame, rows, rates, outer, inner, edges }
     }
 
-    /// The pixels of a row of `width` whose centres lie in an open interval of x. (A cast cuts off what is below 0 and behind
-    /// the point.)
+    /// The pixels of a row of `width` whose centres lie in an open interval of x. (A cast cuts off what is below 0 and
+    /// behind the point.)
     #[inline(always)]
     fn pixels(&self, width: usize, [low, high]: [f64; 2]) -> Range<usize> {
         let first = ((low + self.frame.centre.x + 0.5) as usize).min(width);

@@ -1,4 +1,4 @@
-//! The board's corners as marks: where the reference sees them, and what another way sees there.
+//! The board's corners as marks: where the reference has them, and where another method has them.
 
 use super::shifts::{Shifts, shift_px};
 use crate::accuracy::Accuracy;

@@ -45,7 +45,7 @@ pub struct DesignSetting {
 /// Tolerances of the adaptive integrator, in mm.
 const TOLERANCES_MM: [f64; 4] = [1e-3, 1e-6, 1e-9, 1e-12];
 
-/// A design to be made.
+/// A design of the study.
 #[derive(Debug, Clone)]
 pub(super) struct DesignPlan {
     knob: &'static str,
@@ -90,7 +90,7 @@ pub(super) fn all(scene: &Scene, settings: &CostSettings) -> Vec<DesignPlan> {
 }
 
 impl DesignPlan {
-    /// Makes the design; a prism that cannot be made is none.
+    /// Computes the design; `None` of a prism that does not exist.
     pub(super) fn make(&self) -> Option<FreeformDesign> {
         freeform_by(&self.input, self.integrator).ok()
     }

@@ -1,4 +1,4 @@
-//! What the corner detector makes of a picture: the figures that a user would take from it.
+//! The corner detector in the study: the metrics that a user would take from a picture.
 
 use super::shifts::Shifts;
 use crate::analysis::half_image::{HalfFrame, virtual_camera};
@@ -12,7 +12,7 @@ use crate::system::{Board, System};
 use glam::DVec2;
 use std::collections::BTreeMap;
 
-/// The stereo pair in a picture, by its detected corners alone.
+/// The stereo pair in a picture, by its detected corners only.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Measured {
     /// Corners found in both halves.
@@ -34,12 +34,12 @@ pub(super) struct DetectorRun {
 }
 
 impl DetectorRun {
-    /// Looks at the reference.
+    /// Detects the corners of the reference.
     pub(super) fn new(system: &System, reference: &Raster<f32>) -> Self {
         Self { reference: positions(&look(system, reference)) }
     }
 
-    /// Looks at another picture of the same instrument.
+    /// Compares another picture of the same instrument.
     pub(super) fn measure(&self, system: &System, picture: &Raster<f32>) -> Measured {
         let view = look(system, picture);
         let found = positions(&view);

@@ -1,4 +1,4 @@
-//! Shifts of the pattern's lines between two pictures, from their pixels alone, without a detector.
+//! Shifts of the pattern's lines between two pictures, from their pixels, without a detector.
 
 use crate::raster::Raster;
 

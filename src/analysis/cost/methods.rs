@@ -1,4 +1,4 @@
-//! The ways to make a picture that are compared.
+//! Render methods that the study compares: each level of this renderer, and supersampling.
 
 use super::settings::CostSettings;
 use crate::accuracy::{Accuracy, Arithmetic, Level};
@@ -22,7 +22,7 @@ enum MethodKind {
     Points(usize, SamplePlaces),
 }
 
-/// A picture made.
+/// A rendered picture.
 pub(super) struct Made {
     pub(super) radiance: Raster<f32>,
     pub(super) counts: Counts,
@@ -34,7 +34,7 @@ impl RenderMethod {
         Self { knob, value: value.into(), number, kind: MethodKind::By(accuracy) }
     }
 
-    /// The accuracy by which the picture is made; `None` of point samples.
+    /// The accuracy by which the picture is rendered; `None` of point samples.
     pub(super) fn accuracy(&self) -> Option<Accuracy> {
         match self.kind {
             MethodKind::By(accuracy) => Some(accuracy),
@@ -42,7 +42,7 @@ impl RenderMethod {
         }
     }
 
-    /// The picture of `system`, made this way.
+    /// The picture of `system` by this method.
     pub(super) fn picture(&self, system: &System) -> Made {
         match self.kind {
             MethodKind::By(accuracy) => {

@@ -1,4 +1,4 @@
-//! How much the study does.
+//! Settings of the study: how much it does.
 
 use crate::accuracy::Level;
 
@@ -37,7 +37,8 @@ impl Default for CostSettings {
 }
 
 impl CostSettings {
-    /// A first look: the cheap end of each range. Of the reference only the picture is made that others are held against.
+    /// A first look: the cheap end of each range. Of the reference only the picture is rendered that others are held
+    /// against.
     pub fn quick() -> Self {
         Self {
             patience_s: 0.5,

@@ -1,4 +1,4 @@
-//! How far a picture is from the reference.
+//! The error of a picture: shifts of its corners and lines from the reference.
 
 use super::corners::ReferenceCorners;
 use super::detector::DetectorRun;

@@ -1,4 +1,4 @@
-//! How far corners and lines are from the reference.
+//! Shifts of corners and lines from the reference.
 
 use glam::DVec2;
 /// Sizes of shifts, in px.

@@ -1,4 +1,4 @@
-//! The clock.
+//! Timing: the clock of the study.
 
 use crate::progress::Observer;
 use std::hint::black_box;
@@ -40,7 +40,7 @@ fn now_ms() -> f64 {
     time.tv_sec as f64 * 1e3 + time.tv_nsec as f64 * 1e-6
 }
 
-/// Wall time, where the system is not asked for CPU time.
+/// Wall time, where CPU time is not to be had.
 #[cfg(not(target_os = "linux"))]
 fn now_ms() -> f64 {
     static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();

@@ -1,4 +1,4 @@
-//! Scenes of the catalogue, made from text through the front door.
+//! Scenes of the catalogue, built from text by the scene parser.
 
 use crate::scene::Scene;
 use crate::system::System;

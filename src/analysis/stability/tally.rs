@@ -1,4 +1,4 @@
-//! What a case found, gathered one check at a time.
+//! The tally of a case: its worst error, gathered one check at a time.
 
 use super::scenes::in_px;
 use super::tables::{number, rows};
@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 /// What a case found.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct CaseOutcome {
-    /// Checks made.
+    /// Count of checks.
     pub checked: usize,
     /// The largest error, in the case's unit.
     pub worst: f64,

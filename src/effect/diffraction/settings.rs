@@ -26,7 +26,7 @@ impl Diffraction {
     }
 
     /// Samples along each side of a pixel from which a picture of the given size is convolved: as many as
-    /// `kernel::samples` asks for, but no more than a picture may hold pixels.
+    /// `kernel::samples` gives, but no more than a picture may hold pixels.
     pub fn samples(&self, size_px: [usize; 2]) -> usize {
         let fits = |n: &usize| size_px[0] * size_px[1] * n * n <= MAX_PIXELS;
         (1..=kernel::samples(self.scale_px())).rev().find(fits).unwrap_or(1)

@@ -99,8 +99,8 @@ fn without_a_pattern_a_pixel_keeps_its_light() {
     for j in 0..out.height() {
         for i in 0..out.width() {
             let mean: f32 = (0..n * n).map(|k| fine.get(n * i + k % n, n * j + k / n)).sum::<f32>() / (n * n) as f32;
-            // The spline takes the light of the pixel's own samples alone, but for what HIGHEST leaves out: 1e-5 of each of
-            // the 128 samples around, of a contrast of 1, the half of them too much.
+            // The spline takes the light of the pixel's own samples only, but for what HIGHEST leaves out: 1e-5 of each
+            // of the 128 samples around, of a contrast of 1, the half of them too much.
             assert!((out.get(i, j) - mean).abs() < 6e-4, "{} {mean}", out.get(i, j));
         }
     }

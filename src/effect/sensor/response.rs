@@ -1,4 +1,4 @@
-//! What a real sensor makes of light: noise, full well, analogue-to-digital conversion.
+//! The sensor's response: noise, full well, analogue-to-digital conversion.
 
 use super::bayer::Bayer;
 use crate::effect::picture::{Picture, merged};
@@ -94,7 +94,7 @@ impl Sensor {
     /// Whether it leaves a picture as it is.
     pub fn is_nothing(&self) -> bool {
         let Self { seed, frame, white_e, .. } = *self;
-        // Electrons alone, and numbers for what is not drawn, change nothing.
+        // Electrons without an effect, and numbers for what is not drawn, change nothing.
         *self == Self { seed, frame, white_e, ..Self::IDEAL }
     }
 

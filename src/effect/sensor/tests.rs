@@ -56,7 +56,7 @@ fn z_of_variance(found: f64, expected: f64, n: usize) -> f64 {
 fn the_ideal_sensor_leaves_every_bit() {
     let light = Raster::from_data(64, 4, (0..256).map(|k| (k as f32 / 255.0).sqrt()).collect());
     assert_eq!(Sensor::IDEAL.expose(&Picture::of_grey(light.clone())), Picture::of_grey(light.clone()));
-    // Also in electrons: each strength 0 alone.
+    // Also in electrons: each strength 0 without the others.
     for white_e in [7.0, 1e4, 123_456.7] {
         let sensor = Sensor { seed: 3, frame: 9, white_e, full_well_e: 1e9, ..Sensor::IDEAL };
         assert_eq!(sensor.expose(&Picture::of_grey(light.clone())), Picture::of_grey(light.clone()), "{white_e}");

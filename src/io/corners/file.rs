@@ -19,7 +19,7 @@ pub enum CornerFormat {
 }
 
 impl CornerFormat {
-    /// The format that the ending of a file's name asks for.
+    /// The format by the ending of a file's name.
     ///
     /// # Errors
     /// Any other ending.

@@ -22,10 +22,10 @@ use std::path::Path;
 /// Rows of a block of ZIP16.
 pub const BLOCK_ROWS: usize = 16;
 
-/// Longer names ask for a flag of the format that old readers refuse.
+/// Longer names need a flag of the format that old readers refuse.
 const MAX_NAME_BYTES: usize = 31;
 
-/// Writes the channels, in alphabetical order as the format asks, byte for byte the same on every run.
+/// Writes the channels, in alphabetical order as the format demands, byte for byte the same on every run.
 ///
 /// # Errors
 /// No channel, a name that is empty, too long, not ASCII or given twice, channels of different sizes, a size outside

@@ -1,4 +1,4 @@
-//! What a chart is drawn from.
+//! The input of a chart: series, axes and labels.
 
 use crate::plot::axis::Scale;
 
@@ -47,7 +47,7 @@ pub struct ChartSeries {
     pub labels: Vec<String>,
 }
 
-/// An axis as asked for.
+/// Settings of an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisInput {
     /// Name with its unit: "time for one frame, s".

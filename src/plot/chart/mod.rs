@@ -77,7 +77,7 @@ pub fn front(input: &ChartInput) -> Vec<Point> {
     points
 }
 
-/// Both axes, around the data where no range is asked for.
+/// Both axes, around the data where no range is set.
 fn axes(input: &ChartInput) -> [Axis; 2] {
     let points = || input.series.iter().flat_map(|series| &series.points);
     let xs = points().map(|p| p.x).collect::<Vec<f64>>();

@@ -1,4 +1,4 @@
-//! What accuracy costs, as files: a table to read, JSON and CSV to work with, charts to look at.
+//! What accuracy costs, as files: a table to read, JSON and CSV to work with, and charts.
 
 pub mod csv;
 pub mod table;

@@ -10,7 +10,7 @@ use crate::metrics::straightness::RowsAndColumns;
 use crate::metrics::{Deviation, MeasuredAndTrue};
 use glam::DVec3;
 
-/// Nearest and farthest depth of what was looked at, in mm; `None` where it is unknown (a photograph).
+/// Nearest and farthest depth of the board, in mm; `None` where it is unknown (a photograph).
 pub type Depths = Option<[f64; 2]>;
 
 /// Left against right: the disparities of corners at `board_mm`, the epipolar curves over `epipolar_mm`, and the law of

@@ -1,4 +1,4 @@
-//! What is wrong with a prism as it was made, as a scene file writes it.
+//! The prism as built, as a scene file writes it: its departures from the nominal prism.
 
 use crate::effect::manufacture::{Displacement, Manufacture, SurfaceError};
 use crate::effect::roughness::Roughness;

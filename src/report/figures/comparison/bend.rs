@@ -1,4 +1,4 @@
-//! Where an image bends what a pinhole keeps straight.
+//! The line that an image bends most of those that a pinhole keeps straight.
 
 use super::corner_mark::CornerMark;
 use glam::DVec2;

@@ -1,4 +1,4 @@
-//! What the comparison is drawn from.
+//! The input of the comparison figure.
 
 use super::bend::bends;
 use super::corner_mark::CornerMark;
