@@ -25,7 +25,7 @@ use super::truth::{self, TrueCorners};
 use super::view::{BoardView, HalfView, see};
 use crate::accuracy::Accuracy;
 use crate::design::marched::Marched;
-use crate::design::{self, DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM};
+use crate::design::{self, DesignInput, FreeformDesign};
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::render::{Outputs, render_wanted};
@@ -97,12 +97,7 @@ pub fn budget(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Budget, Error> {
     let design = match &scene.prism {
-        PrismSpec::Freeform(prism, settings) => Some(design::freeform(&DesignInput {
-            camera: scene.camera,
-            prism: *prism,
-            settings: *settings,
-            virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
-        })?),
+        PrismSpec::Freeform(..) => DesignInput::of(scene).map(|input| design::freeform(&input)).transpose()?,
         _ => None,
     };
     let plain_system = system.without_effects(&scene.camera);

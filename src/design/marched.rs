@@ -139,7 +139,7 @@ mod tests {
     /// A ray from the pinhole meets the front at its own marched point, and one from the virtual camera the back.
     #[test]
     fn designed_rays_meet_the_marched_points() {
-        let cloud = crate::design::point_grid::tests::small_cloud();
+        let cloud = crate::design::small_cloud::small_cloud();
         let marched = Marched::new(&cloud).unwrap();
         for point in cloud.points().step_by(7) {
             let front = Ray { origin: DVec3::ZERO, direction: point.front_mm.normalize() };

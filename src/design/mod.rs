@@ -13,6 +13,8 @@ pub mod text;
 
 #[cfg(test)]
 mod paper_tests;
+#[cfg(test)]
+mod small_cloud;
 pub mod point_grid;
 mod freeform;
 
