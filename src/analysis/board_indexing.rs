@@ -1,17 +1,17 @@
 //! Which corner of the board is which corner of a detected lattice?
 //!
 //! A checkerboard that fills the view has no mark of its own, so a lattice found in a picture is known only up to a
-//! shift and a quarter turn. The virtual camera settles both: near the half image's centre it is right by
-//! construction, and elsewhere it need only be right to half a square. Of the instrument only the half's central ray
-//! enters.
+//! shift and a quarter turn. The virtual camera, or for a telecentric lens the affine map of the central ray's neighbours,
+//! settles both: near the half image's centre it is right by construction, and elsewhere it need only be right to half a
+//! square. Of the instrument only the half's central ray enters.
 
 use super::half_image::HalfFrame;
 use crate::geom::Ray;
 use crate::metrics::pinhole::Pinhole;
 use crate::num::stats::quantile;
-use crate::system::System;
+use crate::system::{Board, System};
 use crate::vision::{LatticeCorner, Polarity};
-use glam::{DVec2, IVec2};
+use glam::{DMat2, DVec2, IVec2};
 
 /// A detected corner that knows its place on the board.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,9 +27,48 @@ const VOTERS: usize = 9;
 /// Votes may lie this far from a whole shift, in squares.
 const MOST_DOUBT: f64 = 0.3;
 
-/// Gives the corners of one half their places on the board; `None` when the virtual camera cannot tell, because its
+/// Where an ideal instrument would see a half's points of the board.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum IdealView {
+    /// From one centre.
+    Pinhole(Pinhole),
+    /// By parallel rays: the board's point that the half's centre sees, in mm, and how it moves with the pixel, in mm/px.
+    Parallel {
+        /// The half's centre, in px from the half's own origin.
+        centre_px: DVec2,
+        /// What it sees.
+        board_mm: DVec2,
+        /// d board_mm / d px.
+        jacobian: DMat2,
+    },
+}
+
+impl IdealView {
+    /// The view of parallel rays along the half's central ray; `None` where that ends.
+    pub fn parallel(system: &System, frame: &HalfFrame) -> Option<Self> {
+        let full_px = frame.centre_px(system);
+        let footprint = system.footprint_through(full_px, frame.side()).ok()?;
+        let (centre_px, board_mm) = (frame.own(full_px), footprint.sight.board_mm);
+        Some(Self::Parallel { centre_px, board_mm, jacobian: footprint.jacobian })
+    }
+
+    /// The board's (column, row), not rounded, that is seen at `image_px`.
+    fn board_index(&self, board: &Board, image_px: DVec2) -> Option<DVec2> {
+        let board_mm = match self {
+            Self::Pinhole(camera) => {
+                let world_from_camera = camera.camera_from_world.inverse();
+                let direction = world_from_camera.vector(camera.at_depth(image_px, 1.0)).normalize();
+                board.intersect(&Ray { origin: camera.centre_mm(), direction }).ok()?.0
+            }
+            Self::Parallel { centre_px, board_mm, jacobian } => *board_mm + *jacobian * (image_px - *centre_px),
+        };
+        Some((board_mm - board.corner_at(0.0, 0.0)) / board.pattern.square_mm)
+    }
+}
+
+/// Gives the corners of one half their places on the board; `None` when the ideal view cannot tell, because its
 /// predictions lie between two corners or contradict the colours of the squares.
-pub fn anchor(system: &System, frame: &HalfFrame, camera: &Pinhole, corners: &[LatticeCorner]) -> Option<Vec<Found>> {
+pub fn anchor(system: &System, frame: &HalfFrame, ideal: &IdealView, corners: &[LatticeCorner]) -> Option<Vec<Found>> {
     let centre = frame.own(frame.centre_px(system));
     let mut voters: Vec<&LatticeCorner> = corners.iter().collect();
     voters.sort_by(|a, b| {
@@ -41,7 +80,7 @@ pub fn anchor(system: &System, frame: &HalfFrame, camera: &Pinhole, corners: &[L
     voters.truncate(VOTERS);
     let votes: Vec<(IVec2, DVec2)> = voters
         .iter()
-        .filter_map(|c| Some((IVec2::from_array(c.index), board_index(system, camera, c.position_px)?)))
+        .filter_map(|c| Some((IVec2::from_array(c.index), ideal.board_index(&system.board, c.position_px)?)))
         .collect();
     let turns = [IVec2::new(1, 0), IVec2::new(0, 1), IVec2::new(-1, 0), IVec2::new(0, -1)];
     let (turn, shift, doubt) = turns
@@ -77,13 +116,4 @@ fn polarity(system: &System, [column, row]: [i32; 2]) -> Polarity {
 /// The lattice vector turned by the quarter turn that takes (1, 0) to `turn`.
 fn turned(turn: IVec2, v: IVec2) -> IVec2 {
     IVec2::new(turn.x * v.x - turn.y * v.y, turn.y * v.x + turn.x * v.y)
-}
-
-/// The board's (column, row), not rounded, that an ideal camera sees at `image_px`.
-fn board_index(system: &System, camera: &Pinhole, image_px: DVec2) -> Option<DVec2> {
-    let world_from_camera = camera.camera_from_world.inverse();
-    let direction = world_from_camera.vector(camera.at_depth(image_px, 1.0)).normalize();
-    let ray = Ray { origin: camera.centre_mm(), direction };
-    let (board_mm, _) = system.board.intersect(&ray).ok()?;
-    Some((board_mm - system.board.corner_at(0.0, 0.0)) / system.board.pattern.square_mm)
 }

@@ -1,7 +1,7 @@
 //! What a picture of the board shows: corners found in each half, and beside them the exact ones.
 
-use super::board_indexing::{Found, anchor};
-use super::half_image::{HalfFrame, virtual_camera, virtual_camera_made};
+use super::board_indexing::{Found, IdealView, anchor};
+use super::half_image::{HalfFrame, NoPinhole, virtual_camera, virtual_camera_made};
 use super::truth::{self, TrueCorners};
 use crate::metrics::pinhole::Pinhole;
 use crate::metrics::straightness::IndexedCorner;
@@ -110,8 +110,11 @@ pub fn place(
         let frame = HalfFrame::new(system, half);
         let camera = virtual_camera(system, &frame).ok();
         // Errors of a prism move the picture: corners know their places by where the prism as it is made looks.
-        let made = virtual_camera_made(system, &frame).ok().or(camera);
-        let anchored = made.and_then(|camera| anchor(system, &frame, &camera, &lattice.corners));
+        let ideal = match virtual_camera_made(system, &frame) {
+            Err(NoPinhole::Telecentric) => IdealView::parallel(system, &frame),
+            made => made.ok().or(camera).map(IdealView::Pinhole),
+        };
+        let anchored = ideal.and_then(|ideal| anchor(system, &frame, &ideal, &lattice.corners));
         let truth = aimer.as_ref().and_then(|aimer| truth::corners(system, aimer, &frame));
         let detected = compare(anchored.as_deref(), truth.as_ref(), lattice);
         HalfView { frame, camera, found: anchored.unwrap_or_default(), truth, detected }

@@ -16,6 +16,7 @@ pub mod snapshot;
 mod report;
 mod cases;
 mod check;
+mod residuals;
 
 pub use cases::{PIXEL_TOLERANCE, run};
 pub use check::check;
