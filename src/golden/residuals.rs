@@ -108,7 +108,7 @@ mod tests {
                 numbers += usize::from(side.is_f64());
             }
         }
-        // Of 27 cases with 10 sides each: what a telecentric, a random, a tiny, a too fine and two unpaired ones cannot have.
+        // Of 27 cases with 10 sides each; telecentric, random, tiny, too fine and unpaired views lack some.
         assert!(numbers >= 242, "{numbers}");
     }
 }
