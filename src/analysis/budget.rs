@@ -25,7 +25,7 @@ use super::truth::{self, TrueCorners};
 use super::view::{BoardView, HalfView, see};
 use crate::accuracy::Accuracy;
 use crate::design::marched::Marched;
-use crate::design::{self, DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM};
+use crate::design::{self, DesignInput, FreeformDesign};
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::progress::Observer;
@@ -94,12 +94,7 @@ pub struct Budget {
 /// When the scene's design cannot be made.
 pub fn budget(scene: &Scene, system: &System, view: &BoardView, observer: &dyn Observer) -> Result<Budget, Error> {
     let design = match &scene.prism {
-        PrismSpec::Freeform(prism, settings) => Some(design::freeform(&DesignInput {
-            camera: scene.camera,
-            prism: *prism,
-            settings: *settings,
-            virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
-        })?),
+        PrismSpec::Freeform(..) => DesignInput::of(scene).map(|input| design::freeform(&input)).transpose()?,
         _ => None,
     };
     let plain_system = system.without_effects();

@@ -46,7 +46,7 @@ impl Comparison {
 /// # Errors
 /// As [`prisms`], and when a prism cannot be designed.
 pub fn compare(scene: &Scene, observer: &dyn Observer) -> Result<Comparison, Error> {
-    let judged = |(name, scene)| judge_design(name, scene, Asked { budget: false }, observer);
+    let judged = |(name, scene)| judge_design(name, scene, JudgeOptions { budget: false }, observer);
     Ok(Comparison { designs: prisms(scene)?.into_iter().map(judged).collect::<Result<_, _>>()? })
 }
 
@@ -75,17 +75,17 @@ pub fn prisms(scene: &Scene) -> Result<Vec<(&'static str, Scene)>, Error> {
     })
 }
 
-/// What is asked of a judgement besides the figures.
+/// What a judgement holds besides the figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Asked {
+pub struct JudgeOptions {
     /// The budget of every corner's error.
     pub budget: bool,
 }
 
 /// Pixels that are rendered to judge one of a scene's prisms.
-pub fn pixels(scene: &Scene, asked: Asked) -> u64 {
+pub fn pixels(scene: &Scene, options: JudgeOptions) -> u64 {
     let boards = 1 + other_depths(scene).count() as u64;
-    let pictures = boards + if asked.budget { budget::pictures(&scene.effects) } else { 0 };
+    let pictures = boards + if options.budget { budget::pictures(&scene.effects) } else { 0 };
     pictures * (scene.camera.width_px * scene.camera.height_px) as u64
 }
 
@@ -97,17 +97,83 @@ pub fn pixels(scene: &Scene, asked: Asked) -> u64 {
 pub fn judge_design(
     name: &'static str,
     scene: Scene,
-    asked: Asked,
+    options: JudgeOptions,
     observer: &dyn Observer,
 ) -> Result<JudgedDesign, Error> {
     observer.stage("design");
     let system = system::build(&scene)?;
     let (film, judgement) = judge(&scene, &system, observer);
-    let budget = if asked.budget {
+    let budget = if options.budget {
         observer.stage("budget");
         Some(budget::budget(&scene, &system, &judgement.view, observer)?)
     } else {
         None
     };
     Ok(JudgedDesign { name, scene, system, film, judgement, budget })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::metrics::Numbers;
+    use crate::progress::OnPixels;
+    use crate::scene;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// A scene without any symmetry: prism out of place, board turned about all axes.
+    const ASYMMETRIC: &str = "name = \"asymmetric\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 320\n\
+        height_px = 180\npixel_pitch_um = 33.0\n[prism]\nkind = \"freeform\"\nindex = 1.48\n\
+        ridge_distance_mm = 78.472\nthickness_mm = 8.545\nposition_mm = [0.8, 0.3, 0.0]\ntilt_deg = [0.5, -0.8, 1.5]\n\
+        [board]\ncolumns = 31\nrows = 31\nsquare_mm = 15.0\nposition_mm = [3.0, -2.0, 1000.0]\n\
+        tilt_deg = [8.0, -6.0, 3.0]\n[analysis]\ndepths_mm = [850.0, 1000.0]\n";
+
+    #[test]
+    fn an_asymmetric_scene_is_compared_half_by_half() {
+        let scene = scene::parse(ASYMMETRIC, "test", None).unwrap_or_else(|problem| panic!("{problem}"));
+        let rendered = AtomicUsize::new(0);
+        let count = |n: usize| {
+            rendered.fetch_add(n, Ordering::Relaxed);
+        };
+        let found = compare(&scene, &OnPixels(count)).unwrap();
+        assert_eq!(rendered.into_inner() as u64, 2 * pixels(&scene, JudgeOptions { budget: false }));
+        for design in &found.designs {
+            let judgement = &design.judgement;
+            for (k, half) in judgement.halves.iter().enumerate() {
+                let (seen, own) = (&judgement.detected[k], half.at(1000.0).unwrap());
+                assert!(seen.found > 20 && seen.wrong == Some(0), "{}: {seen:?}", design.name);
+                let (pooled, deviation) = (judgement.pooled.at(1000.0).unwrap(), own.designed.numbers(|d| d.rms));
+                agree(design.name, deviation);
+                // Neither half is the pool.
+                assert_ne!(deviation.measured, pooled.designed.numbers(|d| d.rms).measured);
+            }
+            for numbers in [
+                judgement.vertical_disparity_rms_px(),
+                judgement.designed_corners_rms_px(),
+                judgement.fitted_rms_px(),
+                judgement.straightness_rms_px(),
+            ] {
+                agree(design.name, numbers);
+            }
+            assert!(judgement.detector_rms_px().is_some_and(|rms| rms < 0.005));
+        }
+        let [flat, freeform] = ["flat", "freeform"].map(|name| &found.design(name).unwrap().judgement);
+        let better = |of: fn(&Judgement) -> Numbers| of(freeform).measured < of(flat).measured;
+        assert!(better(Judgement::fitted_rms_px));
+    }
+
+    /// What is measured is what is true, but for the detector's error.
+    fn agree(name: &str, numbers: Numbers) {
+        let (Some(measured), Some(exact)) = (numbers.measured, numbers.exact) else { panic!("{name}: {numbers:?}") };
+        assert!((measured - exact).abs() < 0.005 && exact > 0.0, "{name}: {numbers:?}");
+    }
+
+    #[test]
+    fn a_scene_without_a_prism_has_nothing_to_judge() {
+        let scene = scene::parse(ASYMMETRIC, "test", None).unwrap_or_else(|problem| panic!("{problem}"));
+        let kinds = |prism: PrismSpec| {
+            Ok::<Vec<_>, Error>(prisms(&Scene { prism, ..scene.clone() })?.iter().map(|p| p.0).collect())
+        };
+        assert_eq!(kinds(scene.prism.clone()), Ok(vec!["flat", "freeform"]));
+        assert!(kinds(PrismSpec::None).unwrap_err().rule.contains("no prism to judge"));
+    }
 }

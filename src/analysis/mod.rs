@@ -5,6 +5,7 @@ pub mod compare;
 pub mod fates;
 pub mod cost;
 pub mod judge;
+pub mod listed_corners;
 pub mod stability;
 pub mod truth;
 pub mod view;

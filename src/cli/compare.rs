@@ -5,7 +5,7 @@ use super::expect::expectations;
 use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{accuracy, files, output};
-use crate::analysis::compare::{Asked, judge_design, pixels, prisms};
+use crate::analysis::compare::{JudgeOptions, judge_design, pixels, prisms};
 use crate::error::Error;
 use crate::report::{budget, comparison, json, picture, table};
 use std::path::Path;
@@ -14,13 +14,13 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     let scene = accuracy::asked(files::scene(args.scene.as_deref())?, args.target_px);
     let prisms = prisms(&scene)?;
     files::folder(&args.out)?;
-    let asked = Asked { budget: args.budget };
-    let progress = Progress::new(prisms.len() as u64 * pixels(&scene, asked));
+    let options = JudgeOptions { budget: args.budget };
+    let progress = Progress::new(prisms.len() as u64 * pixels(&scene, options));
     let mut judged = Vec::new();
     let mut designs = Vec::new();
     let mut written = Vec::new();
     for (name, scene) in prisms {
-        let design = judge_design(name, scene, asked, &progress.watch(name));
+        let design = judge_design(name, scene, options, &progress.watch(name));
         let design = files::named(args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")), design)?;
         progress.begin(name, "write");
         for ending in ["png", "exr"] {

@@ -3,36 +3,30 @@
 use super::args::DesignArgs;
 use super::outcome::Outcome;
 use super::{files, output};
-use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM, text};
+use crate::design::{self, DesignInput, text};
 use crate::error::Error;
 use crate::io::atomic::write_atomically;
 
 use crate::io::point_grid::{write_csv, write_ply};
-use crate::scene::{DesignSettings, MarchOrder, PrismSpec};
+use crate::scene::MarchOrder;
 use crate::surface::face::Face;
 
 pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let scene = crate::scene::load(&args.scene)?;
-    let (prism, mut settings) = match &scene.prism {
-        PrismSpec::Flat(flat) => (*flat, DesignSettings::default()),
-        PrismSpec::Freeform(flat, settings) => (*flat, *settings),
-        _ => {
-            return Err(Error::new(
-                args.scene.display(),
-                "`prism.kind` must be \"flat\" or \"freeform\" for a prism to be designed",
-                "state index, ridge_distance_mm and thickness_mm, with kind = \"freeform\"",
-            ));
-        }
-    };
+    let mut input = DesignInput::of(&scene).ok_or_else(|| {
+        Error::new(
+            args.scene.display(),
+            "`prism.kind` must be \"flat\" or \"freeform\" for a prism to be designed",
+            "state index, ridge_distance_mm and thickness_mm, with kind = \"freeform\"",
+        )
+    })?;
     if args.y_then_x {
-        settings.order = MarchOrder::YThenX;
+        input.settings.order = MarchOrder::YThenX;
     }
-    let input = DesignInput { camera: scene.camera, prism, settings, virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM };
     let designed = design::freeform(&input)?;
     let cloud = &designed.cloud;
     files::folder(&args.out)?;
-    let body = prism.body;
-    let text = text::scene_prism(&designed.front.patch, &designed.back.patch, &body);
+    let text = text::scene_prism(&designed.front.patch, &designed.back.patch, &input.prism.body);
     files::text(&args.out.join("prism.toml"), &text)?;
     write_atomically(&args.out.join("cloud.csv"), |out| write_csv(cloud.points(), out))?;
     for (name, face) in [("front.ply", Face::Front), ("back.ply", Face::Back)] {

@@ -6,17 +6,15 @@ use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, output};
 use crate::analysis::budget;
-use crate::analysis::half_image::HalfFrame;
 use crate::analysis::judge::measure;
-use crate::analysis::view::{DetectedLattice, place, see};
+use crate::analysis::listed_corners::lattices;
+use crate::analysis::view::{place, see};
 use crate::error::Error;
 use crate::io::corners::{self, CornerFormat};
 use crate::raster::Raster;
 use crate::report::{design, identity, json, table};
 use crate::scene::Scene;
 use crate::system::System;
-use crate::vision::half::Half;
-use crate::vision::{LatticeCorner, upright};
 use crate::{report, scene};
 use std::collections::BTreeMap;
 
@@ -39,7 +37,7 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
             same_instrument(args, &scene, &system, note.as_deref())?;
             see(&system, picture, args.own, &watch)
         }
-        Input::Corners(views) => place(&system, &lattices(args, &system, views)?, args.own, &watch),
+        Input::Corners(views) => place(&system, &lattices(&args.picture.display(), &system, views)?, args.own, &watch),
     };
     progress.begin("picture", "measure");
     let judgement = measure(&scene, &system, view, &[]);
@@ -85,46 +83,6 @@ fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Error> {
         ));
     }
     Ok(Input::Picture(picture, metadata.texts.remove("biprism")))
-}
-
-/// The corners of a file, in the px of the halves that they must lie in.
-fn lattices(args: &MeasureArgs, system: &System, views: &[corners::CornerView]) -> Result<[DetectedLattice; 2], Error> {
-    let known = |view: &corners::CornerView| Half::BOTH.iter().any(|half| half.name() == view.name);
-    if let Some(view) = views.iter().find(|view| !known(view)) {
-        let rule = format!("it has corners of a view {:?}, and must have those of left and right", view.name);
-        return Err(Error::new(args.picture.display(), rule, "detect in each half of the picture by itself"));
-    }
-    let [left, right] = Half::BOTH.map(|half| {
-        let Some(view) = views.iter().find(|view| view.name == half.name()) else {
-            return Ok(DetectedLattice::default());
-        };
-        let frame = HalfFrame::new(system, half);
-        if let Some(stray) = view.corners.iter().find(|c| !frame.contains(frame.own(c.position_px))) {
-            let (low, high) = (frame.first_column, frame.full(frame.size_px));
-            let rule = format!(
-                "corner ({}, {}) of the {} half lies at {}, and must lie in columns {low} to {} and rows 0 to {}",
-                stray.index[0],
-                stray.index[1],
-                half.name(),
-                stray.position_px,
-                high.x,
-                high.y
-            );
-            let help = "give positions in px of the whole picture, of the size that the scene says";
-            return Err(Error::new(args.picture.display(), rule, help));
-        }
-        let seen = |c: &corners::ListedCorner| LatticeCorner {
-            index: c.index,
-            position_px: frame.own(c.position_px),
-            polarity: c.quality.map(|q| q.polarity),
-        };
-        Ok(DetectedLattice {
-            corners: upright(&view.corners.iter().map(seen).collect::<Vec<_>>()),
-            rejected: view.rejected.iter().cloned().collect(),
-            blur_px: view.blur_px,
-        })
-    });
-    Ok([left?, right?])
 }
 
 /// A picture that was rendered here says of which instrument; another one's truth is not its truth.

@@ -6,7 +6,7 @@ use super::point_grid::PointGrid;
 use super::virtual_camera::{VirtualCamera, virtual_camera};
 use crate::error::Error;
 use crate::num::ode::Integrator;
-use crate::scene::{BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method, PolynomialSpec};
+use crate::scene::{BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method, PolynomialSpec, PrismSpec, Scene};
 
 /// z of the virtual cameras in the design paper's prisms, in the prism's frame: the plane of the camera's pinhole. The
 /// paper leaves it open; this choice reproduces its Table 1.
@@ -39,6 +39,18 @@ pub struct FreeformDesign {
     pub optical_path_spread_mm: f64,
     /// The points that the surfaces go through: 16 bytes each, so that a caller of many designs may want to drop them.
     pub cloud: PointGrid,
+}
+
+impl DesignInput {
+    /// The input of a scene whose prism is flat, by the paper's settings, or freeform, by its own; `None` of another prism.
+    pub fn of(scene: &Scene) -> Option<Self> {
+        let (prism, settings) = match &scene.prism {
+            PrismSpec::Flat(flat) => (*flat, DesignSettings::default()),
+            PrismSpec::Freeform(flat, settings) => (*flat, *settings),
+            _ => return None,
+        };
+        Some(Self { camera: scene.camera, prism, settings, virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM })
+    }
 }
 
 impl FreeformDesign {

@@ -16,6 +16,7 @@ pub mod snapshot;
 mod report;
 mod cases;
 mod check;
+mod residuals;
 
 pub use cases::{PIXEL_TOLERANCE, case_names, orphans, run, run_case};
 pub use check::{check, check_case};

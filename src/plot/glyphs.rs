@@ -17,17 +17,22 @@ pub(super) struct Glyph {
     pub(super) outline: &'static str,
 }
 
-/// The glyphs of a weight, in the order of their characters; the bold one has fewer.
-pub(super) fn glyphs(weight: Weight) -> &'static [Glyph] {
+/// DejaVu Sans, in the order of the characters.
+pub(super) fn regular() -> &'static [Glyph] {
+    &tables()[0]
+}
+
+/// DejaVu Sans Bold, which has fewer characters, in their order.
+pub(super) fn bold() -> &'static [Glyph] {
+    &tables()[1]
+}
+
+fn tables() -> &'static [Vec<Glyph>; 2] {
     static TABLES: OnceLock<[Vec<Glyph>; 2]> = OnceLock::new();
-    let [regular, bold] = TABLES.get_or_init(|| {
+    TABLES.get_or_init(|| {
         let (regular, bold) = include_str!("glyphs.txt").split_once("[bold]").expect("the file has two tables");
         [regular, bold].map(|table| table.lines().filter_map(parse).collect())
-    });
-    match weight {
-        Weight::Regular => regular,
-        Weight::Bold => bold,
-    }
+    })
 }
 
 /// The glyph of a line; `None` of a heading or a comment.
@@ -53,7 +58,7 @@ mod tests {
     /// Figures are compared byte by byte: no outline may change unseen.
     #[test]
     fn every_glyph_is_read_and_none_has_changed() {
-        let tables = [Weight::Regular, Weight::Bold].map(glyphs);
+        let tables = [regular(), bold()];
         assert_eq!(tables.map(<[Glyph]>::len), [225, 95]);
         // The hash FNV-1a of 64 bits of a line `character advance outline` for each glyph.
         let mut sum = 0xcbf2_9ce4_8422_2325u64;

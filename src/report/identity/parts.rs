@@ -146,7 +146,13 @@ mod tests {
         let effects = "[effect.thin_lens]\nf_number = 8.0\nfocus_mm = 990.0\n[effect.cos4]\n[effect.fresnel]\n\
             [effect.sensor]\nwhite_e = 5000.0\nseed = 7\n[effect.clipping]\nchamfer_mm = 0.2\n";
         let told = serde_json::to_string(&sums(&format!("{SCENE}{effects}"))).unwrap();
-        assert_eq!(told, "SUMS");
+        let sums = [
+            r#""camera":"32de115be9f41af6""#,
+            r#""prism":"ca17ae0be3fa70d8""#,
+            r#""board":"fde61d3554b3e3a6""#,
+            r#""effects":"321b9c6fa1bf2168""#,
+        ];
+        assert_eq!(told, format!("{{{}}}", sums.join(",")));
     }
 
     #[test]
