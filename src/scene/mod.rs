@@ -28,7 +28,6 @@ pub use crate::surface::shape::PolynomialPatch;
 pub use schema::schema_json;
 
 use crate::error::Error;
-use crate::geom::Rect;
 use std::path::Path;
 
 /// Read and check the scene file at `path`.
