@@ -246,9 +246,8 @@ fn the_forecast_of_time_is_the_time() {
     let folder = tempfile::tempdir().expect("a folder");
     // Below 100 000 pixels the picture itself is timed, and the reference takes long enough to be.
     let path = small_scene(folder.path(), |text| {
-        let text =
-            aside(text).replace("width_px = 480", "width_px = 240").replace("height_px = 270", "height_px = 135");
-        format!("accuracy = \"reference\"\n{}", text.replace("pixel_pitch_um = 22.0", "pixel_pitch_um = 44.0"))
+        let text = aside(text).replace("width_px = 480", "width_px = 120").replace("height_px = 270", "height_px = 68");
+        format!("accuracy = \"reference\"\n{}", text.replace("pixel_pitch_um = 22.0", "pixel_pitch_um = 88.0"))
     });
     let system = built(&scene::load(&path).unwrap_or_else(|problem| panic!("{problem}")));
     let pair = || {
