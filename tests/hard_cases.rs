@@ -9,6 +9,25 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+/// What a case may err by besides its own bound, which tells what no one may go beyond: in its own unit, by the float format
+/// or the method.
+const ROUNDING: [(&str, f64, &str); 7] = [
+    ("edge-on board", TRACE_PX, "a whole trace's rounding"),
+    ("on the ridge to the last bit", 32.0 * 2.9e-14, "32 roundings of board positions of up to 256 mm"),
+    ("fold-over of the map", 4.0 * TRACE_PX, "four traces' rounding"),
+    ("degree 15", TRACE_PX, "a whole trace's rounding"),
+    ("everything moved by 1e6 mm", 16.0 * 1.2e-10 / 0.157, "16 roundings of 1e6 mm, seen at 0.157 mm a pixel"),
+    ("coverage of the standard level", 5e-6, "the bend that the level leaves inside a pixel"),
+    (
+        "no surface to be had",
+        1.6e-6,
+        "one Runge-Kutta step over the field: its tangent of 0.075 to the fifth, over 5!, of 80 mm",
+    ),
+];
+
+/// 16 roundings of numbers of order 1, weighed by the focal length in px: a whole trace.
+const TRACE_PX: f64 = 16.0 * f64::EPSILON * 35.0 / 0.0055;
+
 fn run(chapters: &[&str]) {
     let cases: Vec<&Case> = catalogue().filter(|case| chapters.contains(&case.group)).collect();
     assert!(!cases.is_empty());
@@ -27,6 +46,16 @@ fn run(chapters: &[&str]) {
             case.why,
             outcome.broken
         );
+        if let Some((_, bound, why)) = ROUNDING.iter().find(|(name, ..)| *name == case.name) {
+            assert!(outcome.worst <= *bound, "{}: {:e} above {bound:e}: {why}", case.name, outcome.worst);
+        }
+    }
+}
+
+#[test]
+fn every_second_bound_belongs_to_a_case_and_is_below_its_first() {
+    for (name, bound, _) in ROUNDING {
+        assert!(catalogue().any(|case| case.name == name && bound < 0.3 * case.bound), "{name}");
     }
 }
 

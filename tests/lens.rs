@@ -1,6 +1,7 @@
 //! Do lenses, stops and rims do what geometry says?
 
 use crate::instruments::{BOARD, FLAT, FREEFORM, NO_GLASS, built, edge_integral, picture, scene, with};
+use biprism::accuracy::Accuracy;
 use biprism::effect::clipping::{Outline, Stop};
 use biprism::effect::thin_lens::Aperture;
 use biprism::effect::{Clipping, Effects, Fresnel, Ghosts, Lens, Quadrature, Telecentric, ThinLens};
@@ -50,14 +51,14 @@ fn telecentric_magnification_does_not_depend_on_depth() {
 #[test]
 fn telecentric_blur_is_the_cone_of_its_aperture() {
     let board = "columns = 2\nrows = 1\nsquare_mm = 100.0\nposition_mm = [0.0, 0.0, 300.0]\nmargin_mm = 0";
-    let plain = scene(192, 12, NO_GLASS, board);
+    let plain = scene(192, 1, NO_GLASS, board);
     let quadrature = Quadrature { points: 1024, ..Quadrature::default() };
     let step = 10.56 / 192.0 / 0.55;
     for focus_mm in [260.0, 300.0, 330.0] {
         let lens = Telecentric { magnification: 0.55, na: 0.02, focus_mm };
         let found = picture(&with(&plain, Effects { lens: Lens::Telecentric(lens), quadrature, ..Effects::default() }));
         let radius_px = 0.5 * lens.blur_mm(300.0) / step;
-        for (i, value) in found.row(5).iter().enumerate() {
+        for (i, value) in found.row(0).iter().enumerate() {
             let place = |x: f64| (x - 96.0) / radius_px;
             let (from, to) = (place(i as f64), place(i as f64 + 1.0));
             let white = match radius_px == 0.0 {
@@ -80,7 +81,7 @@ fn telecentric_pictures_agree_at_every_level() {
     let board = "columns = 31\nrows = 21\nsquare_mm = 0.7\nposition_mm = [0.1, 0.2, 200.0]\ntilt_deg = [10, -15, 5]";
     let lens = Telecentric { magnification: 0.55, na: 0.0, focus_mm: 200.0 };
     for prism in [NO_GLASS.to_owned(), format!("{FLAT}\ntilt_deg = [1, 0.5, 2]"), FREEFORM.to_owned()] {
-        let plain = scene(240, 136, &prism, board);
+        let plain = scene(120, 68, &prism, board);
         let system = with(&plain, Effects { lens: Lens::Telecentric(lens), ..Effects::default() });
         use biprism::accuracy::Level;
         let [standard, exact, reference] = [Level::Standard, Level::Exact, Level::Reference]
@@ -122,7 +123,7 @@ fn a_chamfer_is_a_black_band_of_its_width() {
 #[test]
 fn a_round_rim_lights_a_circle() {
     let plate = format!("{FLAT}\nfacet_angle_deg = 0");
-    let plain = scene(320, 180, &plate, WHITE);
+    let plain = scene(160, 90, &plate, WHITE);
     let radius_mm = 5.3;
     let outline = Some(Outline::Circle { radius_mm });
     let clipping = Clipping { outline, ..Clipping::default() };
@@ -136,7 +137,7 @@ fn a_round_rim_lights_a_circle() {
         if reach(middle) < radius_mm { low = middle } else { high = middle }
     }
     let radius_px = low * 35.0 / plain.camera.pitch_mm;
-    assert!(radius_px < 90.0);
+    assert!(radius_px < 45.0);
     let area = std::f64::consts::PI * radius_px * radius_px;
     for level in biprism::accuracy::Level::ALL {
         let system = with(&plain, Effects { clipping: Some(clipping), ..Effects::default() });
@@ -211,7 +212,7 @@ fn ghosts_are_clipped_as_the_picture_is() {
 #[test]
 fn a_stop_before_a_lens_vignettes_as_two_circles_overlap() {
     let white = WHITE.replace("1000.0]", "1e9]");
-    let plain = scene(161, 9, NO_GLASS, &white);
+    let plain = scene(161, 1, NO_GLASS, &white);
     let lens = ThinLens::new(4.0, 1e12, Aperture::Circle, 35.0);
     let (a, b, d) = (lens.radius_mm, 4.0, 60.0);
     let stop = Some(Stop { distance_mm: d, radius_mm: b });
@@ -226,7 +227,7 @@ fn a_stop_before_a_lens_vignettes_as_two_circles_overlap() {
         partly += usize::from(shared > 0.01 && shared < 0.99);
         // An even set counts a convex area to log(n) / n at worst.
         let bound = libm::log(points as f64) / points as f64;
-        let value = f64::from(found.get(i, 4));
+        let value = f64::from(found.get(i, 0));
         assert!((value - shared).abs() < bound, "{i}: {value} {shared}");
     }
     assert!(partly > 40, "{partly}");
@@ -283,7 +284,9 @@ fn a_tilted_plate_is_astigmatic_by_the_closed_form() {
 /// The spread of random sets tells the error of their mean, and the target of noise is met.
 #[test]
 fn the_error_estimate_is_the_error() {
-    let plain = scene(64, 36, FLAT, BOARD);
+    // The level's error is the same in all pictures: the coarsest will do.
+    let mut plain = scene(32, 18, FLAT, BOARD);
+    plain.accuracy = Accuracy::draft();
     let lens = Lens::Thin(ThinLens::new(2.0, 600.0, Aperture::Circle, 35.0));
     let of = |quadrature| {
         render_wanted(&with(&plain, Effects { lens, quadrature, ..Effects::default() }), Outputs { truth: false }, &())

@@ -209,9 +209,9 @@ fn made_prisms_look_alike_at_every_level() {
 #[test]
 fn a_rough_surface_blurs_by_its_slopes() {
     let board = "columns = 2\nrows = 1\nsquare_mm = 2000.0\nposition_mm = [0.0, 0.0, 1000.0]\nmargin_mm = 0";
-    let plain = scene(192, 10, &format!("{FLAT}\nfacet_angle_deg = 0"), board);
+    let plain = scene(192, 1, &format!("{FLAT}\nfacet_angle_deg = 0"), board);
     let quadrature = Quadrature { points: 1024, ..Quadrature::default() };
-    let mm_per_px = built(&plain).footprint(DVec2::new(96.5, 5.0)).unwrap().jacobian.x_axis.x;
+    let mm_per_px = built(&plain).footprint(DVec2::new(96.5, 0.5)).unwrap().jacobian.x_axis.x;
     let away = 1000.0 - 78.472 - 8.545;
     for (slope, reach) in
         [([0.0, 0.01], (INDEX - 1.0) * away), ([0.01, 0.0], (INDEX - 1.0) * away + (1.0 - 1.0 / INDEX) * 8.545)]
@@ -225,7 +225,7 @@ fn a_rough_surface_blurs_by_its_slopes() {
             let below = 0.5 * libm::erfc(-x / std::f64::consts::SQRT_2);
             x * below + libm::exp(-0.5 * x * x) / std::f64::consts::TAU.sqrt()
         };
-        for (i, value) in film.radiance.row(5).iter().enumerate() {
+        for (i, value) in film.radiance.row(0).iter().enumerate() {
             let place = |x: f64| (x - 96.0) / sigma_px;
             let white = (integral(place(i as f64 + 1.0)) - integral(place(i as f64))) * sigma_px;
             // log(n) / n of the even points; and the second order of the slopes and of a field of 0.02 rad.

@@ -10,6 +10,7 @@ mod command;
 mod common;
 mod instruments;
 
+mod accounts;
 mod architecture;
 mod auto;
 mod budget;

@@ -341,3 +341,32 @@ fn jpeg_bmp_and_pnm_are_read_when_their_curve_is_stated() {
         assert!(broken.is_err() || format == "JPEG", "{name}: half a file is no picture");
     }
 }
+
+/// The light of pure red, green and blue, by hand (Rec. ITU-R BT.709), through each format that holds colours.
+#[test]
+fn colours_weigh_by_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let weights = [0.2126, 0.7152, 0.0722];
+    for (channel, weight) in weights.into_iter().enumerate() {
+        let pure = |c: usize| if c == channel { 1.0 } else { 0.0 };
+        let path = |ending: &str| folder.path().join(format!("{channel}.{ending}"));
+        png::write_rgb(
+            &path("png"),
+            &Raster::filled(16, 16, [0, 1, 2].map(|c| 255 * pure(c) as u8)),
+            &Notes::default(),
+        )
+        .unwrap();
+        let plane = |c: usize| Raster::filled(16, 16, pure(c) as f32);
+        let planes = ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| Channel::f32(name, plane(c)));
+        exr::write(&path("exr"), planes.collect(), &Notes::default()).unwrap();
+        let photo = image::RgbImage::from_pixel(16, 16, image::Rgb([0, 1, 2].map(|c| 255 * pure(c) as u8)));
+        photo.save(path("jpg")).unwrap();
+        photo.save(path("bmp")).unwrap();
+        // A JPEG keeps a pure colour to a few levels of 8 bits.
+        for (ending, bound) in [("png", 1e-6), ("exr", 1e-6), ("bmp", 1e-6), ("jpg", 0.02)] {
+            let (picture, _) = read(&path(ending), Some(Transfer::Srgb)).unwrap_or_else(|problem| panic!("{problem}"));
+            let found = f64::from(picture.get(8, 8));
+            assert!((found - weight).abs() < bound, "channel {channel} of a {ending}: {found}, not {weight}");
+        }
+    }
+}

@@ -93,7 +93,7 @@ fn a_slanted_seam_is_cut_exactly() {
 /// The levels keep their promise to each other.
 #[test]
 fn standard_agrees_with_reference() {
-    let mut scene = scene(480, 270, FREEFORM, BOARD);
+    let mut scene = scene(240, 135, FREEFORM, BOARD);
     let standard = render(&built(&scene), &());
     scene.accuracy = Accuracy::reference();
     let reference = render(&built(&scene), &());

@@ -138,6 +138,22 @@ mod tests {
         assert!((d.rms_of_components() - (26.0f64 / 4.0).sqrt()).abs() < 1e-15);
     }
 
+    /// Two unequal sets taken together are the set of all.
+    #[test]
+    fn pooled_sets_are_the_joined_set() {
+        let few = [DVec2::new(3.0, -4.0), DVec2::new(-1.0, 0.5)];
+        let many =
+            [DVec2::new(0.5, 0.25), DVec2::new(-0.125, 1.0), DVec2::new(2.0, 2.0), DVec2::new(0.0, -0.75), DVec2::X];
+        let [a, b] = [&few[..], &many[..]].map(|set| Deviation::of(set).unwrap());
+        let joined = Deviation::of(&[&few[..], &many[..]].concat()).unwrap();
+        for pooled in [a.pooled(&b), b.pooled(&a)] {
+            assert_eq!((pooled.n, pooled.max), (7, 5.0));
+            assert!((pooled.rms - joined.rms).abs() < 1e-15);
+            assert!((pooled.mean - joined.mean).length() < 1e-15);
+            assert!((pooled.mean_abs - joined.mean_abs).length() < 1e-15);
+        }
+    }
+
     #[test]
     fn nothing_and_nan_are_named() {
         assert_eq!(Deviation::of(&[]), Err(Unmeasurable::TooFew { what: "residuals", found: 0, needed: 1 }));

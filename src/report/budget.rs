@@ -95,3 +95,60 @@ fn rows(budgets: &[(String, &Budget)], full: impl Fn(usize, DVec2) -> DVec2) -> 
     };
     budgets.iter().map(row).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two corners whose steps have lengths of their own: 1 and 2 times 1, 2, 4, 8 and 16 px, along x.
+    fn budget() -> Budget {
+        let corner = |scale: f64| {
+            let step = |k: i32| DVec2::new(scale * f64::from(1 << k), 0.0);
+            Found {
+                index: [3, 5],
+                measured_px: DVec2::new(100.0 + scale * 31.0, 7.0),
+                ideal_px: DVec2::new(100.0, 7.0),
+                optics_px: step(0),
+                fit_px: Some(step(1)),
+                detector_px: step(2),
+                effects_px: Some(step(3)),
+                sampling_px: step(4),
+            }
+        };
+        Budget { halves: [vec![corner(1.0)], vec![corner(2.0)]], left_out: 0 }
+    }
+
+    /// Each step under its own name, in the entry, in words, and in the figure.
+    #[test]
+    fn steps_keep_their_names() {
+        let budget = budget();
+        let entry = entry(&budget);
+        let terms = [Some(entry.optics), entry.fit, Some(entry.detector), entry.effects, Some(entry.sampling)];
+        for (term, size) in terms.iter().chain([&Some(entry.total)]).zip([1.0, 2.0, 4.0, 8.0, 16.0, 31.0]) {
+            let term = term.unwrap();
+            assert_eq!((term.max_px, term.mean_px), (2.0 * size, [1.5 * size, 0.0]));
+            assert!((term.rms_px - size * 2.5f64.sqrt()).abs() < 1e-13);
+        }
+        assert_eq!(entry.remainder_max_px, 0.0);
+        let corner = &entry.corners[1];
+        assert_eq!((corner.half.as_str(), corner.index), ("right", [3, 5]));
+        assert_eq!((corner.measured_px, corner.ideal_px), ([162.0, 7.0], [100.0, 7.0]));
+        let steps = [
+            Some(corner.optics_px),
+            corner.fit_px,
+            Some(corner.detector_px),
+            corner.effects_px,
+            Some(corner.sampling_px),
+        ];
+        assert_eq!(steps.map(|step| step.unwrap()[0]), [2.0, 4.0, 8.0, 16.0, 32.0]);
+        let told = crate::report::table::budget_words("flat", &entry);
+        let expected = "optics 1.581, fit 3.162, detector 6.325, effects 12.649, sampling 25.298; in all 49.016";
+        assert!(told.contains(expected), "{told}");
+        let rows = rows(&[("flat prism".to_owned(), &budget)], |k, px| px + DVec2::new(1000.0 * k as f64, 0.0));
+        let panels: Vec<(&str, f64, f64)> =
+            rows[0].panels.iter().map(|p| (p.name.as_str(), p.dots[0].size, p.dots[1].at.x)).collect();
+        let names = ["optics", "fit", "detector", "effects", "sampling", "measured − ideal"];
+        let sizes = [1.0, 2.0, 4.0, 8.0, 16.0, 31.0];
+        assert_eq!(panels, [0, 1, 2, 3, 4, 5].map(|k| (names[k], sizes[k], 1162.0)));
+    }
+}

@@ -12,8 +12,6 @@ pub(super) struct Source {
     pub(super) path: String,
     /// The module that it is: `["design", "march"]`; of a file of tests, with `"tests"` at the end.
     pub(super) module: Vec<String>,
-    /// The whole text.
-    pub(super) text: String,
     /// What is built into the product, without comments and literals.
     pub(super) product: String,
     /// What is built into tests only, likewise.
@@ -61,7 +59,7 @@ pub(super) fn of_texts(texts: &[(&str, &str)]) -> Vec<Source> {
         .map(|(path, text)| {
             let (product, tests) = apart(&bare(text));
             let (product, tests) = if is_of_tests(path) { (String::new(), product + &tests) } else { (product, tests) };
-            Source { path: (*path).to_owned(), module: module(path), text: (*text).to_owned(), product, tests }
+            Source { path: (*path).to_owned(), module: module(path), product, tests }
         })
         .collect();
     // What a module declares for tests only is test, whatever its name.

@@ -1,6 +1,6 @@
 //! `compare` and `cost`: reports, budgets, expectations.
 
-use crate::command::{as_is, biprism, json, small_scene, text};
+use crate::command::{as_is, biprism, json, small_scene, text, tiny_scene};
 use serde_json::Value;
 use std::fs;
 use std::process::Command;
@@ -8,9 +8,9 @@ use std::process::Command;
 #[test]
 fn compare_writes_the_same_bytes_for_any_number_of_threads() {
     let folder = tempfile::tempdir().expect("a folder");
-    small_scene(folder.path(), as_is);
+    tiny_scene(folder.path(), as_is);
     let mut first: Option<Vec<(String, Vec<u8>)>> = None;
-    for threads in ["1", "2", "8"] {
+    for threads in ["1", "2", "7", "64"] {
         let out = Command::new(env!("CARGO_BIN_EXE_biprism"))
             .current_dir(folder.path())
             .env("RAYON_NUM_THREADS", threads)
@@ -58,11 +58,19 @@ fn compare_reports_every_corner_and_the_better_prism() {
         assert!(corners["visible"].as_u64().is_some_and(|n| n > 300), "{corners}");
         assert_eq!(corners["visible"], corners["found"]);
         assert_eq!(corners["false"], 0);
-        // The bound of the main job; squares are 16 px here and 64 px in the paper's scene.
-        assert!(corners["rms_error_px"].as_f64().is_some_and(|e| e <= 0.01), "{corners}");
+        // The level may move lines by 1e-5 px, and the detector, on pictures without noise, by about as much; the main job
+        // asks for 0.01.
+        assert!(corners["rms_error_px"].as_f64().is_some_and(|e| e <= 3e-5), "{corners}");
     }
-    let disparity = |k: usize| report["designs"][k]["stereo"]["vertical_disparity_rms_px"]["measured"].as_f64();
-    assert!(disparity(0) > disparity(1), "flat {:?}, freeform {:?}", disparity(0), disparity(1));
+    let disparity = |k: usize, side: &str| {
+        report["designs"][k]["stereo"]["vertical_disparity_rms_px"][side].as_f64().expect("a number")
+    };
+    let [flat, freeform] = [0, 1].map(|k| disparity(k, "measured"));
+    // Beyond a factor of 100 the flat prism is worse, and what is measured is what is there.
+    assert!(flat > 100.0 * freeform, "flat {flat}, freeform {freeform}");
+    for (k, measured) in [flat, freeform].into_iter().enumerate() {
+        assert!((measured - disparity(k, "true")).abs() < 3e-5, "{measured} {}", disparity(k, "true"));
+    }
 }
 
 #[test]
@@ -102,18 +110,18 @@ fn an_unmet_expectation_is_exit_code_1_and_a_met_one_is_0() {
         let value = "freeform/stereo/vertical_disparity_rms_px/true";
         move |text: String| format!("{text}\n[[expect]]\nvalue = \"{value}\"\nmax = {max}\n")
     };
-    small_scene(folder.path(), claim(1e-9));
+    tiny_scene(folder.path(), claim(1e-9));
     let out = biprism(folder.path(), &["compare", "scene.toml"]);
     assert_eq!(out.status.code(), Some(1), "{}", text(&out.stderr));
     assert!(text(&out.stderr).contains("not as expected: freeform/stereo"), "{}", text(&out.stderr));
-    small_scene(folder.path(), claim(1.0));
+    tiny_scene(folder.path(), claim(1.0));
     assert_eq!(biprism(folder.path(), &["compare", "scene.toml"]).status.code(), Some(0));
 }
 
 #[test]
 fn cost_writes_a_table_a_curve_and_the_numbers() {
     let folder = tempfile::tempdir().expect("a folder");
-    small_scene(folder.path(), as_is);
+    tiny_scene(folder.path(), as_is);
     let run = biprism(folder.path(), &["cost", "scene.toml", "--quick", "--repetitions", "1", "--json"]);
     let report = json(&run);
     assert_eq!(report["schema"], "biprism-cost/1");

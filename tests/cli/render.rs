@@ -1,6 +1,6 @@
 //! `render` and `check`: plans, levels, refusals.
 
-use crate::command::{as_is, biprism, json, small_scene, text};
+use crate::command::{as_is, biprism, json, small_scene, text, tiny_scene};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use std::path::Path;
 #[test]
 fn a_target_chooses_the_level_and_says_what_was_kept() {
     let folder = tempfile::tempdir().expect("a folder");
-    small_scene(folder.path(), as_is);
+    tiny_scene(folder.path(), as_is);
     for (target, level) in [("0.01", "draft"), ("1e-3", "standard"), ("1e-6", "standard")] {
         let args = ["render", "scene.toml", "--out", "a.png", "--json", "--target-px", target];
         let run = biprism(folder.path(), &args);

@@ -53,6 +53,19 @@ pub(crate) fn small_scene(folder: &Path, change: impl Fn(String) -> String) -> P
     path
 }
 
+/// [`small_scene`] at a quarter of the pixels, with squares twice as large and one depth: some 100 corners.
+pub(crate) fn tiny_scene(folder: &Path, change: impl Fn(String) -> String) -> PathBuf {
+    small_scene(folder, |text| {
+        let tiny = text
+            .replace("width_px = 480", "width_px = 240")
+            .replace("height_px = 270", "height_px = 135")
+            .replace("pixel_pitch_um = 22.0", "pixel_pitch_um = 44.0")
+            .replace("columns = 41\nrows = 41\nsquare_mm = 10.0", "columns = 21\nrows = 21\nsquare_mm = 20.0")
+            .replace("depths_mm = [500.0, 700.0, 1000.0]", "depths_mm = [1000.0]");
+        change(tiny)
+    })
+}
+
 pub(crate) fn as_is(text: String) -> String {
     text
 }

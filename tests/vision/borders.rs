@@ -60,3 +60,35 @@ fn halves_are_measured_apart_and_named_in_the_whole_picture() {
         }
     }
 }
+
+/// A corner is measured while at least half of its window is in the picture: cut ever nearer from two sides, so that its ring
+/// stays whole, it is there with 0.55 of the window and gone with 0.45.
+#[test]
+fn a_corner_goes_with_half_of_its_window() {
+    // A board corner at (200.3, 180.4), whose window reaches 18 px to each side.
+    let board = |width: usize, height: usize| {
+        let middle = DVec2::new(width as f64, height as f64) * 0.5;
+        Scene::view(width, height, 40.0, 0.0, 0.0, DVec2::new(200.3, 180.4) - middle)
+    };
+    let (mut kept, mut gone) = (0, 0);
+    for cut in 5..13 {
+        let scene = board(200 + cut, 180 + cut);
+        let (index, at) = *scene
+            .corners()
+            .iter()
+            .min_by(|a, b| a.1.distance(DVec2::new(200.3, 180.4)).total_cmp(&b.1.distance(DVec2::new(200.3, 180.4))))
+            .unwrap();
+        assert!(at.distance(DVec2::new(200.3, 180.4)) < 1e-9);
+        let found = detect(&scene.render(), None, &Settings::default());
+        let there = found.corners.iter().any(|c| c.position_px.distance(at) < 0.5);
+        let share = scene.visible(index);
+        println!("cut {cut}: {share:.3} of the window, found {there}");
+        match share {
+            s if s > 0.54 => kept += usize::from(there),
+            s if s < 0.46 => gone += usize::from(!there),
+            _ => continue,
+        }
+        assert_eq!(there, share > 0.5, "{share} of its window in the picture");
+    }
+    assert!(kept > 1 && gone > 1, "{kept} {gone}");
+}

@@ -8,7 +8,7 @@ use glam::DVec2;
 
 /// The noise-free scenes of the target, by name.
 fn scenes() -> Vec<(&'static str, Scene)> {
-    let (w, h) = (640, 720);
+    let (w, h) = (400, 450);
     let shift = DVec2::new(3.25, -4.63);
     let plain = |step: f64, roll: f64, tilt: f64| Scene::view(w, h, step, roll, tilt, shift);
     let size = |scene: Scene, columns: f64, rows: f64, shift: DVec2| {
@@ -23,8 +23,8 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     let large = Scene::view(960, 1080, 50.0, 2.0, 5.0, shift);
     let blur = |scene: Scene, sigma_px: f64| Scene { sigma_px, ..scene };
     let mut all = vec![
-        ("fronto on the pixel lattice", size(Scene::view(w, h, 48.0, 0.0, 0.0, DVec2::ZERO), 12.0, 13.0, DVec2::ZERO)),
-        ("fronto off the pixel lattice", size(plain(48.0, 0.0, 0.0), 12.0, 13.0, DVec2::ZERO)),
+        ("fronto on the pixel lattice", size(Scene::view(w, h, 48.0, 0.0, 0.0, DVec2::ZERO), 7.0, 8.0, DVec2::ZERO)),
+        ("fronto off the pixel lattice", size(plain(48.0, 0.0, 0.0), 7.0, 8.0, DVec2::ZERO)),
         ("fronto 55.37 px", plain(55.37, 0.0, 0.0)),
         ("rotated 7 deg", plain(48.0, 7.0, 0.0)),
         ("rotated 30 deg", plain(48.0, 30.0, 0.0)),
@@ -37,16 +37,16 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         ("bent 35 px", bent(large.clone(), 22.0, 16.0)),
         ("bent 60 px", bent(large.clone(), 38.0, 28.0)),
         ("bent 90 px", bent(large.clone(), 58.0, 45.0)),
-        ("shaded", Scene { shade: 0.5, ..bent(plain(50.0, 2.0, 5.0), 15.0, 12.0) }),
-        ("shaded, blur 1", blur(Scene { shade: 0.5, ..bent(plain(50.0, 2.0, 5.0), 15.0, 12.0) }, 1.0)),
-        ("shaded, blur 2", blur(Scene { shade: 0.5, ..bent(plain(50.0, 2.0, 5.0), 15.0, 12.0) }, 2.0)),
+        ("shaded", Scene { shade: 0.5, ..bent(plain(50.0, 2.0, 5.0), 6.0, 5.0) }),
+        ("shaded, blur 1", blur(Scene { shade: 0.5, ..bent(plain(50.0, 2.0, 5.0), 6.0, 5.0) }, 1.0)),
+        ("shaded, blur 2", blur(Scene { shade: 0.5, ..bent(plain(50.0, 2.0, 5.0), 6.0, 5.0) }, 2.0)),
         ("blur 0.3, tilted 60 deg, rolled 45", blur(Scene::view(300, 300, 60.0, 45.0, 60.0, shift), 0.3)),
         ("blur 0.5, tilted 60 deg, rolled 45", blur(Scene::view(400, 400, 60.0, 45.0, 60.0, shift), 0.5)),
         ("blur 1, tilted 60 deg, rolled 45", blur(plain(60.0, 45.0, 60.0), 1.0)),
         ("blur 2, tilted 60 deg, rolled 45", blur(plain(60.0, 45.0, 60.0), 2.0)),
     ];
     for sigma in [1.0, 2.0, 4.0, 6.0] {
-        all.push(("blurred", blur(bent(plain(50.0, 3.0, 10.0), 15.0, 12.0), sigma)));
+        all.push(("blurred", blur(bent(plain(50.0, 3.0, 10.0), 6.0, 5.0), sigma)));
     }
     let small = |width: usize, height: usize, scene: Scene| Scene { width, height, ..scene };
     for sigma in [0.05, 0.2, 0.3, 0.42, 0.5] {
@@ -102,10 +102,10 @@ fn eight_bit(image: &Raster<f32>) -> Raster<f32> {
 fn measures_eight_bit_pictures_to_three_thousandths_of_a_pixel() {
     let shift = DVec2::new(3.25, -4.63);
     for (name, scene) in [
-        ("fronto", Scene::view(640, 720, 48.0, 0.0, 0.0, shift)),
-        ("rotated", Scene::view(640, 720, 48.0, 7.0, 0.0, shift)),
-        ("tilted", Scene::view(640, 720, 48.0, 5.0, 30.0, shift)),
-        ("bent", Scene { bend_px: DVec2::new(15.0, 12.0), ..Scene::view(960, 1080, 50.0, 2.0, 5.0, shift) }),
+        ("fronto", Scene::view(400, 450, 48.0, 0.0, 0.0, shift)),
+        ("rotated", Scene::view(400, 450, 48.0, 7.0, 0.0, shift)),
+        ("tilted", Scene::view(400, 450, 48.0, 5.0, 30.0, shift)),
+        ("bent", Scene { bend_px: DVec2::new(6.0, 5.0), ..Scene::view(600, 680, 50.0, 2.0, 5.0, shift) }),
         ("small squares", Scene::view(320, 360, 15.0, 4.0, 3.0, shift)),
         ("blur 1", Scene { sigma_px: 1.0, ..Scene::view(400, 400, 40.0, 4.0, 3.0, shift) }),
     ] {

@@ -48,3 +48,42 @@ fn reaches_the_cramer_rao_bound_with_noise_and_knows_its_error() {
         assert!(bias.abs().max_element() < 4.0 * rms / (2.0 * count).sqrt(), "{noise}: {bias}");
     }
 }
+
+/// A corner says how its error leans: on a board that is turned and tilted, x and y err together, and all three second
+/// moments of the errors are those that are told.
+#[test]
+fn errors_lean_as_the_covariance_says() {
+    let scene = Scene { sigma_px: 0.7, ..Scene::view(560, 600, 26.0, 35.0, 50.0, DVec2::new(3.25, -4.63)) };
+    let clean = scene.render();
+    let truth: Vec<DVec2> =
+        scene.corners().into_iter().filter(|(index, _)| scene.visible(*index) > 0.999).map(|(_, at)| at).collect();
+    // Sums of e_x^2, e_y^2, e_x e_y and of what is told of them; of the variance of a product of normal deviates; count.
+    let (mut found, mut told, mut spread, mut count) = ([0.0; 3], [0.0; 3], [0.0; 3], 0.0);
+    for seed in 0..2 {
+        let image = Noise::new(40 + seed).added(&clean, 0.03);
+        for corner in detect(&image, None, &Settings::default()).corners {
+            let near = truth.iter().find(|at| at.distance(corner.position_px) < 1.0);
+            let (Some(at), c) = (near, corner.covariance_px2) else { continue };
+            let (e, [xx, yy, xy]) = (corner.position_px - *at, [c.x_axis.x, c.y_axis.y, c.x_axis.y]);
+            assert_eq!(c.x_axis.y, c.y_axis.x);
+            for (k, (product, moment, variance)) in
+                [(e.x * e.x, xx, 2.0 * xx * xx), (e.y * e.y, yy, 2.0 * yy * yy), (e.x * e.y, xy, xx * yy + xy * xy)]
+                    .into_iter()
+                    .enumerate()
+            {
+                found[k] += product;
+                told[k] += moment;
+                spread[k] += variance;
+            }
+            count += 1.0;
+        }
+    }
+    println!("{count} corners: found {found:?}, told {told:?}");
+    assert!(count > 300.0, "{count}");
+    for k in 0..3 {
+        // Four standard errors.
+        assert!((found[k] - told[k]).abs() < 4.0 * spread[k].sqrt(), "{k}: {found:?} {told:?}");
+    }
+    // The lean is there to be told: twenty standard errors.
+    assert!(told[2].abs() > 5.0 * spread[2].sqrt() && found[2].abs() > 3.0 * spread[2].sqrt(), "{told:?} {spread:?}");
+}

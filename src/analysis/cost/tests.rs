@@ -2,9 +2,10 @@ use super::*;
 use crate::accuracy::Level;
 use crate::{scene, system};
 
+/// Half the paper's field, on pixels small enough that few of them have to be divided often.
 fn study() -> CostStudy {
     let text = "name = \"small\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 256\nheight_px = 144\n\
-         pixel_pitch_um = 41.25\n[prism]\nkind = \"freeform\"\nindex = 1.48\nridge_distance_mm = 78.472\n\
+         pixel_pitch_um = 20.625\n[prism]\nkind = \"freeform\"\nindex = 1.48\nridge_distance_mm = 78.472\n\
          thickness_mm = 8.545\n[board]\ncolumns = 41\nrows = 41\nsquare_mm = 10.0\nposition_mm = [0.0, 0.0, 1000.0]\n";
     let scene = scene::parse(text, "test", None).expect("a right scene");
     let system = system::build(&scene).expect("it can be built");
@@ -13,9 +14,9 @@ fn study() -> CostStudy {
         patience_s: 1.0,
         levels: Level::ALL.to_vec(),
         supersampling: vec![1, 4],
-        steps_um: vec![330.0, 41.25],
+        steps_um: vec![165.0, 20.625],
         degrees: vec![3, 5],
-        triangles: vec![2_000, 200_000],
+        triangles: vec![2_000, 20_000],
     };
     cost(&scene, &system, &settings, &())
 }

@@ -184,6 +184,19 @@ fn the_fixed_pattern_is_as_uneven_as_asked_and_stays() {
 }
 
 /// Noise of two frames, of two pixels and of two channels is independent.
+/// Pixels answer unevenly to light, not to their dark current (EMVA 1288, 2.2.2): in the dark they are even, and the
+/// unevenness grows with the light alone.
+#[test]
+fn the_dark_current_has_no_part_in_uneven_response() {
+    let sensor = Sensor { prnu: 0.1, dark_e: 400.0, white_e: 1000.0, ..Sensor::IDEAL };
+    let dark = flat(&sensor, 0.0, 64);
+    assert!(dark.data().iter().all(|v| *v == 0.4), "{:?}", &dark.data()[..4]);
+    let lit = flat(&sensor, 0.5, 64);
+    let values: Vec<f64> = lit.data().iter().map(|v| f64::from(*v)).collect();
+    // 10 % of 0.5, in a sample of 4096: its own standard error is 1 / sqrt(2 x 4096) = 1.1 %; five of them.
+    assert!((variance(&values).sqrt() / 0.05 - 1.0).abs() < 0.055, "{}", variance(&values).sqrt());
+}
+
 #[test]
 fn noise_is_white_in_space_time_and_colour() {
     let sensor = Sensor { prnu: 0.0, dsnu_e: 0.0, adc: None, ..real() };

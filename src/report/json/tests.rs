@@ -128,6 +128,25 @@ fn a_figure_says_what_it_is_and_why_it_is_not() {
     assert_eq!(figure.reason.as_deref(), Some("measured: its value is inf; true: flat"));
 }
 
+/// Horizontal is x and vertical is y, in mm and in px, in figures by rays and by corners.
+#[test]
+fn horizontal_and_vertical_keep_their_places() {
+    let both =
+        MeasuredAndTrue::of(Some(vec![DVec2::new(3.0, -0.5), DVec2::new(-1.0, 0.25)]), None, |e| Deviation::of(&e));
+    let by_corners = judgement::designed_by_corners(&both, 0.005, None);
+    let plane = both.then(|px| {
+        let mm = px.scaled(0.25);
+        Ok(crate::metrics::ray_bundle::PlaneDeviation { plane_z_mm: -35.0, residuals_mm: vec![], mm, px: *px })
+    });
+    let by_rays = judgement::designed_by_rays(&plane);
+    for (designed, mm) in [(by_corners, 0.005), (by_rays, 0.25)] {
+        let [h, v] = [&designed.mean_abs_h_px, &designed.mean_abs_v_px].map(|figure| figure.measured.unwrap());
+        assert_eq!([h, v], [2.0, 0.375]);
+        let [h, v] = [&designed.mean_abs_h_mm, &designed.mean_abs_v_mm].map(|figure| figure.measured.unwrap());
+        assert_eq!([h, v], [2.0 * mm, 0.375 * mm]);
+    }
+}
+
 #[test]
 fn two_halves_pool_only_where_both_have_a_value() {
     let (one, bad) = (Some(Ok(1)), Some(Err(Unmeasurable::Degenerate("flat"))));
