@@ -9,7 +9,7 @@ use biprism::optics::fresnel::{Interface, Layer};
 use biprism::optics::medium::{C_NM, D_NM, F_NM, named};
 use biprism::optics::polarisation::{Beam, PolarisationState as Polarised};
 use biprism::optics::spectrum::{Illuminant, LightSource, Response, SpectralLine, WavelengthBand, nodes};
-use biprism::prism::reflections::Limits;
+use biprism::prism::reflections::{Limits, ReflectionTracer};
 use biprism::raster::Raster;
 use biprism::render::{Outputs, render_wanted};
 use biprism::scene::{self, Scene};
@@ -355,8 +355,9 @@ fn all_power_is_accounted_for() {
             let ray = system.camera.ray(px);
             let start = Beam::new(ray.direction, Polarised::Unpolarised);
             let limits = Limits { bounces: GHOSTS.bounces, least_power: GHOSTS.least_power };
+            let tracer = ReflectionTracer { prism: glass, body, limits, residual_mm: 1e-12 };
             let mut straight = 0.0;
-            let account = glass.follow(&ray, start, body, limits, 1e-12, &mut |exit| {
+            let account = tracer.trace(&ray, start, &mut |exit| {
                 if exit.bounces == 0 {
                     straight = exit.power;
                 }

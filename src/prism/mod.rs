@@ -2,6 +2,8 @@
 
 #[cfg(test)]
 mod nonsequential_tests;
+#[cfg(test)]
+mod parity_tests;
 pub mod packet;
 pub mod reflections;
 pub mod payload;
@@ -9,6 +11,5 @@ pub mod surface_modifier;
 pub mod refract_at;
 pub mod biprism;
 mod as_built;
-mod follow;
 mod first_face;
 pub mod side;
