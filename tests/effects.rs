@@ -133,7 +133,7 @@ fn a_white_furnace_stays_white() {
             continue;
         }
         for level in Level::ALL {
-            let system = System { accuracy: level.accuracy(), ..built(&scene) };
+            let system = built(&scene).with_accuracy(level.accuracy());
             for value in picture(&system).data() {
                 // Each of the passes rounds to f32, and so does their sum.
                 assert!((value - 0.7).abs() <= 2.0 * f32::EPSILON, "{} {level:?}: {value}", row.key);

@@ -232,7 +232,7 @@ fn a_reversed_ray_returns_to_the_pinhole() {
             let px = DVec2::new(3.0 + 3.8 * k as f64, 540.0 + 530.0 * libm::sin(k as f64));
             let (path, end) = system.path(px);
             let (out, side) = end.expect("it passes");
-            let before = system.camera.ray(px);
+            let before = system.camera().ray(px);
             // Normals from the law itself: n is along eta i - t.
             let mut back = Ray { origin: out.origin, direction: -out.direction };
             for (point, incoming, eta) in

@@ -98,7 +98,7 @@ fn telecentric_pictures_agree_at_every_level() {
         let system = with(&plain, Effects { telecentric: Some(lens), ..Effects::default() });
         use biprism::accuracy::Level;
         let [standard, exact, reference] = [Level::Standard, Level::Exact, Level::Reference]
-            .map(|level| render(&System { accuracy: level.accuracy(), ..system.clone() }, &|_| ()));
+            .map(|level| render(&system.with_accuracy(level.accuracy()), &|_| ()));
         assert!(standard.class == exact.class && exact.class == reference.class, "{prism}");
         assert!(exact.board_mm == reference.board_mm, "{prism}");
         for (a, b) in standard.radiance.data().iter().zip(reference.radiance.data()) {
@@ -154,7 +154,7 @@ fn a_round_rim_lights_a_circle() {
     let area = std::f64::consts::PI * radius_px * radius_px;
     for level in biprism::accuracy::Level::ALL {
         let system = with(&plain, Effects { clipping: Some(clipping), ..Effects::default() });
-        let found = light(&picture(&System { accuracy: level.accuracy(), ..system }));
+        let found = light(&picture(&system.with_accuracy(level.accuracy())));
         assert!((found - area).abs() < 2.0 * std::f64::consts::PI / 12.0, "{level:?}: {found} {area}");
     }
 }
@@ -177,7 +177,7 @@ fn a_rim_at_the_edge_of_the_picture_is_seen() {
         let clipping = Clipping { outline: Some(outline), ..Clipping::default() };
         let system = with(&plain, Effects { clipping: Some(clipping), ..Effects::default() });
         let by =
-            |level: biprism::accuracy::Level| render(&System { accuracy: level.accuracy(), ..system.clone() }, &|_| ());
+            |level: biprism::accuracy::Level| render(&system.with_accuracy(level.accuracy()), &|_| ());
         let [mapped, traced] = [biprism::accuracy::Level::Standard, biprism::accuracy::Level::Exact].map(by);
         assert!(mapped.class == traced.class, "{outline:?}");
         for (a, b) in mapped.radiance.data().iter().zip(traced.radiance.data()) {

@@ -24,7 +24,7 @@ fn scenes() -> Vec<Scene> {
 }
 
 fn at(scene: &Scene, level: Level) -> System {
-    System { accuracy: level.accuracy(), ..built(scene) }
+    built(scene).with_accuracy(level.accuracy())
 }
 
 /// The largest shift of a line that a difference of pixels can stand for: a line that moves by 1 px changes a pixel by
@@ -48,7 +48,7 @@ fn lines_lie_where_the_reference_has_them() {
         }
         // Between the presets a target is kept by dividing pixels further.
         for target_px in [3e-3, 1e-6, 2e-7] {
-            let film = render(&System { accuracy: Accuracy::for_target(target_px), ..built(&scene) }, &|_| ());
+            let film = render(&built(&scene).with_accuracy(Accuracy::for_target(target_px)), &|_| ());
             let shift = shift_px(&scene, &film, &reference);
             assert!(shift < target_px, "{shift:e} px: {}", film.account);
             assert!(film.account.achieved_px() <= target_px && film.counts.capped_pixels == 0, "{}", film.account);
@@ -62,13 +62,13 @@ fn corners_lie_where_the_reference_has_them() {
     for scene in scenes() {
         let reference = at(&scene, Level::Reference);
         let aimer = Aimer::new(&reference);
-        let [columns, rows] = reference.board.inner_corners();
+        let [columns, rows] = reference.board().inner_corners();
         let mut corners = Vec::new();
         for (column, row) in (0..columns).step_by(3).flat_map(|c| (0..rows).step_by(3).map(move |r| (c, r))) {
-            let board_mm = reference.board.corner_at(column as f64, row as f64);
+            let board_mm = reference.board().corner_at(column as f64, row as f64);
             for side in Side::ALL {
                 let seen = |px: &DVec2| reference.footprint(*px).ok().filter(|f| f.sight.side == side);
-                let [width, height] = reference.camera.size_px().map(|n| n as f64);
+                let [width, height] = reference.camera().size_px().map(|n| n as f64);
                 let inside = |px: &DVec2| px.cmpge(DVec2::ZERO).all() && px.cmple(DVec2::new(width, height)).all();
                 let found = aimer.aim(board_mm, side).ok().filter(inside);
                 corners.extend(found.and_then(|px| Some((px, board_mm, seen(&px)?.jacobian))));
@@ -123,12 +123,12 @@ fn degree_and_patches_can_be_chosen() {
     let mut error = f64::INFINITY;
     for degree in [2, 4, 6, 8] {
         let accuracy = Accuracy { map_degree: Some(degree), map_px: f64::INFINITY, ..Accuracy::standard() };
-        let film = render(&System { accuracy, ..built(scene) }, &|_| ());
+        let film = render(&built(scene).with_accuracy(accuracy), &|_| ());
         assert!(film.account.map_px < error, "degree {degree}: {}", film.account);
         error = film.account.map_px;
     }
     assert!(error < 1e-8, "{error:e}");
-    let patched = System { accuracy: Accuracy { patch_px: 128, ..Accuracy::standard() }, ..built(scene) };
+    let patched = built(scene).with_accuracy(Accuracy { patch_px: 128, ..Accuracy::standard() });
     let plan = Plan::new(&patched);
     let film = picture(&plan, Outputs { truth: false }, &|_| ());
     assert!(film.account.patches > 8, "{}", film.account);

@@ -349,10 +349,10 @@ fn all_power_is_accounted_for() {
             ..Effects::default()
         };
         let system = with(&scene(1920, 1080, prism, BOARD), effects);
-        let (glass, body) = (system.prism.as_ref().unwrap(), system.body().unwrap());
+        let (glass, body) = (system.prism().unwrap(), system.body().unwrap());
         for k in 0..2000 {
             let px = DVec2::new(0.96 * f64::from(k), 540.0 + 539.0 * libm::sin(f64::from(k)));
-            let ray = system.camera.ray(px);
+            let ray = system.camera().ray(px);
             let start = Beam::new(ray.direction, Polarised::Unpolarised);
             let limits = Limits { bounces: GHOSTS.bounces, least_power: GHOSTS.least_power };
             let tracer = ReflectionTracer { prism: glass, body, limits, residual_mm: 1e-12 };

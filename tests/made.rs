@@ -111,7 +111,7 @@ fn surfaces_out_of_place_are_turned_planes() {
     let turned = |place: &Displacement, v: DVec3| biprism::geom::Pose::new(DVec3::ZERO, place.tilt_rad).vector(v);
     let (sin, cos) = libm::sincos(8.0f64.to_radians());
     for px in places() {
-        let ray = system.camera.ray(px);
+        let ray = system.camera().ray(px);
         let (out, side) = system.exit_ray(px).unwrap();
         let sign = if side == biprism::system::Side::Right { 1.0 } else { -1.0 };
         let facet = turned(&front, DVec3::new(-sign * sin, 0.0, cos));
@@ -197,7 +197,7 @@ fn made_prisms_look_alike_at_every_level() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cases/effect_manufacture.toml");
     let scene = biprism::scene::load(std::path::Path::new(path)).unwrap_or_else(|problem| panic!("{problem}"));
     let system = built(&scene);
-    let by = |level: Level| render(&System { accuracy: level.accuracy(), ..system.clone() }, &|_| ());
+    let by = |level: Level| render(&system.with_accuracy(level.accuracy()), &|_| ());
     let [standard, exact] = [Level::Standard, Level::Exact].map(by);
     assert!(standard.class == exact.class);
     assert!(exact.class.data().iter().all(|class| matches!(class, Class::Left | Class::Right)));

@@ -38,7 +38,7 @@ fn ply(t: &Triangles, normals: bool) -> String {
 /// The right half of a surface of `system`, tessellated over what the paper's sensor sees of it.
 fn tessellated(system: &System, face: Face, cells: usize) -> Triangles {
     let domain = biprism::geom::Rect { min: DVec2::new(-1.0, -8.0), max: DVec2::new(14.6, 8.0) };
-    let prism = system.prism.as_ref().expect("the scene has a prism");
+    let prism = system.prism().expect("the scene has a prism");
     Triangles::over(domain, cells, |x, y| match prism.surface(Side::Right, face) {
         Surface::Plane { point, normal } => {
             (point.z - (normal.x * (x - point.x) + normal.y * (y - point.y)) / normal.z, *normal)

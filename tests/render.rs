@@ -36,8 +36,8 @@ fn brute(system: &System, pattern: &Checkerboard, i: usize, j: usize, n: usize) 
 
 /// RMS difference over the crop, over all its pixels, with 128 x 128 samples in each pixel that is not constant.
 fn rmse(system: &System, film: &Film, x: std::ops::Range<usize>, y: std::ops::Range<usize>) -> (f64, f64) {
-    let pattern = Checkerboard::new(&system.board.pattern);
-    let board = system.board.pattern;
+    let pattern = Checkerboard::new(&system.board().pattern);
+    let board = system.board().pattern;
     let (mut sum, mut worst, n) = (0.0, 0.0f64, (x.len() * y.len()) as f64);
     for (i, j) in y.flat_map(|j| x.clone().map(move |i| (i, j))) {
         let value = film.radiance.get(i, j);

@@ -67,9 +67,9 @@ pub fn anchor(system: &System, frame: &HalfFrame, camera: &Pinhole, corners: &[L
 /// and rows down; the top left square of the board is black.
 fn polarity(system: &System, [column, row]: [i32; 2]) -> Polarity {
     let dark_main = (column + row).rem_euclid(2) == 0;
-    let inverted = system.board.pattern.black > system.board.pattern.white;
+    let inverted = system.board().pattern.black > system.board().pattern.white;
     // A quarter turn of the board swaps the diagonals.
-    let x = system.board.vector(glam::DVec3::X);
+    let x = system.board().vector(glam::DVec3::X);
     let turned = x.y.abs() > x.x.abs();
     if dark_main ^ inverted ^ turned { Polarity::Anti } else { Polarity::Main }
 }
@@ -84,6 +84,6 @@ fn board_index(system: &System, camera: &Pinhole, image_px: DVec2) -> Option<DVe
     let world_from_camera = camera.camera_from_world.inverse();
     let direction = world_from_camera.vector(camera.at_depth(image_px, 1.0)).normalize();
     let ray = Ray { origin: camera.centre_mm(), direction };
-    let (board_mm, _) = system.board.intersect(&ray).ok()?;
-    Some((board_mm - system.board.corner_at(0.0, 0.0)) / system.board.pattern.square_mm)
+    let (board_mm, _) = system.board().intersect(&ray).ok()?;
+    Some((board_mm - system.board().corner_at(0.0, 0.0)) / system.board().pattern.square_mm)
 }

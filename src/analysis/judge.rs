@@ -157,7 +157,7 @@ pub fn other_depth(a_mm: f64, b_mm: f64) -> bool {
 fn at_depth(scene: &Scene, system: &System, depth_mm: f64) -> System {
     let mut board = scene.board;
     board.world_from_board.translation_mm.z = scene.camera.position_mm.z + depth_mm;
-    System { board: Board::new(&board), ..system.clone() }
+    system.with_board(&board)
 }
 
 /// A metric of both sides of what a half gives, where its virtual camera is known.
@@ -247,7 +247,7 @@ fn sightings(
 /// The exit rays of a uniform `n` x `n` grid over the half image, borders included, where they pass.
 pub fn grid_sightings(system: &System, frame: &HalfFrame, n: usize) -> Vec<PixelRay> {
     let centre = frame.own(frame.centre_px(system));
-    let [width, height] = system.camera.size_px().map(|n| n as f64);
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
     let along = |k: usize| if n < 2 { 0.0 } else { k as f64 / (n - 1) as f64 - 0.5 };
     let places = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
     places
@@ -376,10 +376,10 @@ fn epipolar_curves(scene: &Scene, system: &System, halves: &[HalfView; 2], [near
         let mut plane = scene.board;
         let place = DVec3::new(0.0, 0.0, scene.camera.position_mm.z + depth_mm);
         plane.world_from_board = Pose { translation_mm: place, ..Pose::IDENTITY };
-        let system = System { board: Board::new(&plane), ..system.clone() };
+        let system = system.with_board(&plane);
         let aimer = Aimer::new(&system);
         for (curve, sighting) in curves.iter_mut().zip(&sightings) {
-            let seen = system.board.intersect(&sighting.ray).and_then(|(mm, _)| aimer.aim(mm, right.side()));
+            let seen = system.board().intersect(&sighting.ray).and_then(|(mm, _)| aimer.aim(mm, right.side()));
             curve.extend(seen.ok().map(|full_px| right.own(full_px)).filter(|px| right.contains(*px)));
         }
     }

@@ -116,8 +116,8 @@ pub fn place(
         let detected = compare(anchored.as_deref(), truth.as_ref(), lattice);
         HalfView { frame, camera, found: anchored.unwrap_or_default(), truth, detected }
     });
-    let depth_mm = system.board.pattern.world_from_board.translation_mm.z - system.camera.position_mm().z;
-    BoardView { depth_mm, board: system.board, halves }
+    let depth_mm = system.board().pattern.world_from_board.translation_mm.z - system.camera().position_mm().z;
+    BoardView { depth_mm, board: system.board(), halves }
 }
 
 /// The pixels of a half whose rays go through its own side of the prism, where some do not: the ridge's image is not

@@ -146,7 +146,7 @@ fn channels(system: &System, strip: &Strip) -> Vec<Channel> {
             pixels.map(|(&mm, &class)| if class.side().is_some() { value(mm) as f32 } else { f32::NAN }).collect();
         Raster::from_data(strip.board_mm.width(), strip.board_mm.height(), data)
     };
-    let world = |axis: usize| truth(&|mm| system.board.world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
+    let world = |axis: usize| truth(&|mm| system.board().world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
     let mut channels = vec![
         Channel::f32("Y", strip.radiance.clone()),
         Channel::f32("board.U", truth(&|mm| f64::from(mm[0]))),

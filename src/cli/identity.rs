@@ -14,7 +14,7 @@ pub(super) fn parts(scene: &Scene, system: &System) -> Map<String, Value> {
         part("camera", &scene.camera),
         part("prism", &scene.prism),
         part("board", &scene.board),
-        part("effects", &system.effects),
+        part("effects", system.effects()),
     ]
     .into_iter()
     .collect()

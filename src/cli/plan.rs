@@ -127,7 +127,7 @@ fn time(ideal: &System, scene: &Scene, left_out: &[&str]) -> f64 {
             break;
         }
     }
-    let [width, height] = system.camera.size_px();
+    let [width, height] = system.camera().size_px();
     fastest * (scene.camera.width_px * scene.camera.height_px) as f64 / (width * height) as f64
 }
 

@@ -23,7 +23,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
     progress.begin(&scene.name, "render");
     let Done { fates, counts, account } = written(&args.out, &scene, &system, &progress.handle())?;
     let left_out: Vec<&str> =
-        scene.effects.acting().filter(|row| !(row.acts)(&system.effects)).map(|row| row.key).collect();
+        scene.effects.acting().filter(|row| !(row.acts)(system.effects())).map(|row| row.key).collect();
     let seconds = progress.take_seconds();
     drop(progress);
     if args.json {
@@ -45,7 +45,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
             output::stderr(&format!("left out: {}; `biprism check` says why", left_out.join(", ")));
         }
         // Fates are those of one ray a pixel.
-        let how = if system.effects.dimensions() > 0 { " through the middle of the pupil" } else { "" };
+        let how = if system.effects().dimensions() > 0 { " through the middle of the pupil" } else { "" };
         for (fate, n) in fates.into_iter().filter(|(_, n)| *n > 0) {
             output::stderr(&format!("{n} pixels never see the board{how}: {fate}"));
         }

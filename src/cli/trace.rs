@@ -142,14 +142,14 @@ fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Error> {
 /// A pixel position to the board, with every point on the way. All points and directions are in the world.
 fn forth(system: &System, as_json: bool, px: DVec2) -> String {
     let (path, end) = system.path(px);
-    let landed = end.and_then(|(ray, side)| system.board.intersect(&ray).map(|(mm, _)| (mm, side)));
+    let landed = end.and_then(|(ray, side)| system.board().intersect(&ray).map(|(mm, _)| (mm, side)));
     let (fate, side) = match (&landed, &end) {
         (Ok((_, side)), _) => ("board", Some(*side)),
         (Err(fate), Ok((_, side))) => (fate.name(), Some(*side)),
         (Err(fate), Err(_)) => (fate.name(), None),
     };
     let board = landed.ok().map(|(mm, _)| mm);
-    let world = board.map(|mm| system.board.world(mm));
+    let world = board.map(|mm| system.board().world(mm));
     let point = |k: usize| path.points.get(k).copied();
     let direction = |k: usize| path.directions.get(k).copied();
     if as_json {

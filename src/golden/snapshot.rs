@@ -18,7 +18,7 @@ use serde_json::{Value, json};
 /// When the instrument cannot be built.
 pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Error> {
     let system = system::build(scene)?;
-    let random = system.effects.is_random();
+    let random = system.effects().is_random();
     let film = render::render(&system, &|_| ());
     let view = see(&system, &film.radiance, true, &mut |_| ());
     let judgement = measure(scene, &system, view, &[]);
@@ -60,7 +60,7 @@ pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Error> {
 pub fn redrawn(scene: &Scene, count: usize) -> Result<Vec<Raster<f32>>, Error> {
     let system = system::build(scene)?;
     let picture = |replicate: u64| {
-        let system = System { effects: system.effects.redrawn(replicate), ..system.clone() };
+        let system = system.redrawn(replicate);
         render::render_wanted(&system, Outputs { truth: false }, &|_| ()).radiance
     };
     Ok((0..count as u64).map(picture).collect())

@@ -30,8 +30,8 @@ pub(super) fn mean(
     wanted: Outputs,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Film {
-    let most_sets = system.effects.sets();
-    let [width, height] = system.camera.size_px();
+    let most_sets = system.effects().sets();
+    let [width, height] = system.camera().size_px();
     // What is true of a picture is what the middle of the pupil sees.
     let own = Plan::new(system);
     let truth = wanted.truth.then(|| picture(&own, wanted, &|_| ()));
@@ -62,7 +62,7 @@ pub(super) fn mean(
                 mean
             }
         });
-        if let (Some(target), Some(squares)) = (system.effects.quadrature.noise, &squares)
+        if let (Some(target), Some(squares)) = (system.effects().quadrature.noise, &squares)
             && sets >= LEAST_REPLICATES
             && worst_error(squares, sets) <= target
         {
@@ -96,7 +96,7 @@ fn sum(
     account: &mut AccuracyReport,
     progress: &(dyn Fn(usize) + Sync),
 ) -> RunningMean {
-    let [width, height] = system.camera.size_px();
+    let [width, height] = system.camera().size_px();
     let mut grey = Raster::filled(width, height, 0.0f64);
     let in_colour = variants.iter().all(|variant| variant.colour.is_some());
     let mut colour = in_colour.then(|| Raster::filled(width, height, [0.0f64; 3]));

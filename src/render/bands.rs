@@ -13,7 +13,7 @@ use std::ops::Range;
 
 /// The picture of a plan, one pass without film effects, with what is wanted of it; `progress` as in [`render`].
 pub fn picture(plan: &Plan, wanted: Outputs, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    let [_, height] = plan.system.camera.size_px();
+    let [_, height] = plan.system.camera().size_px();
     let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, progress);
     let mut work = plan.work();
     work += done;
@@ -28,7 +28,7 @@ pub(super) fn rows(
     wanted: Outputs,
     progress: &(dyn Fn(usize) + Sync),
 ) -> (Strip, Work) {
-    let [width, _] = plan.system.camera.size_px();
+    let [width, _] = plan.system.camera().size_px();
     let truth_size = if wanted.truth { [width, rows.len()] } else { [0, 0] };
     let mut radiance = Raster::filled(width, rows.len(), 0.0);
     let mut class = Raster::filled(truth_size[0], truth_size[1], Class::Left);
@@ -58,7 +58,7 @@ pub(super) fn rows(
 // Apart, so that its instructions can be counted by its name.
 #[inline(never)]
 pub(super) fn render_band(plan: &Plan, band: &mut Band) -> Work {
-    if plan.system.accuracy.sampling == Sampling::SingleRays {
+    if plan.system.accuracy().sampling == Sampling::SingleRays {
         return reference::render(plan, band);
     }
     let mut work = Work::default();

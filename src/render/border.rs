@@ -89,7 +89,7 @@ fn plain(plan: &Plan, px: DVec2, outline: &[DVec2], class: Class, work: &mut Wor
     let mut see = |at: DVec2| {
         work.counts.rays += 1;
         let ray = plan.system.exit_ray_through(px + at, side).ok()?;
-        plan.system.board.intersect(&ray).ok().map(|(board_mm, _)| board_mm)
+        plan.system.board().intersect(&ray).ok().map(|(board_mm, _)| board_mm)
     };
     let corners_mm = outline.iter().map(|at| see(*at)).collect::<Option<Vec<_>>>()?;
     plain_between(plan, see(middle(outline))?, &corners_mm)
@@ -170,7 +170,7 @@ fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
         }
         parts.iter().map(|p| convex(plan, px, p, work)).sum()
     };
-    adaptive(&plan.system.accuracy, &mut by_parts, work)
+    adaptive(plan.system.accuracy(), &mut by_parts, work)
 }
 
 /// The mean of the corners.

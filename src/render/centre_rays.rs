@@ -40,10 +40,10 @@ pub(super) struct CentreTracer<'a> {
 impl<'a> CentreTracer<'a> {
     /// By packets of rays where `packets`, else ray by ray: the bits are the same.
     pub(super) fn new(system: &'a System, packets: bool) -> Self {
-        let layout = match &system.prism {
+        let layout = match system.prism() {
             // Packets know neither stops nor the halves of a camera whose rays are parallel.
-            _ if !packets || system.stop.is_some() => GlassLayout::Scalar,
-            None if system.camera.tangent_per_px().is_none() => GlassLayout::Scalar,
+            _ if !packets || system.stop().is_some() => GlassLayout::Scalar,
+            None if system.camera().tangent_per_px().is_none() => GlassLayout::Scalar,
             None => GlassLayout::Nothing,
             Some(prism) => layout(prism),
         };
@@ -118,14 +118,14 @@ impl<G: Glass> Kernel for RowTrace<'_, '_, G> {
     fn run(self) {
         let Self { system, glass, start, out } = self;
         // A copy, of which the compiler knows that no row written here changes its kind.
-        let camera = system.camera;
-        let residual_mm = system.accuracy.surface_residual_mm;
+        let camera = system.camera();
+        let residual_mm = system.accuracy().surface_residual_mm;
         let y = Lanes::splat(start.y);
         let count = out.class.len();
         for first in (0..count).step_by(LANES) {
             let x = Lanes::of(|k| start.x + (first + k) as f64);
             let passed = glass.pass(&camera.rays([x, y]), residual_mm);
-            let (seen, met) = system.board.intersect_all(&passed.rays);
+            let (seen, met) = system.board().intersect_all(&passed.rays);
             let sure = passed.sure & met;
             let n = LANES.min(count - first);
             let side = passed.right.0.map(|right| if right != 0 { Class::Right } else { Class::Left });

@@ -16,10 +16,10 @@ pub fn render(system: &System, progress: &(dyn Fn(usize) + Sync)) -> Film {
 
 /// The picture that `system` takes, with what is wanted of it; `progress` as in [`render`].
 pub fn render_wanted(system: &System, wanted: Outputs, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    let effects = &system.effects;
+    let effects = system.effects();
 
     // Choose the sampling: film effects may ask for n x n samples in place of each pixel.
-    let n = effects.samples(system.camera.size_px());
+    let n = effects.samples(system.camera().size_px());
     let finer = (n > 1).then(|| system.sampled(n));
     let sampled = finer.as_ref().unwrap_or(system);
     let sampled_wants = Outputs { truth: wanted.truth && n == 1 };

@@ -121,9 +121,9 @@ enum GhostTarget {
 
 impl<'a> GhostPass<'a> {
     fn new(system: &'a System) -> Option<Self> {
-        let ghosts = system.effects.ghosts.filter(|ghosts| !ghosts.is_nothing())?;
-        let light = system.effects.fresnel?.light;
-        let board = &system.board.pattern;
+        let ghosts = system.effects().ghosts.filter(|ghosts| !ghosts.is_nothing())?;
+        let light = system.effects().fresnel?.light;
+        let board = &system.board().pattern;
         let brightest = board.black.max(board.white).max(board.background).max(ghosts.behind);
         Some(Self { system, ghosts, body: system.body()?, light, pattern: Checkerboard::new(board), brightest })
     }
@@ -220,16 +220,16 @@ impl<'a> GhostPass<'a> {
         let (seen, landing) = if exit.last.face == Face::Front {
             (GhostTarget::Plain(ghosts.behind), None)
         } else {
-            match system.board.intersect(&exit.ray) {
+            match system.board().intersect(&exit.ray) {
                 Ok((board_mm, t_mm)) => {
-                    let landing = BoardPoint { point_mm: exit.ray.at(t_mm), normal: system.board.normal() };
+                    let landing = BoardPoint { point_mm: exit.ray.at(t_mm), normal: system.board().normal() };
                     (GhostTarget::Board(board_mm), Some(landing))
                 }
                 Err(_) => (GhostTarget::Plain(pattern.background()), None),
             }
         };
-        let journey = LightPath { image_cos: system.camera.image_cos(px), crossings: &[], landing };
-        Ghost { route: exit.route, seen, power: exit.power * system.effects.throughput(&journey) }
+        let journey = LightPath { image_cos: system.camera().image_cos(px), crossings: &[], landing };
+        Ghost { route: exit.route, seen, power: exit.power * system.effects().throughput(&journey) }
     }
 }
 
@@ -264,12 +264,12 @@ mod tests {
         };
         let some = instruments(Accuracy::exact(), 1).into_iter().step_by(5);
         for (name, system) in some.chain([flat(0.0, 1.48), flat(0.0, 2.4), flat(1.0, 2.4)]) {
-            let system = System { effects: effects.clone(), ..system };
+            let system = system.with_effects(&effects);
             let Some(watch) = GhostPass::new(&system) else { continue };
             let plain = picture(&Plan::new(&system), Outputs { truth: false }, &|_| ());
             let mut with = plain.clone();
             add(&system, &mut with);
-            let [width, height] = system.camera.size_px();
+            let [width, height] = system.camera().size_px();
             if name.contains("facet_angle_deg = 0\nindex = 1.48") {
                 // Only the ridge parts the routes of light in a plate.
                 let sampled = BLOCK * height * ghosts.samples * ghosts.samples;

@@ -108,9 +108,9 @@ impl MapPatch {
 
     /// Traces `region` and fits it; `None` where rays do not vouch for it. `rays` counts them.
     fn fit(system: &System, region: &Region, rays: &mut u64) -> Option<Self> {
-        let Accuracy { map_px, map_degree, .. } = system.accuracy;
-        let [width, _] = system.camera.size_px();
-        let scale = 1.0 / system.board.pattern.square_mm;
+        let Accuracy { map_px, map_degree, .. } = system.accuracy();
+        let [width, _] = system.camera().size_px();
+        let scale = 1.0 / system.board().pattern.square_mm;
         let axis = 0.5 * width as f64;
         let low = DVec2::new(region.columns.start as f64, region.rows.start as f64);
         let high = DVec2::new(region.columns.end as f64, region.rows.end as f64);
@@ -320,7 +320,7 @@ const MOST_SLANT: usize = 8;
 
 /// Divides the columns from `first` on into patches whose error is below what is asked for, and the rest.
 pub(super) fn certify(system: &System, first: usize) -> Tiling {
-    let [width, height] = system.camera.size_px();
+    let [width, height] = system.camera().size_px();
     let mut cover = Tiling::default();
     let rows = 0..height;
     match seam(system, &mut cover.rays).filter(|seam| seam.len() <= width / MOST_SLANT) {
@@ -349,11 +349,11 @@ impl Tiling {
         if columns < SMALLEST_PX || rows < SMALLEST_PX {
             return self.trace(region);
         }
-        if columns.max(rows) <= system.accuracy.patch_px
+        if columns.max(rows) <= system.accuracy().patch_px
             && passes_all_along(system, &region, &mut self.rays)
             && let Some(mut patch) = MapPatch::fit(system, &region, &mut self.rays)
         {
-            if system.effects.act_by(Hook::Transport) {
+            if system.effects().act_by(Hook::Transport) {
                 patch.throughput = patch.fit_throughput(system, &mut self.rays);
             }
             return self.patches.push(patch);
@@ -361,7 +361,7 @@ impl Tiling {
         let Region { columns, rows } = region;
         let halves = if columns.len() >= rows.len() {
             let near = columns.len() / 2;
-            let left = 2 * columns.end <= system.camera.size_px()[0] + 1;
+            let left = 2 * columns.end <= system.camera().size_px()[0] + 1;
             let middle = if left { columns.end - near } else { columns.start + near };
             [(columns.start..middle, rows.clone()), (middle..columns.end, rows)]
         } else {
@@ -377,7 +377,7 @@ impl Tiling {
 /// The columns that the seam between the sides passes through, in the picture's first, middle and last row: none where
 /// it runs between two columns. `None` where a row does not begin left and end right of it.
 fn seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>> {
-    let [width, height] = system.camera.size_px().map(|n| n as f64);
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for y in [INSET_PX, 0.5 * height, height - INSET_PX] {
         let (mut a, mut b) = (INSET_PX, width - INSET_PX);

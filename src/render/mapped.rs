@@ -170,7 +170,7 @@ fn reach_of_block([x, y, _]: &[f64; 3]) -> Lanes {
 fn draft_px(plan: &Plan, patch: &MapPatch) -> Option<f64> {
     let small = patch.bounds.iter().all(|[x, y, _]| 0.5 * (x + y) < 0.49);
     let error_px = draft::error_px(patch.stray_px);
-    let accuracy = &plan.system.accuracy;
+    let accuracy = plan.system.accuracy();
     (accuracy.arithmetic == Arithmetic::Single && small && error_px <= accuracy.bend_px).then_some(error_px)
 }
 

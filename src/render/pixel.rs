@@ -20,7 +20,7 @@ pub(super) fn settle(plan: &Plan, px: DVec2, covered: PixelMean, work: &mut Work
         PixelMean::Edge { value, parts, off_px } => {
             work.counts.edge_pixels += 1;
             work.counts.divided_pixels += u64::from(parts > 1);
-            work.counts.capped_pixels += u64::from(off_px > plan.system.accuracy.bend_px);
+            work.counts.capped_pixels += u64::from(off_px > plan.system.accuracy().bend_px);
             work.bend_px = work.bend_px.max(off_px);
             value
         }
@@ -92,7 +92,7 @@ pub(super) const MAX_VERTICES: usize = 8;
 pub(super) fn subdivided(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
     work.counts.divided_pixels += 1;
     let mut by_parts = |depth: u32, work: &mut Work| mean_of_parts(plan, px, 2 << depth, |_| 1.0, work);
-    adaptive(&plan.system.accuracy, &mut by_parts, work)
+    adaptive(plan.system.accuracy(), &mut by_parts, work)
 }
 
 /// The last of the values at depth 0, 1, 2 ..., each of parts of half the side: until two in a row differ from those before

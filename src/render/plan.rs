@@ -48,8 +48,8 @@ impl<'a> Plan<'a> {
     /// Plans the picture of one pass of `system`, that of the instrument through the middle of its pupil: chooses the loops
     /// and, where its accuracy asks for one, fits and checks the map.
     pub fn new(system: &'a System) -> Self {
-        let sampling = system.accuracy.sampling;
-        let has_throughput = system.effects.act_by(Hook::Transport);
+        let sampling = system.accuracy().sampling;
+        let has_throughput = system.effects().act_by(Hook::Transport);
         // Transport effects need not be symmetric.
         let mirrored = sampling != Sampling::SingleRays && !has_throughput && system.is_mirror_symmetric();
         Self { has_throughput, ..Self::by(system, sampling, mirrored) }
@@ -58,7 +58,7 @@ impl<'a> Plan<'a> {
     /// A plan by a given way of sampling, of both halves or of the right one, which is then copied: the picture is the
     /// same.
     pub(super) fn by(system: &'a System, sampling: Sampling, mirrored: bool) -> Self {
-        let [width, height] = system.camera.size_px();
+        let [width, height] = system.camera().size_px();
         let first = if mirrored { width / 2 } else { 0 };
         let all = Region { columns: first..width, rows: 0..height };
         let mut cover = match sampling {
@@ -70,14 +70,14 @@ impl<'a> Plan<'a> {
         Self {
             system,
             truncation_px,
-            pattern: Checkerboard::new(&system.board.pattern),
+            pattern: Checkerboard::new(&system.board().pattern),
             looker: CentreTracer::new(system, sampling != Sampling::SingleRays),
             patches: cover.patches,
             traced: cover.traced,
             rays: cover.rays,
             mirrored,
             has_throughput: false,
-            active: system.effects.active_side(),
+            active: system.effects().active_side(),
         }
     }
 
@@ -101,7 +101,7 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// The fate of a ray that never reaches the board.
     pub fn trace(&self, px: DVec2) -> Result<DVec2, Fate> {
-        let width = self.system.camera.size_px()[0] as f64;
+        let width = self.system.camera().size_px()[0] as f64;
         let inside = |region: &Region, px: DVec2| {
             let (columns, rows) = (&region.columns, &region.rows);
             let within = |v: f64, range: &Range<usize>| v >= range.start as f64 && v <= range.end as f64;
@@ -124,7 +124,7 @@ impl<'a> Plan<'a> {
     /// The accuracy asked of pixels by their jets, whose third order is left out: that much less. Where nothing is left, such
     /// pixels are traced in parts.
     pub(super) fn less(&self, truncation_px: f64) -> Accuracy {
-        Accuracy { bend_px: self.system.accuracy.bend_px - truncation_px, ..self.system.accuracy }
+        Accuracy { bend_px: self.system.accuracy().bend_px - truncation_px, ..self.system.accuracy() }
     }
 
     /// The account of the planning.
@@ -134,10 +134,10 @@ impl<'a> Plan<'a> {
 
     /// What the picture promises and keeps, given the bend left inside its pixels.
     pub fn account(&self, bend_px: f64) -> AccuracyReport {
-        let [width, height] = self.system.camera.size_px();
+        let [width, height] = self.system.camera().size_px();
         let sides = if self.mirrored { 2 } else { 1 };
         let mapped: usize = self.patches.iter().map(|p| p.region.columns.len() * p.region.rows.len()).sum();
-        let accuracy = &self.system.accuracy;
+        let accuracy = self.system.accuracy();
         let thirds = self.patches.iter().map(|p| p.truncation_px).chain([self.truncation_px]);
         let truncation_px = thirds.filter(|third| *third < accuracy.bend_px).fold(0.0, f64::max);
         AccuracyReport {

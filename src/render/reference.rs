@@ -51,7 +51,7 @@ pub(super) fn render(plan: &Plan, band: &mut Band) -> Work {
     let mut reference = ReferenceRenderer {
         plan,
         system: plan.system,
-        board: &plan.system.board.pattern,
+        board: &plan.system.board().pattern,
         rays: 0,
         stray_px: 0.0,
         capped: false,
@@ -113,7 +113,7 @@ impl ReferenceRenderer<'_> {
             let most = off(&top, &a, &b).max(off(&right, &b, &c)).max(off(&bottom, &c, &d)).max(off(&left, &d, &a));
             // In a quarter of the part the map strays a quarter as far.
             let stray_px = 0.25 * most.max(off(&centre, &a, &c)).max(off(&centre, &b, &d));
-            let accuracy = &self.system.accuracy;
+            let accuracy = self.system.accuracy();
             let close = stray_px <= accuracy.bend_px;
             let capped = !close && 2.0 * self.plan.active > f64::from(accuracy.max_division) * side;
             if close || capped {

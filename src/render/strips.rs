@@ -34,18 +34,18 @@ pub fn render_strips(
 
 /// Whether effects act across the picture, so that it is made as a whole.
 fn is_whole(system: &System) -> bool {
-    system.effects.act_by(Hook::Film) || system.effects.averages()
+    system.effects().act_by(Hook::Film) || system.effects().averages()
 }
 
 /// Bands of a strip.
 fn bands(system: &System) -> usize {
-    (STRIP_PIXELS / (system.camera.size_px()[0] * BAND_ROWS)).max(rayon::current_num_threads())
+    (STRIP_PIXELS / (system.camera().size_px()[0] * BAND_ROWS)).max(rayon::current_num_threads())
 }
 
 /// Rows of a strip of the picture that `system` takes, but of the last one; all where it is made as a whole. More for more
 /// threads.
 pub fn strip_rows(system: &System) -> usize {
-    let height = system.camera.size_px()[1];
+    let height = system.camera().size_px()[1];
     if is_whole(system) { height } else { height.min(bands(system) * BAND_ROWS) }
 }
 
@@ -56,7 +56,7 @@ pub(super) fn by_bands(
     progress: &(dyn Fn(usize) + Sync),
     take: &mut dyn FnMut(Strip),
 ) -> (Counts, AccuracyReport) {
-    let [_, height] = plan.system.camera.size_px();
+    let [_, height] = plan.system.camera().size_px();
     let mut work = plan.work();
     for first in (0..height).step_by(bands * BAND_ROWS) {
         let last = height.min(first + bands * BAND_ROWS);

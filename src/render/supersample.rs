@@ -20,8 +20,8 @@ pub enum SamplePlaces {
 
 /// The mean of n x n point samples a pixel, each traced.
 pub fn supersampled(system: &System, n: usize, samples: SamplePlaces) -> Raster<f32> {
-    let [width, height] = system.camera.size_px();
-    let pattern = Checkerboard::new(&system.board.pattern);
+    let [width, height] = system.camera().size_px();
+    let pattern = Checkerboard::new(&system.board().pattern);
     let looker = CentreTracer::new(system, true);
     let mut picture = Raster::filled(width, height, 0.0f32);
     picture.data_mut().par_chunks_mut(width * BAND_ROWS).enumerate().for_each(|(band, rows)| {

@@ -24,7 +24,7 @@ pub(super) fn scene(width: usize, height: usize, prism: &str, board: &str) -> Sc
 }
 
 pub(super) fn built(scene: &Scene, accuracy: Accuracy) -> System {
-    System { accuracy, ..system::build(scene).unwrap_or_else(|problem| panic!("{problem}")) }
+    system::build(scene).unwrap_or_else(|problem| panic!("{problem}")).with_accuracy(accuracy)
 }
 
 /// A wedge of air in glass, which reflects a part of the picture totally, and a board that a part of the rays never
@@ -114,7 +114,7 @@ fn packets_see_the_very_positions_of_single_rays() {
     use super::centre_rays::{Run, trace_scalar};
     use glam::DVec2;
     for (name, system) in instruments(Accuracy::exact(), 1) {
-        let [width, height] = system.camera.size_px();
+        let [width, height] = system.camera().size_px();
         let looker = CentreTracer::new(&system, true);
         for j in (0..height).step_by(7) {
             let start = DVec2::new(0.25, j as f64 + 0.375);
@@ -175,7 +175,7 @@ fn the_map_covers_the_sensor_once() {
     let mut mapped = 0;
     for (name, system) in instruments(Accuracy::standard(), 3) {
         let plan = Plan::new(&system);
-        let [width, height] = system.camera.size_px();
+        let [width, height] = system.camera().size_px();
         let mut times = vec![0; width * height];
         for region in plan.patches.iter().map(|p| &p.region).chain(&plan.traced) {
             for (i, j) in region.rows.clone().flat_map(|j| region.columns.clone().map(move |i| (i, j))) {
@@ -232,7 +232,7 @@ fn colours_are_the_passes_by_their_shares() {
     let scene = scene(66, 38, "kind = \"none\"", &format!("{BOARD}\nposition_mm = [0.0, 0.0, 1000.0]"));
     let lens = ThinLens::new(2.0, 500.0, Aperture::Circle, 35.0);
     let effects = Effects { thin_lens: Some(lens), ..Effects::default() };
-    let system = System { effects, ..built(&scene, Accuracy::exact()) };
+    let system = built(&scene, Accuracy::exact()).with_effects(&effects);
     let variant = |x: f64, grey, colour| Variant {
         pupil: DVec2::new(x, 0.0),
         slopes: [DVec2::ZERO; 2],
@@ -262,7 +262,7 @@ fn the_map_of_gains_gains_what_is_traced() {
     let mut fitted = 0;
     let exact = instruments(Accuracy::exact(), 3);
     for ((name, exact), (_, mapped)) in exact.into_iter().zip(instruments(Accuracy::standard(), 3)) {
-        let [exact, mapped] = [exact, mapped].map(|system| System { effects: effects.clone(), ..system });
+        let [exact, mapped] = [exact, mapped].map(|system| system.with_effects(&effects));
         let plan = Plan::new(&mapped);
         fitted += plan.patches.iter().filter(|patch| patch.throughput.is_some()).count();
         let (traced, found) = (render(&exact, &|_| ()), film(&plan));

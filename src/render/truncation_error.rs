@@ -10,7 +10,7 @@ const PLACES: usize = 7;
 /// positions all over the sensor. The differences of a jet hold a sixth of the third derivative, of which a pixel's side
 /// is reached by half; with the third order itself that is at most a twelfth.
 pub(super) fn of_differences_px(system: &System, rays: &mut u64) -> f64 {
-    let size = DVec2::from(system.camera.size_px().map(|n| n as f64));
+    let size = DVec2::from(system.camera().size_px().map(|n| n as f64));
     let place = |k: usize| (k as f64 + 0.5) / PLACES as f64;
     let mut worst: f64 = 0.0;
     for k in 0..PLACES * PLACES {

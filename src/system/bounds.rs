@@ -58,8 +58,8 @@ pub(super) fn bound(ideal: &System, scene: &Scene, row: &EffectRow) -> Option<Bo
     let stands_on = |other: &EffectRow| {
         other.key != row.key && (other.key == "telecentric" || (of_reflection && other.key == "fresnel"))
     };
-    let without = ideal.with_effects(&effects.only(stands_on), &scene.camera);
-    let with = ideal.with_effects(&effects.only(|other| other.key == row.key || stands_on(other)), &scene.camera);
+    let without = ideal.with_effects(&effects.only(stands_on));
+    let with = ideal.with_effects(&effects.only(|other| other.key == row.key || stands_on(other)));
     let light = RadianceRange::of(&without);
     let found = match row.bounding {
         Bounding::Factors => Some(factors(&without, &with, light)),
@@ -237,7 +237,7 @@ fn borders(without: &System, ideal: &System, scene: &Scene, light: RadianceRange
     let rims = Clipping { chamfer_mm: 0.0, ..clipping };
     if !rims.is_nothing() {
         let effects = Effects { clipping: Some(rims), ..others.clone() };
-        let system = ideal.with_effects(&effects, &scene.camera);
+        let system = ideal.with_effects(&effects);
         // Nothing is clipped where the least margin along the border of the picture is more than its largest step there.
         let clear = |variant: &Variant| {
             let system = system.variant(variant);

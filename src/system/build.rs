@@ -1,8 +1,6 @@
 //! From a scene to its instrument.
 
 use super::auto;
-use super::board::Board;
-use super::camera::Camera;
 use super::instrument::System;
 use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::Effects;
@@ -24,7 +22,7 @@ pub fn build(scene: &Scene) -> Result<System, Error> {
     let ideal = ideal(scene)?;
     // To bound what every effect changes takes as long as a small picture.
     let verdicts = if scene.effects.auto.is_some() { auto::verdicts(&ideal, scene) } else { Vec::new() };
-    Ok(ideal.with_effects(&auto::settled(&verdicts, scene), &scene.camera))
+    Ok(ideal.with_effects(&auto::settled(&verdicts, scene)))
 }
 
 /// The instrument of a scene without its effects, large enough for all of them.
@@ -33,15 +31,7 @@ pub fn build(scene: &Scene) -> Result<System, Error> {
 /// As [`build`].
 pub fn ideal(scene: &Scene) -> Result<System, Error> {
     let prism = prism(&scene.prism, &scene.camera, &scene.effects)?;
-    Ok(System {
-        camera: Camera::new(&scene.camera, None),
-        designed: prism.clone().map(Arc::new),
-        prism,
-        board: Board::new(&scene.board),
-        stop: None,
-        accuracy: scene.accuracy,
-        effects: Effects::default(),
-    })
+    Ok(System::ideal(scene, prism))
 }
 
 /// The prism of a scene as it is meant to be; `None` where the scene has none. A designed one is made larger than the

@@ -33,9 +33,9 @@ pub fn cost(
     stage: &mut Stage<'_>,
     done: &(dyn Fn(usize) + Sync),
 ) -> CostStudy {
-    let [width, height] = system.camera.size_px();
+    let [width, height] = system.camera().size_px();
     stage("reference", width * height);
-    let exact = System { accuracy: Accuracy::reference(), ..system.clone() };
+    let exact = system.with_accuracy(Accuracy::reference());
     let reference = render_wanted(&exact, Outputs { truth: false }, done);
     let corners = ReferenceCorners::of(&exact);
     let eye = DetectorRun::new(system, &reference.radiance);

@@ -140,7 +140,7 @@ fn levels() -> CaseOutcome {
         // Rows through the middle; a pitch of 80 squares over the field puts edges at all places in a pixel.
         let board = BOARD.replace("10.0", "3.7").replace("41", "99");
         let standard = built([1920, 12], "", prism, &board);
-        let reference = System { accuracy: Accuracy::reference(), ..standard.clone() };
+        let reference = standard.with_accuracy(Accuracy::reference());
         let [a, b] = [standard, reference].map(|system| render::render(&system, &|_| ()).radiance);
         for (k, (x, y)) in a.data().iter().zip(b.data()).enumerate() {
             tally.error(|| format!("({}, {})", k % 1920, k / 1920), f64::from(x - y) / (2.0 * AMPLITUDE));
