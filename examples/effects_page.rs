@@ -37,7 +37,7 @@ fn main() {
     fs::create_dir_all(&folder).expect("the folder of documents can be written to");
     let cases: Vec<Case> = TABLE.iter().map(|row| Case::of(root, row)).collect();
     for case in &cases {
-        let path = folder.join(format!("{}.png", case.row.key));
+        let path = folder.join(format!("{}.png", case.row.key()));
         png::write_rgb(&path, &figure(case), &Notes::default()).unwrap_or_else(|problem| panic!("{problem}"));
         eprintln!("{}", path.display());
     }
@@ -59,10 +59,10 @@ struct Case {
 
 impl Case {
     fn of(root: &Path, row: &'static EffectRow) -> Self {
-        let name = format!("scenes/cases/effect_{}.toml", row.key);
+        let name = format!("scenes/cases/effect_{}.toml", row.key());
         let file = fs::read_to_string(root.join(&name)).unwrap_or_else(|error| panic!("{name}: {error}"));
         let parsed = |text: &str| scene::parse(text, &name, None).unwrap_or_else(|problem| panic!("{problem}"));
-        let own = |part: &&str| [']', '.'].iter().any(|end| part.starts_with(&format!("[effect.{}{end}", row.key)));
+        let own = |part: &&str| [']', '.'].iter().any(|end| part.starts_with(&format!("[effect.{}{end}", row.key())));
         let without = tables(&file).into_iter().filter(|part| !own(part)).collect::<String>();
         let asks = |part: &&str| part.starts_with("[effect.") || part.starts_with("[quadrature]");
         let asking = tables(&file).into_iter().filter(asks).map(str::trim);
@@ -115,7 +115,7 @@ fn figure(case: &Case) -> Raster<Rgb> {
     let column = |k: usize| GAP_PX + k as f64 * (panel.x + GAP_PX);
     let rows = [GAP_PX + 2.0 * LINE_PX, GAP_PX + 3.0 * LINE_PX + panel.y];
     let mut drawing = Drawing::new((column(3)) as u32, (rows[1] + panel.y + GAP_PX) as u32);
-    let title = format!("{}: {}", case.row.key, case.row.what);
+    let title = format!("{}: {}", case.row.key(), case.row.what);
     let baseline = |y: f64| y - 0.35 * LINE_PX;
     drawing.text(title, Font::bold(15.0), INK, DVec2::new(GAP_PX, baseline(GAP_PX + LINE_PX)), Align::Start);
     let captions = ["off".to_owned(), "on".to_owned(), format!("on less off, {}", range(most))];

@@ -6,7 +6,7 @@ mod instruments;
 
 use biprism::effect::manufacture::{Displacement, SurfaceError};
 use biprism::effect::thin_lens::Aperture;
-use biprism::effect::{Effects, Manufacture, Quadrature, Roughness, ThinLens, Variant};
+use biprism::effect::{Effects, Lens, Manufacture, Quadrature, Roughness, ThinLens, Variant};
 use biprism::geom::Ray;
 use biprism::render::{Class, render};
 use biprism::scene::Scene;
@@ -260,7 +260,7 @@ fn a_designed_prism_has_glass_for_rays_that_stray() {
         ("rough", rough(5.0, replicates(1))),
         ("rough, random sets", rough(5.0, replicates(4))),
         ("rougher", rough(10.0, replicates(1))),
-        ("rough before a lens", Effects { thin_lens: Some(lens), ..rough(5.0, replicates(1)) }),
+        ("rough before a lens", Effects { lens: Lens::Thin(lens), ..rough(5.0, replicates(1)) }),
         ("tilted", made(Manufacture { prism: turned([2.0, -1.0, 5.0]), ..Manufacture::default() })),
         ("front", made(Manufacture { front: place([1.0, 2.0, 3.0]), ..Manufacture::default() })),
         ("back", made(Manufacture { back: place([1.0, 2.0, -3.0]), ..Manufacture::default() })),

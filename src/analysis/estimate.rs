@@ -1,7 +1,7 @@
 //! What a picture will be and cost, before it is made.
 
 use crate::accuracy::{Level, Sampling};
-use crate::effect::Hook;
+use crate::effect::{EffectId, Hook};
 use crate::optics::fate::Fate;
 use crate::render::{Plan, strip_rows};
 use crate::scene::Scene;
@@ -50,7 +50,7 @@ pub fn forecast(system: &System, effects: Vec<Verdict>) -> PictureEstimate {
     let size = system.camera().size_px();
     let sets = system.effects().sets();
     let (passes, samples) = (sets * system.effects().variants(0).len(), system.effects().samples(size));
-    let samples_ghosts = system.effects().acting().any(|row| row.key == "ghosts");
+    let samples_ghosts = system.effects().acting().any(|row| row.id == EffectId::Ghosts);
     PictureEstimate {
         level: account.level,
         sampling: system.accuracy().sampling,
@@ -100,12 +100,12 @@ fn fates(system: &System) -> BTreeMap<&'static str, f64> {
 
 /// The instrument of `scene`, `ideal` without effects, with all effects but `left_out`, on a sensor of the same size that has
 /// fewer pixels where there are many: to be timed. Diffraction keeps its size in px, and so its work for a pixel.
-pub fn smaller(ideal: &System, scene: &Scene, left_out: &[&str]) -> System {
+pub fn smaller(ideal: &System, scene: &Scene, left_out: &[EffectId]) -> System {
     let mut camera = scene.camera;
     let times = (camera.width_px * camera.height_px / TIMED_PX).isqrt().max(1);
     let fewer = |n: usize| if times == 1 { n } else { (n / (2 * times)).max(1) * 2 };
     let width_mm = camera.width_px as f64 * camera.pitch_mm;
     (camera.width_px, camera.height_px) = (fewer(camera.width_px), fewer(camera.height_px));
     camera.pitch_mm = width_mm / camera.width_px as f64;
-    ideal.with_camera(&camera).with_effects(&scene.effects.only(|row| !left_out.contains(&row.key)))
+    ideal.with_camera(&camera).with_effects(&scene.effects.only(|row| !left_out.contains(&row.id)))
 }

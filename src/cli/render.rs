@@ -23,7 +23,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
     progress.begin(&scene.name, "render");
     let Done { fates, counts, account } = written(&args.out, &scene, &system, &progress.handle())?;
     let left_out: Vec<&str> =
-        scene.effects.acting().filter(|row| !(row.acts)(system.effects())).map(|row| row.key).collect();
+        scene.effects.acting().filter(|row| !(row.acts)(system.effects())).map(|row| row.key()).collect();
     let seconds = progress.take_seconds();
     drop(progress);
     if args.json {

@@ -227,11 +227,11 @@ fn any_number_of_threads_makes_the_same_picture() {
 /// Each channel is the mean by its own shares.
 #[test]
 fn colours_are_the_passes_by_their_shares() {
-    use crate::effect::{Effects, ThinLens, Variant, thin_lens::Aperture};
+    use crate::effect::{Effects, Lens, ThinLens, Variant, thin_lens::Aperture};
     use glam::DVec2;
     let scene = scene(66, 38, "kind = \"none\"", &format!("{BOARD}\nposition_mm = [0.0, 0.0, 1000.0]"));
     let lens = ThinLens::new(2.0, 500.0, Aperture::Circle, 35.0);
-    let effects = Effects { thin_lens: Some(lens), ..Effects::default() };
+    let effects = Effects { lens: Lens::Thin(lens), ..Effects::default() };
     let system = built(&scene, Accuracy::exact()).with_effects(&effects);
     let variant = |x: f64, grey, colour| Variant {
         pupil: DVec2::new(x, 0.0),

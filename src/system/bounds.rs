@@ -19,7 +19,7 @@
 use super::instrument::System;
 use crate::effect::clipping::Clipping;
 use crate::effect::diffraction::encircled_energy;
-use crate::effect::{Bounding, EffectRow, Effects, Variant};
+use crate::effect::{Bounding, EffectId, EffectRow, Effects, Variant};
 use crate::prism::side::Side;
 use crate::scene::{BoardSpec, Scene};
 use glam::DVec2;
@@ -36,8 +36,6 @@ const ROWS: usize = 5;
 const MOST_VARIANTS: usize = 2048;
 /// Halvings of the width when a border is sought in a row.
 const HALVINGS: usize = 40;
-/// Effects that are made of what surfaces reflect, and so stand on `fresnel`.
-pub(super) const OF_REFLECTION: [&str; 2] = ["coating", "ghosts"];
 /// Places of the grid stay this far inside the picture, in px.
 const INSET_PX: f64 = 1e-6;
 
@@ -53,13 +51,12 @@ pub struct Bound {
 /// What an effect of `scene`, whose instrument without effects is `ideal`, changes at most; `None` where that is not known.
 pub(super) fn bound(ideal: &System, scene: &Scene, row: &EffectRow) -> Option<Bound> {
     let effects = &scene.effects;
-    let of_reflection = OF_REFLECTION.contains(&row.key);
     // Another camera is another picture: what it sees is what the others change.
     let stands_on = |other: &EffectRow| {
-        other.key != row.key && (other.key == "telecentric" || (of_reflection && other.key == "fresnel"))
+        other.id != row.id && (other.id == EffectId::Telecentric || row.needs == Some(other.id))
     };
     let without = ideal.with_effects(&effects.only(stands_on));
-    let with = ideal.with_effects(&effects.only(|other| other.key == row.key || stands_on(other)));
+    let with = ideal.with_effects(&effects.only(|other| other.id == row.id || stands_on(other)));
     let light = RadianceRange::of(&without);
     let found = match row.bounding {
         Bounding::Factors => Some(factors(&without, &with, light)),
@@ -233,7 +230,7 @@ fn ridge(system: &System, y: f64) -> Option<Option<f64>> {
 /// Rims and stops, with the pupil and all else that lets rays stray; a ground ridge by its width.
 fn borders(without: &System, ideal: &System, scene: &Scene, light: RadianceRange) -> Option<Bound> {
     let clipping = scene.effects.clipping?;
-    let others = scene.effects.only(|row| matches!(row.bounding, Bounding::Displacements) || row.key == "telecentric");
+    let others = scene.effects.only(|row| matches!(row.bounding, Bounding::Displacements) || row.id == EffectId::Telecentric);
     let rims = Clipping { chamfer_mm: 0.0, ..clipping };
     if !rims.is_nothing() {
         let effects = Effects { clipping: Some(rims), ..others.clone() };

@@ -117,7 +117,7 @@ impl System {
     pub fn with_effects(&self, effects: &Effects) -> Self {
         let stop = effects.clipping.and_then(|clipping| clipping.stop);
         Self {
-            camera: Camera::new(&self.camera_spec, effects.telecentric.as_ref()),
+            camera: Camera::new(&self.camera_spec, effects.lens.telecentric()),
             prism: self.designed.as_ref().map(|prism| prism.with_effects(effects)),
             stop: stop.map(|stop| Opening::new(&stop, &self.camera_spec)),
             effects: effects.clone(),

@@ -1,7 +1,7 @@
 //! The variants of an instrument that effects ask for.
 
 use super::instrument::System;
-use crate::effect::Variant;
+use crate::effect::{Lens, Variant};
 
 impl System {
     /// The instrument with `n` x `n` pixels in place of each.
@@ -13,10 +13,10 @@ impl System {
     /// The instrument of one variant.
     #[must_use]
     pub fn variant(&self, variant: &Variant) -> Self {
-        let camera = match (&self.effects.thin_lens, &self.effects.telecentric) {
-            (Some(lens), _) => self.camera.through(lens, variant.pupil),
-            (None, Some(lens)) => self.camera.along(lens, variant.pupil),
-            (None, None) => self.camera,
+        let camera = match &self.effects.lens {
+            Lens::Thin(lens) => self.camera.through(lens, variant.pupil),
+            Lens::Telecentric(lens) => self.camera.along(lens, variant.pupil),
+            Lens::Pinhole => self.camera,
         };
         let prism = self.prism.as_ref().map(|prism| {
             let prism = prism.with_slopes(variant.slopes);
