@@ -58,7 +58,8 @@ fn with(scene: &Scene, effects: Effects) -> System {
 
 fn bits(film: &Film) -> (Vec<u32>, &[Class], Vec<[u32; 2]>) {
     let radiance = film.radiance.data().iter().map(|v| v.to_bits()).collect();
-    (radiance, film.class.data(), film.board_mm.data().iter().map(|p| p.map(f32::to_bits)).collect())
+    let (class, board_mm) = (film.class.as_ref().unwrap(), film.board_mm.as_ref().unwrap());
+    (radiance, class.data(), board_mm.data().iter().map(|p| p.map(f32::to_bits)).collect())
 }
 
 fn case(key: &str) -> Scene {
@@ -299,7 +300,7 @@ fn a_lamp_lights_each_place_by_its_distance_and_angle() {
         let way = DVec3::new(-300.0, 200.0, 100.0) - pose.point(DVec3::new(f64::from(mm[0]), f64::from(mm[1]), 0.0));
         way.dot(pose.rotation.z_axis).abs() / (way.length_squared() * way.length())
     };
-    let places = before.board_mm.data();
+    let places = before.board_mm.as_ref().unwrap().data();
     for (k, (before, after)) in before.radiance.data().iter().zip(after.radiance.data()).enumerate() {
         let seen = places[k];
         if (95..97).contains(&(k % 192)) {

@@ -140,22 +140,25 @@ pub(super) fn prism_name(prism: &PrismSpec) -> &'static str {
 
 /// Radiance and, for each pixel's centre, what it sees through the prism.
 fn channels(system: &System, strip: &Strip) -> Vec<Channel> {
-    let truth = |value: &dyn Fn([f32; 2]) -> f64| {
-        let pixels = strip.board_mm.data().iter().zip(strip.class.data());
-        let data =
-            pixels.map(|(&mm, &class)| if class.side().is_some() { value(mm) as f32 } else { f32::NAN }).collect();
-        Raster::from_data(strip.board_mm.width(), strip.board_mm.height(), data)
-    };
-    let world = |axis: usize| truth(&|mm| system.board().world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
-    let mut channels = vec![
-        Channel::f32("Y", strip.radiance.clone()),
-        Channel::f32("board.U", truth(&|mm| f64::from(mm[0]))),
-        Channel::f32("board.V", truth(&|mm| f64::from(mm[1]))),
-        Channel::f32("P.X", world(0)),
-        Channel::f32("P.Y", world(1)),
-        Channel::f32("P.Z", world(2)),
-        Channel::u32("class", strip.class.map(|class| class as u32)),
-    ];
+    let mut channels = vec![Channel::f32("Y", strip.radiance.clone())];
+    if let (Some(classes), Some(board_mm)) = (&strip.class, &strip.board_mm) {
+        let truth = |value: &dyn Fn([f32; 2]) -> f64| {
+            let pixels = board_mm.data().iter().zip(classes.data());
+            let data =
+                pixels.map(|(&mm, &class)| if class.side().is_some() { value(mm) as f32 } else { f32::NAN }).collect();
+            Raster::from_data(board_mm.width(), board_mm.height(), data)
+        };
+        let world =
+            |axis: usize| truth(&|mm| system.board().world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
+        channels.extend([
+            Channel::f32("board.U", truth(&|mm| f64::from(mm[0]))),
+            Channel::f32("board.V", truth(&|mm| f64::from(mm[1]))),
+            Channel::f32("P.X", world(0)),
+            Channel::f32("P.Y", world(1)),
+            Channel::f32("P.Z", world(2)),
+            Channel::u32("class", classes.map(|class| class as u32)),
+        ]);
+    }
     if let Some(colour) = &strip.colour {
         for (k, name) in ["R", "G", "B"].into_iter().enumerate() {
             channels.push(Channel::f32(name, colour.map(|pixel| pixel[k])));

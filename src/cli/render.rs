@@ -78,7 +78,7 @@ fn written(
             .collect();
         let mut all_fates = BTreeMap::new();
         let (counts, account) = render_strips(system, progress, &mut |strip| {
-            fates(&strip.class).into_iter().for_each(|(fate, n)| *all_fates.entry(fate).or_insert(0) += n);
+            strip.class.iter().flat_map(fates).for_each(|(fate, n)| *all_fates.entry(fate).or_insert(0) += n);
             let strip = Arc::new(strip);
             for (strips, _) in &writers {
                 // A writer that takes no more has met a problem, which is told below.

@@ -41,7 +41,7 @@ pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Error> {
     };
     let mut value = json!({
         "pixel_centre": "(i + 0.5, j + 0.5), from the half's own origin",
-        "fates": fates(&film.class),
+        "fates": film.class.as_ref().map(fates),
         "counts": film.counts,
         "left": half(0),
         "right": half(1),

@@ -75,8 +75,7 @@ pub(super) fn mean(
     account.noise = squares.as_ref().map(|squares| worst_error(squares, sets));
     let RunningMean { grey, colour } =
         total.unwrap_or(RunningMean { grey: Raster::filled(width, height, 0.0), colour: None });
-    let nothing = || (Raster::from_data(0, 0, Vec::new()), Raster::from_data(0, 0, Vec::new()));
-    let (class, board_mm) = truth.map_or_else(nothing, |film| (film.class, film.board_mm));
+    let (class, board_mm) = truth.map_or((None, None), |film| (film.class, film.board_mm));
     Film {
         radiance: grey.map(|sum| sum as f32),
         colour: colour.map(|sums| sums.map(|sum| sum.map(|channel| channel as f32))),

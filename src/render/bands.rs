@@ -29,12 +29,13 @@ pub(super) fn rows(
     progress: &(dyn Fn(usize) + Sync),
 ) -> (Strip, Work) {
     let [width, _] = plan.system.camera().size_px();
-    let truth_size = if wanted.truth { [width, rows.len()] } else { [0, 0] };
     let mut radiance = Raster::filled(width, rows.len(), 0.0);
-    let mut class = Raster::filled(truth_size[0], truth_size[1], Class::Left);
-    let mut board_mm = Raster::filled(truth_size[0], truth_size[1], [0.0; 2]);
+    let mut class = wanted.truth.then(|| Raster::filled(width, rows.len(), Class::Left));
+    let mut board_mm = wanted.truth.then(|| Raster::filled(width, rows.len(), [0.0; 2]));
     let size = width * BAND_ROWS;
-    let mut truths = class.data_mut().chunks_mut(size).zip(board_mm.data_mut().chunks_mut(size));
+    let classes = class.iter_mut().flat_map(|class| class.data_mut().chunks_mut(size));
+    let places = board_mm.iter_mut().flat_map(|board_mm| board_mm.data_mut().chunks_mut(size));
+    let mut truths = classes.zip(places);
     let bands: Vec<Band> = (radiance.data_mut().chunks_mut(size).enumerate())
         .map(|(k, radiance)| {
             let truth = truths.next().map(|(class, board_mm)| Truth { class, board_mm });

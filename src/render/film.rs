@@ -15,15 +15,22 @@ pub struct Film {
     /// Standard error of the radiance, estimated from the spread of random sets of samples; `None` where there is one set or
     /// nothing is sampled.
     pub noise: Option<Raster<f32>>,
-    /// What happened to each pixel's centre ray; 0 x 0 where [`Outputs`] leaves it out.
-    pub class: Raster<Class>,
-    /// The board position that each pixel's centre sees, in mm; (0, 0) where `class` is no side; 0 x 0 where [`Outputs`]
+    /// What happened to each pixel's centre ray; `None` where [`Outputs`] leaves it out.
+    pub class: Option<Raster<Class>>,
+    /// The board position that each pixel's centre sees, in mm; (0, 0) where `class` is no side; `None` where [`Outputs`]
     /// leaves it out.
-    pub board_mm: Raster<[f32; 2]>,
+    pub board_mm: Option<Raster<[f32; 2]>>,
     /// How much work it was.
     pub counts: Counts,
     /// What was promised, and what was found.
     pub account: AccuracyReport,
+}
+
+impl Film {
+    /// What happened to the centre ray of pixel (i, j), where that was asked for.
+    pub fn class_at(&self, i: usize, j: usize) -> Option<Class> {
+        self.class.as_ref().map(|class| class.get(i, j))
+    }
 }
 
 /// The accuracy of a picture: what its level promises, and what was found while it was made. All in px, of positions as the
@@ -188,9 +195,9 @@ pub struct Strip {
     /// Standard error of the radiance.
     pub noise: Option<Raster<f32>>,
     /// What happened to each pixel's centre ray.
-    pub class: Raster<Class>,
+    pub class: Option<Raster<Class>>,
     /// The board position that it sees, in mm.
-    pub board_mm: Raster<[f32; 2]>,
+    pub board_mm: Option<Raster<[f32; 2]>>,
 }
 
 impl From<&Film> for Strip {

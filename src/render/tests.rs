@@ -83,11 +83,17 @@ fn film(plan: &Plan) -> Film {
     picture(plan, Outputs { truth: true }, &|_| ())
 }
 
+/// The ground truth of a film that has it.
+fn truth(film: &Film) -> (&[Class], &[[f32; 2]]) {
+    let expected = "the ground truth is asked for";
+    (film.class.as_ref().expect(expected).data(), film.board_mm.as_ref().expect(expected).data())
+}
+
 /// Every bit of a film.
 fn bits(film: &Film) -> (Vec<u32>, Vec<Class>, Vec<[u32; 2]>) {
     let radiance = film.radiance.data().iter().map(|v| v.to_bits()).collect();
-    let board = film.board_mm.data().iter().map(|p| p.map(f32::to_bits)).collect();
-    (radiance, film.class.data().to_vec(), board)
+    let (class, board_mm) = truth(film);
+    (radiance, class.to_vec(), board_mm.iter().map(|p| p.map(f32::to_bits)).collect())
 }
 
 #[test]
@@ -101,7 +107,7 @@ fn packets_have_the_bits_of_single_rays() {
         let (single, packets) = (film(&by(false)), film(&by(true)));
         assert!(bits(&single) == bits(&packets), "{name}");
         assert_eq!(single.counts, packets.counts, "{name}");
-        classes.extend(single.class.data().iter().map(|c| *c as u8));
+        classes.extend(truth(&single).0.iter().map(|c| *c as u8));
     }
     classes.sort_unstable();
     classes.dedup();
@@ -140,11 +146,10 @@ fn strips_make_the_picture() {
             let (counts, account) = by_bands(&Plan::new(&system), 2, &|_| (), &mut |strip| {
                 heights.push(strip.radiance.height());
                 radiance.extend_from_slice(strip.radiance.data());
-                class.extend_from_slice(strip.class.data());
-                board_mm.extend_from_slice(strip.board_mm.data());
+                class.extend_from_slice(strip.class.expect("strips have it").data());
+                board_mm.extend_from_slice(strip.board_mm.expect("strips have it").data());
             });
-            assert!(radiance == whole.radiance.data() && class == whole.class.data(), "{name}");
-            assert!(board_mm == whole.board_mm.data(), "{name}");
+            assert!(radiance == whole.radiance.data() && (&class[..], &board_mm[..]) == truth(&whole), "{name}");
             assert_eq!((counts, account), (whole.counts, whole.account), "{name}");
             let (last, others) = heights.split_last().expect("a picture has rows");
             assert!(others.iter().all(|h| *h == 2 * STRIP_ROWS) && *last <= 2 * STRIP_ROWS, "{heights:?}");
@@ -200,7 +205,7 @@ fn the_certified_map_shows_what_is_traced() {
         assert!(plan.patches.iter().all(|patch| patch.error_px <= 1e-8), "{name}");
         let (traced, found) = (render(exact, &|_| ()), film(&plan));
         assert!(traced.class == found.class, "{name}");
-        for (a, b) in traced.board_mm.data().iter().flatten().zip(found.board_mm.data().iter().flatten()) {
+        for (a, b) in truth(&traced).1.iter().flatten().zip(truth(&found).1.iter().flatten()) {
             // f32 keeps 24 bits, and 1e-8 px are at most 2e-8 mm on these boards.
             assert!((a - b).abs() <= 2.0 * f32::EPSILON * a.abs() + 2e-8, "{a} {b}\n{name}");
         }

@@ -141,8 +141,8 @@ fn partly_reflected() -> CaseOutcome {
     let mut tally = Tally::default();
     let prism = "kind = \"flat\"\nindex = 0.6\nridge_distance_mm = 78.472\nthickness_mm = 60.0\nfacet_angle_deg = 30.0";
     let film = render::render(&built([128, 72], "", prism, BOARD), &|_| ());
-    let (width, height) = (film.class.width(), film.class.height());
-    let dark = |i: usize, j: usize| film.class.get(i, j) == Class::TotalReflection;
+    let (width, height) = (film.radiance.width(), film.radiance.height());
+    let dark = |i: usize, j: usize| film.class_at(i, j) == Some(Class::TotalReflection);
     let mut reflected = 0;
     for j in 0..height {
         let changes = (width / 2 + 1..width).filter(|&i| dark(i, j) != dark(i - 1, j)).count();
@@ -261,8 +261,8 @@ fn seams() -> CaseOutcome {
                 let place = || format!("({i}, {j}) of {size:?}, pinhole at x {x}, z {z}");
                 let radiance = film.radiance.get(i, j);
                 tally.require((0.0499..=0.8501).contains(&radiance), || format!("{radiance} at {}", place()));
-                let seen = film.class.get(i, j).side().is_some();
-                tally.require(seen, || format!("{:?} at {}", film.class.get(i, j), place()));
+                let seen = film.class_at(i, j).and_then(Class::side).is_some();
+                tally.require(seen, || format!("{:?} at {}", film.class_at(i, j), place()));
                 tally.error(place, f64::from(radiance - twin.radiance.get(size[0] - 1 - i, j)));
             }
         }

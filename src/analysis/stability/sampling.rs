@@ -77,7 +77,7 @@ fn fine_squares() -> CaseOutcome {
         let film = render::render(&built([480, 16], "", FLAT, &board), &|_| ());
         let plate = 0.5 * 100_000.0 * square;
         let squares = 0.63 / square;
-        for (value, mm) in film.radiance.data().iter().zip(film.board_mm.data()) {
+        for (value, mm) in film.radiance.data().iter().zip(film.board_mm.iter().flat_map(|board_mm| board_mm.data())) {
             // Where the plate ends within the pixel, its surroundings count.
             if mm.iter().all(|c| f64::from(c.abs()) + 2.0 < plate) {
                 tally.error(|| format!("square {square}, at {mm:?}"), (f64::from(*value) - MEAN) * squares.min(4096.0));
