@@ -138,7 +138,7 @@ impl Case {
 fn frame(name: String, scene: &Scene, accuracy: Accuracy, truth: bool) -> Case {
     let system = built(scene, accuracy);
     Case::new(name, scene.camera.width_px * scene.camera.height_px, move || {
-        let film = render_wanted(&system, Outputs { truth }, &|_| ());
+        let film = render_wanted(&system, Outputs { truth }, &());
         black_box(&film.radiance);
         film.counts.rays
     })

@@ -85,7 +85,7 @@ fn tables(file: &str) -> Vec<&str> {
 
 fn film(scene: &Scene) -> Film {
     let system = system::build(scene).unwrap_or_else(|problem| panic!("{problem}"));
-    render_wanted(&system, Outputs { truth: false }, &|_| ())
+    render_wanted(&system, Outputs { truth: false }, &())
 }
 
 /// Side of the sheet's margins and of the gaps between panels, in px.
@@ -185,7 +185,7 @@ fn costs(root: &Path, cases: &[Case]) -> Vec<Cost> {
     let plain = systems.last().expect("the plain one is there").clone();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
     let time_ms = |system: &System| {
-        let picture = || std::hint::black_box(render_wanted(system, Outputs { truth: false }, &|_| ()));
+        let picture = || std::hint::black_box(render_wanted(system, Outputs { truth: false }, &()));
         pool.install(|| cpu_ms(picture).0)
     };
     let (mut ratios, mut taken) = (vec![Vec::new(); systems.len()], vec![0.0; systems.len()]);

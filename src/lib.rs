@@ -17,6 +17,7 @@
 
 pub mod error;
 pub mod accuracy;
+pub mod progress;
 pub mod num;
 pub mod geom;
 pub mod optics;

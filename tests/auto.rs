@@ -65,7 +65,7 @@ fn scenes(effect: &str) -> Vec<Scene> {
 }
 
 fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
+    render_wanted(system, Outputs { truth: false }, &()).radiance
 }
 
 fn change(a: &Raster<f32>, b: &Raster<f32>) -> f64 {

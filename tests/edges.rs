@@ -190,7 +190,7 @@ proptest! {
                 }
             }
         }
-        let film = render::render(&system, &|_| ());
+        let film = render::render(&system, &());
         for value in film.radiance.data() {
             prop_assert!((-1e-6..=0.85 + 1e-6).contains(value), "{value}\n{text}");
         }

@@ -49,7 +49,7 @@ const ZEROES: [(&str, Zero); 14] = [
 ];
 
 fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
+    render_wanted(system, Outputs { truth: false }, &()).radiance
 }
 
 fn with(scene: &Scene, effects: Effects) -> System {
@@ -76,13 +76,13 @@ fn an_effect_acts_when_it_is_called_for_and_not_otherwise() {
         let base = row.needs.map(EffectId::key);
         assert_eq!(acting, base.into_iter().chain([row.key()]).collect::<Vec<_>>());
         let bare = Effects { fresnel: scene.effects.fresnel.filter(|_| base == Some("fresnel")), ..Effects::default() };
-        let absent = render(&with(&scene, bare), &|_| ());
+        let absent = render(&with(&scene, bare), &());
         let mut zero = scene.effects.clone();
         let (_, take_away) = ZEROES.iter().find(|(key, _)| *key == row.key()).expect("a zero for each effect");
         take_away(&mut zero);
-        let zero = render(&with(&scene, zero), &|_| ());
+        let zero = render(&with(&scene, zero), &());
         assert!(bits(&zero) == bits(&absent) && zero.counts == absent.counts, "{}", row.key());
-        let acted = render(&built(&scene), &|_| ());
+        let acted = render(&built(&scene), &());
         assert!(acted.radiance != absent.radiance, "{} changes nothing", row.key());
         // What is true of a picture does not depend on what its light went through, but on the instrument.
         let own = row.hook != Hook::Instrument;
@@ -234,7 +234,7 @@ fn depth_of_field_converges_faster_than_random_points() {
         let (sin, cos) = libm::sincos(golden_rad * f64::from(k));
         let pupil = radius_mm * DVec2::new(cos, sin);
         let variant = Variant { pupil, slopes: [DVec2::ZERO; 2], wave: None, grey: 1.0, colour: None };
-        let film = render::picture(&Plan::new(&system.variant(&variant)), Outputs { truth: false }, &|_| ());
+        let film = render::picture(&Plan::new(&system.variant(&variant)), Outputs { truth: false }, &());
         reference.iter_mut().zip(film.radiance.data()).for_each(|(sum, v)| *sum += f64::from(*v) / f64::from(many));
     }
     let error = |points: usize| {
@@ -294,7 +294,7 @@ fn a_lamp_lights_each_place_by_its_distance_and_angle() {
     let board = format!("{BOARD}\ntilt_deg = [10.0, -25.0, 3.0]");
     let lit = scene_from(192, 108, "", FREEFORM, &format!("{board}\n{lamp}"));
     let dark = scene(192, 108, FREEFORM, &board);
-    let (before, after) = (render(&built(&dark), &|_| ()), render(&built(&lit), &|_| ()));
+    let (before, after) = (render(&built(&dark), &()), render(&built(&lit), &()));
     let pose = lit.board.world_from_board;
     let at = |mm: [f32; 2]| {
         let way = DVec3::new(-300.0, 200.0, 100.0) - pose.point(DVec3::new(f64::from(mm[0]), f64::from(mm[1]), 0.0));
@@ -317,7 +317,7 @@ fn a_lamp_lights_each_place_by_its_distance_and_angle() {
 #[test]
 fn what_draws_no_points_takes_one_set() {
     let mut scene = case("dispersion");
-    let of = |scene: &Scene| render_wanted(&built(scene), Outputs { truth: false }, &|_| ());
+    let of = |scene: &Scene| render_wanted(&built(scene), Outputs { truth: false }, &());
     let once = of(&scene);
     scene.effects.quadrature.replicates = 8;
     let film = of(&scene);

@@ -22,7 +22,7 @@ const NO_GLASS: &str = "kind = \"none\"";
 const EDGE: &str = "columns = 2\nrows = 1\nsquare_mm = 2000.0\nmargin_mm = 0\nblack = 0\nwhite = 1";
 
 fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
+    render_wanted(system, Outputs { truth: false }, &()).radiance
 }
 
 fn with(scene: &Scene, effects: Effects) -> System {

@@ -156,7 +156,7 @@ fn a_prism_of_air_is_no_prism() {
         let (a, b) = (with.trace(px).expect("in view"), without.trace(px).expect("in view"));
         assert!((a.board_mm - b.board_mm).length() < 1e-12, "{px}");
     }
-    let (a, b) = (render::render(&with, &|_| ()), render::render(&without, &|_| ()));
+    let (a, b) = (render::render(&with, &()), render::render(&without, &()));
     for (x, y) in a.radiance.data().iter().zip(b.radiance.data()) {
         assert!((x - y).abs() <= f32::EPSILON, "{x} {y}");
     }
@@ -183,7 +183,7 @@ fn a_plate_moves_rays_by_its_closed_form() {
 fn halves_are_mirror_images_bit_for_bit() {
     for (width, height) in [(192, 108), (66, 37), (130, 70)] {
         for prism in [FLAT, FREEFORM] {
-            let film = render::render(&built(&scene(width, height, prism, BOARD)), &|_| ());
+            let film = render::render(&built(&scene(width, height, prism, BOARD)), &());
             for j in 0..height {
                 for i in 0..width / 2 {
                     let (a, b) = (film.radiance.get(i, j), film.radiance.get(width - 1 - i, j));
@@ -199,7 +199,7 @@ fn halves_are_mirror_images_bit_for_bit() {
 #[test]
 fn an_odd_width_is_symmetric_about_its_middle_column() {
     for prism in [FLAT, FREEFORM] {
-        let film = render::render(&built(&scene(65, 37, prism, BOARD)), &|_| ());
+        let film = render::render(&built(&scene(65, 37, prism, BOARD)), &());
         assert_eq!(film.counts.cut_pixels, 37);
         for (j, i) in (0..37).flat_map(|j| (0..32).map(move |i| (j, i))) {
             let (a, b) = (film.radiance.get(i, j), film.radiance.get(64 - i, j));

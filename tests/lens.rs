@@ -21,7 +21,7 @@ const WHITE: &str = "columns = 41\nrows = 41\nsquare_mm = 10.0\nposition_mm = [0
                      background = 1";
 
 fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
+    render_wanted(system, Outputs { truth: false }, &()).radiance
 }
 
 fn with(scene: &Scene, effects: Effects) -> System {
@@ -98,7 +98,7 @@ fn telecentric_pictures_agree_at_every_level() {
         let system = with(&plain, Effects { lens: Lens::Telecentric(lens), ..Effects::default() });
         use biprism::accuracy::Level;
         let [standard, exact, reference] = [Level::Standard, Level::Exact, Level::Reference]
-            .map(|level| render(&system.with_accuracy(level.accuracy()), &|_| ()));
+            .map(|level| render(&system.with_accuracy(level.accuracy()), &()));
         assert!(standard.class == exact.class && exact.class == reference.class, "{prism}");
         assert!(exact.board_mm == reference.board_mm, "{prism}");
         for (a, b) in standard.radiance.data().iter().zip(reference.radiance.data()) {
@@ -116,7 +116,7 @@ fn a_chamfer_is_a_black_band_of_its_width() {
     for (columns, chamfer_mm) in [320, 321].into_iter().flat_map(|n| [0.05, 0.4, 2.0].map(|mm| (n, mm))) {
         let plain = scene(columns, 24, &format!("{FLAT}\nfacet_angle_deg = 8"), WHITE);
         let clipping = Clipping { chamfer_mm, ..Clipping::default() };
-        let film = render(&with(&plain, Effects { clipping: Some(clipping), ..Effects::default() }), &|_| ());
+        let film = render(&with(&plain, Effects { clipping: Some(clipping), ..Effects::default() }), &());
         let half = 0.5 * chamfer_mm;
         let tangent = half / (78.472 + half * libm::tan(8.0f64.to_radians()));
         let width_px = 2.0 * tangent * 35.0 / plain.camera.pitch_mm;
@@ -177,7 +177,7 @@ fn a_rim_at_the_edge_of_the_picture_is_seen() {
         let clipping = Clipping { outline: Some(outline), ..Clipping::default() };
         let system = with(&plain, Effects { clipping: Some(clipping), ..Effects::default() });
         let by =
-            |level: biprism::accuracy::Level| render(&system.with_accuracy(level.accuracy()), &|_| ());
+            |level: biprism::accuracy::Level| render(&system.with_accuracy(level.accuracy()), &());
         let [mapped, traced] = [biprism::accuracy::Level::Standard, biprism::accuracy::Level::Exact].map(by);
         assert!(mapped.class == traced.class, "{outline:?}");
         for (a, b) in mapped.radiance.data().iter().zip(traced.radiance.data()) {
@@ -304,7 +304,7 @@ fn the_error_estimate_is_the_error() {
         render_wanted(
             &with(&plain, Effects { lens, quadrature, ..Effects::default() }),
             Outputs { truth: false },
-            &|_| (),
+            &(),
         )
     };
     let truth = of(Quadrature { points: 2048, ..Quadrature::default() });

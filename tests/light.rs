@@ -37,7 +37,7 @@ fn with(scene: &Scene, effects: Effects) -> System {
 }
 
 fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
+    render_wanted(system, Outputs { truth: false }, &()).radiance
 }
 
 fn lines(nm: &[f64]) -> Dispersion {
@@ -117,7 +117,7 @@ fn a_colour_sensor_sees_edges_in_colours() {
     let nodes = nodes(&light, &Response::nikon_d5100(), 64).unwrap();
     let dispersion = Dispersion::new(&nodes, true, glass, D_NM).unwrap();
     let effects = Effects { dispersion: Some(dispersion), ..Effects::default() };
-    let film = render_wanted(&with(&plain, effects), Outputs { truth: false }, &|_| ());
+    let film = render_wanted(&with(&plain, effects), Outputs { truth: false }, &());
     let colour = film.colour.unwrap();
     let pitch = plain.camera.pitch_mm / 35.0;
     for channel in 0..3 {

@@ -197,7 +197,7 @@ fn made_prisms_look_alike_at_every_level() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cases/effect_manufacture.toml");
     let scene = biprism::scene::load(std::path::Path::new(path)).unwrap_or_else(|problem| panic!("{problem}"));
     let system = built(&scene);
-    let by = |level: Level| render(&system.with_accuracy(level.accuracy()), &|_| ());
+    let by = |level: Level| render(&system.with_accuracy(level.accuracy()), &());
     let [standard, exact] = [Level::Standard, Level::Exact].map(by);
     assert!(standard.class == exact.class);
     assert!(exact.class.as_ref().unwrap().data().iter().all(|class| matches!(class, Class::Left | Class::Right)));
@@ -220,7 +220,7 @@ fn a_rough_surface_blurs_by_its_slopes() {
         [([0.0, 0.01], (INDEX - 1.0) * away), ([0.01, 0.0], (INDEX - 1.0) * away + (1.0 - 1.0 / INDEX) * 8.545)]
     {
         let effects = Effects { roughness: Some(Roughness { slope }), quadrature, ..Effects::default() };
-        let film = render(&built(&Scene { effects, ..plain.clone() }), &|_| ());
+        let film = render(&built(&Scene { effects, ..plain.clone() }), &());
         let sigma_px = 0.01 * reach / mm_per_px;
         assert!(sigma_px > 2.0);
         // The integral of the normal distribution: x P(x) + p(x).
@@ -270,7 +270,7 @@ fn a_designed_prism_has_glass_for_rays_that_stray() {
     for (prism, (what, effects)) in
         [FREEFORM, short].iter().flat_map(|prism| cases.iter().map(move |case| (prism, case)))
     {
-        let film = render(&built(&Scene { effects: effects.clone(), ..scene(64, 36, prism, board) }), &|_| ());
+        let film = render(&built(&Scene { effects: effects.clone(), ..scene(64, 36, prism, board) }), &());
         let darkest = film.radiance.data().iter().copied().fold(f32::INFINITY, f32::min);
         // Each pass rounds a pixel to f32, and so does their mean.
         assert!(1.0 - darkest <= 2.0 * f32::EPSILON, "{what}: {darkest} with {prism}");

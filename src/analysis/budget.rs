@@ -28,6 +28,7 @@ use crate::design::marched::Marched;
 use crate::design::{self, DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::Effects;
 use crate::error::Error;
+use crate::progress::Observer;
 use crate::render::{Outputs, render_wanted};
 use crate::scene::{PrismSpec, Scene};
 use crate::surface::face::Face;
@@ -87,7 +88,7 @@ pub struct Budget {
 }
 
 /// The budget of the corners of `view`, of `scene`'s own picture through `system`.
-/// `progress` hears how many pixels of the other pictures were rendered ([`pictures`]).
+/// `observer` hears how many pixels of the other pictures were rendered ([`pictures`]).
 ///
 /// # Errors
 /// When the scene's design cannot be made.
@@ -95,7 +96,7 @@ pub fn budget(
     scene: &Scene,
     system: &System,
     view: &BoardView,
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> Result<Budget, Error> {
     let design = match &scene.prism {
         PrismSpec::Freeform(prism, settings) => Some(design::freeform(&DesignInput {
@@ -110,8 +111,8 @@ pub fn budget(
     let found_under = |effects: Effects| -> [Places; 2] {
         let under = plain_system.with_effects(&effects);
         let exact = under.with_accuracy(Accuracy::exact());
-        let film = render_wanted(&exact, Outputs { truth: false }, progress);
-        let view = see(&exact, &film.radiance, false, &mut |_| ());
+        let film = render_wanted(&exact, Outputs { truth: false }, observer);
+        let view = see(&exact, &film.radiance, false, &());
         view.halves.map(|half| half.found.iter().map(|f| (f.index, f.position_px)).collect())
     };
     let plain = found_under(Effects::default());

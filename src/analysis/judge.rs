@@ -13,6 +13,7 @@ use crate::metrics::stereo::{DepthLaw, Disparity};
 use crate::metrics::straightness::{IndexedCorner, RowsAndColumns, StraightnessReference, straightness};
 use crate::metrics::{Deviation, MeasuredAndTrue, Observation, Pair, Unmeasurable, epipolar, reprojection, stereo};
 use crate::optics::fate::Fate;
+use crate::progress::Observer;
 use crate::raster::Raster;
 use crate::render::{self, Class, Film};
 use crate::scene::Scene;
@@ -101,17 +102,16 @@ const CURVES: usize = 9;
 const SAMPLES: usize = 16;
 
 /// Renders the scene's board, and the board at every depth of the analysis, and judges what `system` made of them.
-/// `stage` hears what is done next, `progress` how many pixels were rendered.
+/// `observer` hears what is done next, and how many pixels were rendered.
 pub fn judge(
     scene: &Scene,
     system: &System,
-    stage: &mut dyn FnMut(&'static str),
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> (Film, Judgement) {
-    let mut look = |system: &System| {
-        stage("render");
-        let film = render::render(system, progress);
-        let view = see(system, &film.radiance, true, stage);
+    let look = |system: &System| {
+        observer.stage("render");
+        let film = render::render(system, observer);
+        let view = see(system, &film.radiance, true, observer);
         (film, view)
     };
     let (film, own) = look(system);
@@ -122,7 +122,7 @@ pub fn judge(
         .filter(|&&depth_mm| other_depth(depth_mm, own.depth_mm))
         .map(|&depth_mm| look(&at_depth(scene, system, depth_mm)).1)
         .collect();
-    stage("measure");
+    observer.stage("measure");
     let judgement = measure(scene, system, own, &others);
     (film, judgement)
 }

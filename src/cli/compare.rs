@@ -34,18 +34,18 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     let own_depth = scene.board.world_from_board.translation_mm.z - scene.camera.position_mm.z;
     let boards = 1 + scene.analysis.depths_mm.iter().filter(|&&depth| other_depth(depth, own_depth)).count() as u64;
     let pictures = boards + if args.budget { budget::pictures(&scene.effects) } else { 0 };
-    let mut progress = Progress::new(prisms.len() as u64 * pictures * pixels);
+    let progress = Progress::new(prisms.len() as u64 * pictures * pixels);
     let mut judged = Vec::new();
     let mut designs = Vec::new();
     let mut written = Vec::new();
     for (name, scene) in &prisms {
         progress.begin(name, "design");
         let system = files::build(scene, args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")))?;
-        let rendered = progress.handle();
-        let (film, judgement) = judge(scene, &system, &mut |step| progress.begin(name, step), &rendered);
+        let watch = progress.watch(name);
+        let (film, judgement) = judge(scene, &system, &watch);
         let budget = if args.budget {
             progress.begin(name, "budget");
-            Some(budget::budget(scene, &system, &judgement.view, &rendered)?)
+            Some(budget::budget(scene, &system, &judgement.view, &watch)?)
         } else {
             None
         };

@@ -122,7 +122,7 @@ fn time(ideal: &System, scene: &Scene, left_out: &[EffectId]) -> f64 {
     let mut fastest = f64::INFINITY;
     for _ in 0..REPETITIONS {
         let start = Instant::now();
-        std::hint::black_box(render_wanted(&system, Outputs { truth: true }, &|_| ()));
+        std::hint::black_box(render_wanted(&system, Outputs { truth: true }, &()));
         fastest = fastest.min(start.elapsed().as_secs_f64());
         if begun.elapsed().as_secs_f64() > PATIENCE_S {
             break;

@@ -6,6 +6,7 @@ use super::progress::Progress;
 use super::{accuracy, files, output};
 use crate::analysis::judge::fates;
 use crate::error::Error;
+use crate::progress::Observer;
 use crate::render::{AccuracyReport, Counts, Strip, render_strips};
 use crate::scene::{self, Scene};
 use crate::system::System;
@@ -17,11 +18,11 @@ use std::sync::mpsc::sync_channel;
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
     let scene = accuracy::asked(scene::load(&args.scene)?, args.target_px);
     args.out.iter().try_for_each(|path| files::picture_name(path))?;
-    let mut progress = Progress::new((scene.camera.width_px * scene.camera.height_px) as u64);
+    let progress = Progress::new((scene.camera.width_px * scene.camera.height_px) as u64);
     progress.begin(&scene.name, "design");
     let system = files::build(&scene, &args.scene)?;
     progress.begin(&scene.name, "render");
-    let Done { fates, counts, account } = written(&args.out, &scene, &system, &progress.handle())?;
+    let Done { fates, counts, account } = written(&args.out, &scene, &system, &progress.watch(&scene.name))?;
     let left_out: Vec<&str> =
         scene.effects.acting().filter(|row| !(row.acts)(system.effects())).map(|row| row.key()).collect();
     let seconds = progress.take_seconds();
@@ -66,7 +67,7 @@ fn written(
     paths: &[PathBuf],
     scene: &Scene,
     system: &System,
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> Result<Done, Error> {
     std::thread::scope(|scope| {
         let writers: Vec<_> = paths
@@ -77,7 +78,7 @@ fn written(
             })
             .collect();
         let mut all_fates = BTreeMap::new();
-        let (counts, account) = render_strips(system, progress, &mut |strip| {
+        let (counts, account) = render_strips(system, observer, &mut |strip| {
             strip.class.iter().flat_map(fates).for_each(|(fate, n)| *all_fates.entry(fate).or_insert(0) += n);
             let strip = Arc::new(strip);
             for (strips, _) in &writers {

@@ -19,8 +19,8 @@ use serde_json::{Value, json};
 pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Error> {
     let system = system::build(scene)?;
     let random = system.effects().is_random();
-    let film = render::render(&system, &|_| ());
-    let view = see(&system, &film.radiance, true, &mut |_| ());
+    let film = render::render(&system, &());
+    let view = see(&system, &film.radiance, true, &());
     let judgement = measure(scene, &system, view, &[]);
     let half = |k: usize| {
         let (view, figures) = (&judgement.view.halves[k], &judgement.halves[k]);
@@ -61,7 +61,7 @@ pub fn redrawn(scene: &Scene, count: usize) -> Result<Vec<Raster<f32>>, Error> {
     let system = system::build(scene)?;
     let picture = |replicate: u64| {
         let system = system.redrawn(replicate);
-        render::render_wanted(&system, Outputs { truth: false }, &|_| ()).radiance
+        render::render_wanted(&system, Outputs { truth: false }, &()).radiance
     };
     Ok((0..count as u64).map(picture).collect())
 }

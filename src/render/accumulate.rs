@@ -7,6 +7,7 @@ use super::plan::Plan;
 use super::work::Work;
 use crate::effect::Variant;
 use crate::effect::quadrature::LEAST_REPLICATES;
+use crate::progress::{Observer, OnPixels};
 use crate::raster::Raster;
 use crate::system::System;
 use rayon::prelude::*;
@@ -23,18 +24,18 @@ struct RunningMean {
 }
 
 /// The mean over sets of variants of `system`, of which `set` makes the k-th, each a weighted sum of pictures; what is
-/// wanted besides the radiance is that of `system` itself. `progress` hears of each pixel once for all passes.
+/// wanted besides the radiance is that of `system` itself. `observer` hears of each pixel once for all passes.
 pub(super) fn mean(
     system: &System,
     set: &dyn Fn(usize) -> Vec<Variant>,
     wanted: Outputs,
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> Film {
     let most_sets = system.effects().sets();
     let [width, height] = system.camera().size_px();
     // What is true of a picture is what the middle of the pupil sees.
     let own = Plan::new(system);
-    let truth = wanted.truth.then(|| picture(&own, wanted, &|_| ()));
+    let truth = wanted.truth.then(|| picture(&own, wanted, &()));
     let mut work = Work::default();
     let mut account = own.account(0.0);
     let first = set(0);
@@ -46,10 +47,10 @@ pub(super) fn mean(
     while sets < most_sets {
         let variants = if sets == 0 { first.clone() } else { set(sets) };
         let passes = most_sets * variants.len();
-        let share = |pixels: usize| {
+        let share = OnPixels(|pixels: usize| {
             let before = heard.fetch_add(pixels, Ordering::Relaxed);
-            progress((before + pixels) / passes - before / passes);
-        };
+            observer.pixels((before + pixels) / passes - before / passes);
+        });
         let one = sum(system, &variants, &mut work, &mut account, &share);
         sets += 1;
         account.passes = sets * variants.len();
@@ -70,7 +71,7 @@ pub(super) fn mean(
         }
     }
     let all = most_sets * first.len();
-    progress(width * height - heard.load(Ordering::Relaxed) / all);
+    observer.pixels(width * height - heard.load(Ordering::Relaxed) / all);
     let squares = squares.filter(|_| sets > 1);
     account.noise = squares.as_ref().map(|squares| worst_error(squares, sets));
     let RunningMean { grey, colour } =
@@ -93,7 +94,7 @@ fn sum(
     variants: &[Variant],
     work: &mut Work,
     account: &mut AccuracyReport,
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> RunningMean {
     let [width, height] = system.camera().size_px();
     let mut grey = Raster::filled(width, height, 0.0f64);
@@ -101,7 +102,7 @@ fn sum(
     let mut colour = in_colour.then(|| Raster::filled(width, height, [0.0f64; 3]));
     for variant in variants {
         let instrument = system.variant(variant);
-        let mut film = picture(&Plan::new(&instrument), Outputs { truth: false }, progress);
+        let mut film = picture(&Plan::new(&instrument), Outputs { truth: false }, observer);
         ghosts::add(&instrument, &mut film);
         let values = film.radiance.data();
         (grey.data_mut().par_iter_mut().zip(values)).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));

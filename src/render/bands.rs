@@ -7,26 +7,27 @@ use super::region::Region;
 use super::work::Work;
 use super::{mapped, reference, tile};
 use crate::accuracy::Sampling;
+use crate::progress::Observer;
 use crate::raster::Raster;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The picture of a plan, one pass without film effects, with what is wanted of it; `progress` as in [`render`].
-pub fn picture(plan: &Plan, wanted: Outputs, progress: &(dyn Fn(usize) + Sync)) -> Film {
+/// The picture of a plan, one pass without film effects, with what is wanted of it; `observer` as in [`super::render`].
+pub fn picture(plan: &Plan, wanted: Outputs, observer: &dyn Observer) -> Film {
     let [_, height] = plan.system.camera().size_px();
-    let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, progress);
+    let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, observer);
     let mut work = plan.work();
     work += done;
     Film { radiance, colour, noise, class, board_mm, counts: work.counts, account: plan.account(work.bend_px) }
 }
 
 /// The `rows` of the picture of a plan, the first of which is a multiple of [`BAND_ROWS`], and the work they were; `wanted`
-/// and `progress` as in [`picture`].
+/// and `observer` as in [`picture`].
 pub(super) fn rows(
     plan: &Plan,
     rows: Range<usize>,
     wanted: Outputs,
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> (Strip, Work) {
     let [width, _] = plan.system.camera().size_px();
     let mut radiance = Raster::filled(width, rows.len(), 0.0);
@@ -47,7 +48,7 @@ pub(super) fn rows(
         .with_max_len(1)
         .map(|mut band| {
             let work = render_band(plan, &mut band);
-            progress(band.radiance.len());
+            observer.pixels(band.radiance.len());
             work
         })
         .collect();

@@ -266,7 +266,7 @@ mod tests {
         for (name, system) in some.chain([flat(0.0, 1.48), flat(0.0, 2.4), flat(1.0, 2.4)]) {
             let system = system.with_effects(&effects);
             let Some(watch) = GhostPass::new(&system) else { continue };
-            let plain = picture(&Plan::new(&system), Outputs { truth: false }, &|_| ());
+            let plain = picture(&Plan::new(&system), Outputs { truth: false }, &());
             let mut with = plain.clone();
             add(&system, &mut with);
             let [width, height] = system.camera().size_px();

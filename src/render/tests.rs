@@ -80,7 +80,7 @@ pub(super) fn instruments(accuracy: Accuracy, scale: usize) -> Vec<(String, Syst
 }
 
 fn film(plan: &Plan) -> Film {
-    picture(plan, Outputs { truth: true }, &|_| ())
+    picture(plan, Outputs { truth: true }, &())
 }
 
 /// The ground truth of a film that has it.
@@ -141,9 +141,9 @@ fn strips_make_the_picture() {
     let mut subdivided = 0;
     for accuracy in [Accuracy::draft(), Accuracy::exact()] {
         for (name, system) in instruments(accuracy, 2) {
-            let whole = render(&system, &|_| ());
+            let whole = render(&system, &());
             let (mut radiance, mut class, mut board_mm, mut heights) = (vec![], vec![], vec![], vec![]);
-            let (counts, account) = by_bands(&Plan::new(&system), 2, &|_| (), &mut |strip| {
+            let (counts, account) = by_bands(&Plan::new(&system), 2, &(), &mut |strip| {
                 heights.push(strip.radiance.height());
                 radiance.extend_from_slice(strip.radiance.data());
                 class.extend_from_slice(strip.class.expect("strips have it").data());
@@ -203,7 +203,7 @@ fn the_certified_map_shows_what_is_traced() {
     for ((name, exact), (_, mapped)) in exact.iter().zip(instruments(Accuracy::standard(), 3)) {
         let plan = Plan::new(&mapped);
         assert!(plan.patches.iter().all(|patch| patch.error_px <= 1e-8), "{name}");
-        let (traced, found) = (render(exact, &|_| ()), film(&plan));
+        let (traced, found) = (render(exact, &()), film(&plan));
         assert!(traced.class == found.class, "{name}");
         for (a, b) in truth(&traced).1.iter().flatten().zip(truth(&found).1.iter().flatten()) {
             // f32 keeps 24 bits, and 1e-8 px are at most 2e-8 mm on these boards.
@@ -222,7 +222,7 @@ fn any_number_of_threads_makes_the_same_picture() {
     for (name, system) in instruments(Accuracy::exact(), 1) {
         let by = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
-            pool.install(|| render(&system, &|_| ()))
+            pool.install(|| render(&system, &()))
         };
         let (one, three) = (by(1), by(3));
         assert!(bits(&one) == bits(&three) && one.counts == three.counts, "{name}");
@@ -246,7 +246,7 @@ fn colours_are_the_passes_by_their_shares() {
         colour: Some(colour),
     };
     let variants = [variant(-3.0, 0.25, [1.0, 0.0, 0.5]), variant(3.0, 0.75, [0.0, 1.0, 0.5])];
-    let summed = crate::render::accumulate::mean(&system, &|_| variants.to_vec(), Outputs { truth: false }, &|_| ());
+    let summed = crate::render::accumulate::mean(&system, &|_| variants.to_vec(), Outputs { truth: false }, &());
     let [a, b] = variants.map(|variant| film(&Plan::new(&system.variant(&variant))).radiance);
     assert!(a != b);
     let colour = summed.colour.expect("every variant has colours");
@@ -270,7 +270,7 @@ fn the_map_of_gains_gains_what_is_traced() {
         let [exact, mapped] = [exact, mapped].map(|system| system.with_effects(&effects));
         let plan = Plan::new(&mapped);
         fitted += plan.patches.iter().filter(|patch| patch.throughput.is_some()).count();
-        let (traced, found) = (render(&exact, &|_| ()), film(&plan));
+        let (traced, found) = (render(&exact, &()), film(&plan));
         for (k, (a, b)) in traced.radiance.data().iter().zip(found.radiance.data()).enumerate() {
             // As without gains, which are at most 1.5 here.
             assert!((a - b).abs() <= 3e-6, "{k}: {a} {b}\n{name}");

@@ -75,7 +75,7 @@ pub(super) fn true_reprojection_rms_px(system: &System, frame: &HalfFrame, corne
 }
 
 fn look(system: &System, picture: &Raster<f32>) -> BoardView {
-    see(system, picture, false, &mut |_| ())
+    see(system, picture, false, &())
 }
 
 fn positions(view: &BoardView) -> Positions {

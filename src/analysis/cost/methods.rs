@@ -47,7 +47,7 @@ impl RenderMethod {
         match self.kind {
             MethodKind::By(accuracy) => {
                 let system = system.with_accuracy(accuracy);
-                let film = render_wanted(&system, Outputs { truth: false }, &|_| ());
+                let film = render_wanted(&system, Outputs { truth: false }, &());
                 Made { radiance: film.radiance, counts: film.counts, account: Some(film.account) }
             }
             MethodKind::Points(n, samples) => {
