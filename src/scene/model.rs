@@ -9,7 +9,8 @@ use crate::surface::mesh::{Normals, Triangles};
 use crate::surface::shape::PolynomialPatch;
 use glam::DVec3;
 
-/// A whole checked scene: every value is within its stated range.
+/// A whole scene. One that was read from a file is checked: every value is within its stated range. One that was made in
+/// code is so once [`Scene::check`] has found nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// Short name, used in titles and file names.
@@ -245,6 +246,13 @@ pub struct Analysis {
     pub depths_mm: Vec<f64>,
     /// Points along each side of the uniform grid over a half image.
     pub grid: usize,
+}
+
+impl Default for Analysis {
+    /// Three depths around a metre, and a grid of 33 x 33 points.
+    fn default() -> Self {
+        Self { depths_mm: vec![500.0, 1000.0, 2000.0], grid: 33 }
+    }
 }
 
 /// One claim of a scene about its own result.

@@ -7,6 +7,7 @@ pub(super) use super::effects::lens::QuadratureFile;
 use super::effects::light::{d_line, glasses};
 pub(super) use super::effects::tables::{EffectTables, EffectsFile};
 use super::limits::*;
+use super::model::Analysis;
 use super::tidy::tidy;
 use crate::accuracy::COARSEST_TARGET_PX;
 use crate::num::bernstein::MAX_DEGREE;
@@ -360,7 +361,8 @@ pub(super) struct AnalysisFile {
 
 impl Default for AnalysisFile {
     fn default() -> Self {
-        Self { depths_mm: vec![500.0, 1000.0, 2000.0], grid: 33 }
+        let Analysis { depths_mm, grid } = Analysis::default();
+        Self { depths_mm, grid }
     }
 }
 
