@@ -208,7 +208,8 @@ fn costs(root: &Path, cases: &[Case]) -> Vec<Cost> {
 fn text(cases: &[Case], costs: &[Cost]) -> String {
     let mut text = String::from(HEAD);
     for (case, cost) in cases.iter().zip(costs) {
-        let EffectRow { key, hook, what, source, .. } = case.row;
+        let EffectRow { id, hook, what, source, .. } = case.row;
+        let key = id.key();
         let hook = serde_json::to_string(hook).expect("a word");
         let _ =
             writeln!(text, "| [{key}](#{key}) | {} | {what} | {} | {source} |", hook.trim_matches('"'), cost.words());
@@ -216,7 +217,8 @@ fn text(cases: &[Case], costs: &[Cost]) -> String {
     let plain = costs.last().expect("the plain one is there");
     let _ = writeln!(text, "| (none) | | the plain picture against itself | {} | |", plain.words());
     for (case, cost) in cases.iter().zip(costs) {
-        let EffectRow { key, what, cost: why, .. } = case.row;
+        let EffectRow { id, what, cost: why, .. } = case.row;
+        let key = id.key();
         let _ = writeln!(text, "\n## {key}\n\n{}.\n", capital(what));
         let _ = writeln!(text, "![{what}: off, on, difference](effects/{key}.png)\n");
         let _ = writeln!(text, "`scenes/cases/effect_{key}.toml`:\n\n```toml\n{}\n```\n", case.settings);

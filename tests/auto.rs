@@ -171,7 +171,7 @@ fn what_changes_too_little_is_left_out_and_the_rest_is_kept() {
     let acting = |auto: Option<Threshold>| {
         let mut scene = scene.clone();
         scene.effects.auto = auto;
-        built(&scene).effects.acting().map(|row| row.key()).collect::<Vec<_>>()
+        built(&scene).effects().acting().map(|row| row.key()).collect::<Vec<_>>()
     };
     let threshold = |grey: f64, px: f64| Some(Threshold { grey: Some(grey), px: Some(px) });
     assert_eq!(acting(None), ["lamp", "thin_lens", "cos4"]);
@@ -195,7 +195,7 @@ fn what_changes_too_little_is_left_out_and_the_rest_is_kept() {
     for grey in [1e-6, 0.01, 0.1, 1.0] {
         let mut scene = reflecting.clone();
         scene.effects.auto = Some(Threshold { grey: Some(grey), px: None });
-        let effects = built(&scene).effects;
+        let effects = built(&scene).effects().clone();
         assert!(effects.fresnel.is_some() || effects.ghosts.is_none(), "{grey}");
     }
 }

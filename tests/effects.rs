@@ -6,7 +6,9 @@ mod instruments;
 
 use biprism::accuracy::Level;
 use biprism::effect::thin_lens::Aperture;
-use biprism::effect::{EffectId, Clipping, Effects, Hook, Lens, Manufacture, Quadrature, Sensor, TABLE, ThinLens, Variant};
+use biprism::effect::{
+    Clipping, EffectId, Effects, Hook, Lens, Manufacture, Quadrature, Sensor, TABLE, ThinLens, Variant,
+};
 use biprism::raster::Raster;
 use biprism::render::{self, Class, Film, Outputs, Plan, render, render_wanted};
 use biprism::scene::{self, Scene};

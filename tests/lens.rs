@@ -176,8 +176,7 @@ fn a_rim_at_the_edge_of_the_picture_is_seen() {
     for outline in round.chain(upright) {
         let clipping = Clipping { outline: Some(outline), ..Clipping::default() };
         let system = with(&plain, Effects { clipping: Some(clipping), ..Effects::default() });
-        let by =
-            |level: biprism::accuracy::Level| render(&system.with_accuracy(level.accuracy()), &());
+        let by = |level: biprism::accuracy::Level| render(&system.with_accuracy(level.accuracy()), &());
         let [mapped, traced] = [biprism::accuracy::Level::Standard, biprism::accuracy::Level::Exact].map(by);
         assert!(mapped.class == traced.class, "{outline:?}");
         for (a, b) in mapped.radiance.data().iter().zip(traced.radiance.data()) {
@@ -301,11 +300,7 @@ fn the_error_estimate_is_the_error() {
     let plain = scene(64, 36, FLAT, BOARD);
     let lens = Lens::Thin(ThinLens::new(2.0, 600.0, Aperture::Circle, 35.0));
     let of = |quadrature| {
-        render_wanted(
-            &with(&plain, Effects { lens, quadrature, ..Effects::default() }),
-            Outputs { truth: false },
-            &(),
-        )
+        render_wanted(&with(&plain, Effects { lens, quadrature, ..Effects::default() }), Outputs { truth: false }, &())
     };
     let truth = of(Quadrature { points: 2048, ..Quadrature::default() });
     assert!(truth.noise.is_none() && truth.account.noise.is_none());

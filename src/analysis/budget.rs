@@ -92,12 +92,7 @@ pub struct Budget {
 ///
 /// # Errors
 /// When the scene's design cannot be made.
-pub fn budget(
-    scene: &Scene,
-    system: &System,
-    view: &BoardView,
-    observer: &dyn Observer,
-) -> Result<Budget, Error> {
+pub fn budget(scene: &Scene, system: &System, view: &BoardView, observer: &dyn Observer) -> Result<Budget, Error> {
     let design = match &scene.prism {
         PrismSpec::Freeform(prism, settings) => Some(design::freeform(&DesignInput {
             camera: scene.camera,

@@ -17,8 +17,8 @@ use crate::progress::Observer;
 use crate::raster::Raster;
 use crate::render::{self, Class, Film};
 use crate::scene::Scene;
+use crate::system::System;
 use crate::system::aim::Aimer;
-use crate::system::{Board, System};
 use glam::{DVec2, DVec3};
 use std::collections::BTreeMap;
 
@@ -103,11 +103,7 @@ const SAMPLES: usize = 16;
 
 /// Renders the scene's board, and the board at every depth of the analysis, and judges what `system` made of them.
 /// `observer` hears what is done next, and how many pixels were rendered.
-pub fn judge(
-    scene: &Scene,
-    system: &System,
-    observer: &dyn Observer,
-) -> (Film, Judgement) {
+pub fn judge(scene: &Scene, system: &System, observer: &dyn Observer) -> (Film, Judgement) {
     let look = |system: &System| {
         observer.stage("render");
         let film = render::render(system, observer);

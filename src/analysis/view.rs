@@ -99,12 +99,7 @@ pub fn see(system: &System, picture: &Raster<f32>, own: bool, observer: &dyn Obs
 
 /// Gives every corner of the left and the right half its place on the board; with the exact corners beside them when
 /// the picture is one that `system` made (`own`).
-pub fn place(
-    system: &System,
-    lattices: &[DetectedLattice; 2],
-    own: bool,
-    observer: &dyn Observer,
-) -> BoardView {
+pub fn place(system: &System, lattices: &[DetectedLattice; 2], own: bool, observer: &dyn Observer) -> BoardView {
     observer.stage("truth");
     let aimer = own.then(|| Aimer::new(system));
     let halves = [(Half::Left, &lattices[0]), (Half::Right, &lattices[1])].map(|(half, lattice)| {

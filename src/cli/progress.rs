@@ -1,7 +1,7 @@
 //! A progress bar on a terminal, nothing in a pipe; and the time of each step.
 
-use indicatif::{ProgressBar, ProgressStyle};
 use crate::progress::Observer;
+use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;

@@ -63,12 +63,7 @@ struct Done {
 
 /// Renders the picture strip by strip into all the files at once: of each file a thread writes one strip while the next
 /// is made, so that few strips are held at a time.
-fn written(
-    paths: &[PathBuf],
-    scene: &Scene,
-    system: &System,
-    observer: &dyn Observer,
-) -> Result<Done, Error> {
+fn written(paths: &[PathBuf], scene: &Scene, system: &System, observer: &dyn Observer) -> Result<Done, Error> {
     std::thread::scope(|scope| {
         let writers: Vec<_> = paths
             .iter()

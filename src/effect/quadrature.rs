@@ -96,8 +96,8 @@ fn root(d: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::effects::Effects;
     use crate::effect::Lens;
+    use crate::effect::effects::Effects;
     use crate::effect::thin_lens::{Aperture, ThinLens};
     use crate::effect::variant::Variant;
     use crate::effect::{Roughness, Telecentric};

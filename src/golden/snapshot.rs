@@ -7,7 +7,6 @@ use crate::metrics::MeasuredAndTrue;
 use crate::raster::Raster;
 use crate::render::Outputs;
 use crate::scene::Scene;
-use crate::system::System;
 use crate::{render, system};
 use serde_json::{Value, json};
 

@@ -23,12 +23,7 @@ pub fn picture(plan: &Plan, wanted: Outputs, observer: &dyn Observer) -> Film {
 
 /// The `rows` of the picture of a plan, the first of which is a multiple of [`BAND_ROWS`], and the work they were; `wanted`
 /// and `observer` as in [`picture`].
-pub(super) fn rows(
-    plan: &Plan,
-    rows: Range<usize>,
-    wanted: Outputs,
-    observer: &dyn Observer,
-) -> (Strip, Work) {
+pub(super) fn rows(plan: &Plan, rows: Range<usize>, wanted: Outputs, observer: &dyn Observer) -> (Strip, Work) {
     let [width, _] = plan.system.camera().size_px();
     let mut radiance = Raster::filled(width, rows.len(), 0.0);
     let mut class = wanted.truth.then(|| Raster::filled(width, rows.len(), Class::Left));

@@ -108,7 +108,7 @@ impl MapPatch {
 
     /// Traces `region` and fits it; `None` where rays do not vouch for it. `rays` counts them.
     fn fit(system: &System, region: &Region, rays: &mut u64) -> Option<Self> {
-        let Accuracy { map_px, map_degree, .. } = system.accuracy();
+        let Accuracy { map_px, map_degree, .. } = *system.accuracy();
         let [width, _] = system.camera().size_px();
         let scale = 1.0 / system.board().pattern.square_mm;
         let axis = 0.5 * width as f64;

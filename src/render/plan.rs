@@ -124,7 +124,7 @@ impl<'a> Plan<'a> {
     /// The accuracy asked of pixels by their jets, whose third order is left out: that much less. Where nothing is left, such
     /// pixels are traced in parts.
     pub(super) fn less(&self, truncation_px: f64) -> Accuracy {
-        Accuracy { bend_px: self.system.accuracy().bend_px - truncation_px, ..self.system.accuracy() }
+        Accuracy { bend_px: self.system.accuracy().bend_px - truncation_px, ..*self.system.accuracy() }
     }
 
     /// The account of the planning.

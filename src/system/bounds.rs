@@ -52,9 +52,8 @@ pub struct Bound {
 pub(super) fn bound(ideal: &System, scene: &Scene, row: &EffectRow) -> Option<Bound> {
     let effects = &scene.effects;
     // Another camera is another picture: what it sees is what the others change.
-    let stands_on = |other: &EffectRow| {
-        other.id != row.id && (other.id == EffectId::Telecentric || row.needs == Some(other.id))
-    };
+    let stands_on =
+        |other: &EffectRow| other.id != row.id && (other.id == EffectId::Telecentric || row.needs == Some(other.id));
     let without = ideal.with_effects(&effects.only(stands_on));
     let with = ideal.with_effects(&effects.only(|other| other.id == row.id || stands_on(other)));
     let light = RadianceRange::of(&without);
@@ -230,7 +229,8 @@ fn ridge(system: &System, y: f64) -> Option<Option<f64>> {
 /// Rims and stops, with the pupil and all else that lets rays stray; a ground ridge by its width.
 fn borders(without: &System, ideal: &System, scene: &Scene, light: RadianceRange) -> Option<Bound> {
     let clipping = scene.effects.clipping?;
-    let others = scene.effects.only(|row| matches!(row.bounding, Bounding::Displacements) || row.id == EffectId::Telecentric);
+    let others =
+        scene.effects.only(|row| matches!(row.bounding, Bounding::Displacements) || row.id == EffectId::Telecentric);
     let rims = Clipping { chamfer_mm: 0.0, ..clipping };
     if !rims.is_nothing() {
         let effects = Effects { clipping: Some(rims), ..others.clone() };

@@ -27,12 +27,7 @@ pub use time::{Spread, calibration, cpu_ms};
 
 /// Turns the knobs of `system`, the instrument of `scene`. `observer` hears what is done next, of how many steps
 /// it is, and how many of these are done.
-pub fn cost(
-    scene: &Scene,
-    system: &System,
-    settings: &CostSettings,
-    observer: &dyn Observer,
-) -> CostStudy {
+pub fn cost(scene: &Scene, system: &System, settings: &CostSettings, observer: &dyn Observer) -> CostStudy {
     let [width, height] = system.camera().size_px();
     observer.stage_of("reference", width * height);
     let exact = system.with_accuracy(Accuracy::reference());

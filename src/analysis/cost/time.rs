@@ -1,5 +1,6 @@
 //! The clock.
 
+use crate::progress::Observer;
 use std::hint::black_box;
 
 /// Rays of one run of the calibration kernel.

@@ -6,7 +6,6 @@ use super::tables::PRISM;
 use super::tally::{CaseOutcome, Tally};
 use crate::accuracy::Accuracy;
 use crate::render;
-use crate::system::System;
 
 /// The mean of the default black and white.
 const MEAN: f64 = 0.45;
