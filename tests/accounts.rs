@@ -11,7 +11,7 @@ use biprism::analysis::half_image::{HalfFrame, virtual_camera};
 use biprism::io::exr::{ChannelSamples, read_channels};
 use biprism::render::{Outputs, render, render_wanted};
 use biprism::scene;
-use biprism::system::{InLight, System};
+use biprism::system::InLight;
 use biprism::vision::LatticeCorner;
 use biprism::vision::half::Half;
 use glam::DVec2;
@@ -185,7 +185,7 @@ fn what_is_achieved_is_the_shift_from_the_reference() {
         // Large pixels and small squares: the bend inside a pixel is what errs.
         let scene = scene(96, 54, prism, BOARD);
         let contrast = scene.board.white - scene.board.black;
-        let at = |level: Level| render(&System { accuracy: level.accuracy(), ..built(&scene) }, &());
+        let at = |level: Level| render(&built(&scene).with_accuracy(level.accuracy()), &());
         let reference = at(Level::Reference);
         let film = at(Level::Draft);
         let pairs = film.radiance.data().iter().zip(reference.radiance.data());

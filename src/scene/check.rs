@@ -2,17 +2,17 @@
 
 use super::document::Document;
 use super::effects;
-use super::limits::MARCHED_POINTS;
 use super::model::*;
 use super::prism_tables::*;
+use super::rules;
 use super::schema::*;
+use super::source::Source;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::geom::{Pose, Rect};
 use crate::io::mesh::read_triangles;
 use crate::io::point_cloud::read_points;
-use crate::num::bernstein::MAX_DEGREE;
 use crate::num::poly2::Poly2;
 use crate::optics::medium;
 use crate::surface::face::Face;
@@ -21,12 +21,9 @@ use crate::surface::shape::PolynomialPatch;
 use glam::{DVec2, DVec3};
 use std::path::{Path, PathBuf};
 
-/// Where the scene names no depths: its board at these multiples of its own distance.
-const DEPTHS_OF_OWN: [f64; 3] = [0.5, 1.0, 2.0];
-
 /// The scene that `file` describes; files that it names are looked for in `folder`.
 pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>) -> Result<Scene, Error> {
-    name(document, &file.name)?;
+    rules::name(document, &file.name)?;
     let camera = camera(&file.camera);
     let board = board(&file.board);
     let own_mm = board.world_from_board.translation_mm.z - camera.position_mm.z;
@@ -47,7 +44,7 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
             AccuracyFile::Target(target) => Accuracy::for_target(target.target_px),
         },
         analysis: Analysis {
-            depths_mm: file.analysis.depths_mm.unwrap_or_else(|| DEPTHS_OF_OWN.map(|times| times * own_mm).to_vec()),
+            depths_mm: file.analysis.depths_mm.unwrap_or_else(|| Analysis::about(own_mm).depths_mm),
             grid: file.analysis.grid,
         },
         expect: file
@@ -60,34 +57,14 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
     })
 }
 
-/// What a sensor's gamma has coded is written as it is.
 fn encoding(document: &Document, file: Option<EncodingFile>, effects: &Effects) -> Result<Encoding, Error> {
-    let gamma = effects.sensor.map_or(1.0, |sensor| sensor.gamma);
-    match file {
-        Some(EncodingFile::Srgb) if gamma != 1.0 => {
-            let rule = format!(
-                "`output.encoding` is \"srgb\" beside `effect.sensor.gamma` {gamma}, and the picture would be coded twice"
-            );
-            let help = "write \"linear\", which keeps the sensor's values as they are, or take `gamma` out";
-            Err(document.problem(document.span("output.encoding"), rule, help))
-        }
-        None if gamma == 1.0 => Ok(Encoding::Srgb),
-        Some(EncodingFile::Srgb) => Ok(Encoding::Srgb),
-        Some(EncodingFile::Linear) | None => Ok(Encoding::Linear),
-    }
-}
-
-/// A name may become a file's name on any system.
-fn name(document: &Document, name: &str) -> Result<(), Error> {
-    let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_-".contains(c);
-    match name.chars().find(|c| !allowed(*c)).or(name.chars().next().filter(|c| *c == '-')) {
-        None => Ok(()),
-        Some(c) => {
-            let rule = format!("`name` is {name:?}, and {c:?} may not stand there");
-            let help = "use lower-case letters, digits, - and _, and begin without -";
-            Err(document.problem(document.span("name"), rule, help))
-        }
-    }
+    let encoding = match file {
+        Some(EncodingFile::Srgb) => Encoding::Srgb,
+        Some(EncodingFile::Linear) => Encoding::Linear,
+        None if effects.sensor.is_some_and(|sensor| sensor.gamma != 1.0) => Encoding::Linear,
+        None => Encoding::Srgb,
+    };
+    rules::coded_once(document, encoding, effects).map(|()| encoding)
 }
 
 fn camera(file: &CameraFile) -> CameraSpec {
@@ -149,18 +126,7 @@ fn biprism(file: &BiprismFile) -> BiprismSpec {
 }
 
 fn design(document: &Document, file: &DesignFile, camera: &CameraSpec) -> Result<DesignSettings, Error> {
-    let pixels = (camera.width_px as f64 / 2.0) * camera.height_px as f64;
-    let points = pixels / (file.step_px * file.step_px);
-    if points > MARCHED_POINTS {
-        let rule = format!(
-            "`prism.design.step_px` is {}, which marches {points:.1e} points over a half image; the limit is \
-             {MARCHED_POINTS:e}",
-            file.step_px
-        );
-        let help = format!("give a step of at least {:.3}", (pixels / MARCHED_POINTS).sqrt() + 0.0005);
-        return Err(document.problem(document.span("prism.design.step_px"), rule, help));
-    }
-    Ok(DesignSettings {
+    let settings = DesignSettings {
         order: match file.order {
             OrderFile::XThenY => MarchOrder::XThenY,
             OrderFile::YThenX => MarchOrder::YThenX,
@@ -172,42 +138,26 @@ fn design(document: &Document, file: &DesignFile, camera: &CameraSpec) -> Result
             MethodFile::Rk4 => Method::Rk4,
         },
         step_px: file.step_px,
-    })
+    };
+    rules::marched_points(document, &settings, camera).map(|()| settings)
 }
 
 fn patch(document: &Document, path: &str, file: &PatchFile) -> Result<PolynomialPatch, Error> {
     let [[x_min, x_max], [y_min, y_max]] = file.domain_mm;
-    for (i, [min, max]) in file.domain_mm.into_iter().enumerate() {
-        if min >= max {
-            let rule = format!("`{path}.domain_mm[{i}]` runs from {min} to {max}, which is nowhere");
-            let help = "give the smaller bound first: [[x_min, x_max], [y_min, y_max]]";
-            return Err(document.problem(document.span(&format!("{path}.domain_mm[{i}]")), rule, help));
-        }
-    }
-    if x_max <= 0.0 {
-        let rule = format!("`{path}.domain_mm` ends at x = {x_max}, and the right half of the prism has x above 0");
-        let help = "describe the right half: the left one is its mirror image";
-        return Err(document.problem(document.span(&format!("{path}.domain_mm")), rule, help));
-    }
+    let domain = Rect { min: DVec2::new(x_min, y_min), max: DVec2::new(x_max, y_max) };
+    rules::domain(document, path, &domain)?;
     for (i, term) in file.terms.iter().enumerate() {
         let TermFile(m, n, _) = *term;
-        let problem = |rule, help: &str| {
-            let at = format!("{path}.terms[{i}]");
-            Err(document.problem(document.span(&at), format!("`{at}` is a term in X^{m} Y^{n}, {rule}"), help))
-        };
-        if m + n > MAX_DEGREE {
-            return problem(format!("of degree {}, and the limit is {MAX_DEGREE}", m + n), "leave the term out");
-        }
+        let at = format!("{path}.terms[{i}]");
+        rules::term(document, &at, m, n)?;
         if file.terms[..i].iter().any(|t| (t.0, t.1) == (m, n)) {
-            return problem("which an earlier one already gives".to_owned(), "add the two coefficients in one term");
+            let rule = format!("`{at}` is a term in X^{m} Y^{n}, which an earlier one already gives");
+            return Err(document.refuse(&at, rule, "add the two coefficients in one term"));
         }
     }
     let degree = file.terms.iter().map(|t| t.0 + t.1).max().unwrap_or(0);
     let coefficient = |m, n| file.terms.iter().find(|t| (t.0, t.1) == (m, n)).map_or(0.0, |t| t.2);
-    Ok(PolynomialPatch {
-        sag: Poly2::new(degree, file.centre_mm, file.scale_mm, coefficient),
-        domain: Rect { min: DVec2::new(x_min, y_min), max: DVec2::new(x_max, y_max) },
-    })
+    Ok(PolynomialPatch { sag: Poly2::new(degree, file.centre_mm, file.scale_mm, coefficient), domain })
 }
 
 fn cloud(
@@ -249,26 +199,9 @@ fn board(file: &BoardFile) -> BoardSpec {
     }
 }
 
-fn expect(document: &Document, i: usize, claim: ExpectFile) -> Result<Expect, Error> {
-    let at = |key: &str| document.span(&format!("expect[{i}]{key}"));
-    let step = |s: &str| !s.is_empty() && s.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
-    let value = &claim.value;
-    if !value.contains('/') || !value.split('/').all(step) {
-        let rule = format!("`expect[{i}].value` is {value:?}, and must be a path in the report");
-        let help = "write it as freeform/pinhole/designed/mean_abs_v_mm: the design, then the keys of report.json";
-        return Err(document.problem(at(".value"), rule, help));
-    }
-    match (claim.min, claim.max) {
-        (None, None) => {
-            let rule = format!("`expect[{i}]` has neither `min` nor `max`, so it claims nothing of {value:?}");
-            Err(document.problem(at(""), rule, "add `min = ...`, `max = ...` or both"))
-        }
-        (Some(min), Some(max)) if min > max => {
-            let rule = format!("`expect[{i}].min` is {min}, above its `max` {max}");
-            Err(document.problem(at(".min"), rule, "give the smaller bound as `min`"))
-        }
-        (min, max) => Ok(Expect { value: claim.value, min, max }),
-    }
+fn expect(document: &Document, i: usize, file: ExpectFile) -> Result<Expect, Error> {
+    let claim = Expect { value: file.value, min: file.min, max: file.max };
+    rules::claim(document, i, &claim).map(|()| claim)
 }
 
 fn pose(position_mm: [f64; 3], tilt_deg: [f64; 3]) -> Pose {

@@ -1,6 +1,7 @@
 //! The text of a scene file with its parse tree, so that every message can point at the bytes it speaks of.
 
 use super::limits::FILE_BYTES;
+use super::source::Source;
 use crate::error::Error;
 
 use serde::de::DeserializeOwned;
@@ -87,6 +88,16 @@ impl<'t> Document<'t> {
         } else {
             first.to_owned()
         }
+    }
+}
+
+impl Source for Document<'_> {
+    fn refuse(&self, key: &str, rule: String, help: &str) -> Error {
+        self.problem(self.span(key), rule, help)
+    }
+
+    fn gives(&self, key: &str) -> bool {
+        !self.span(key).is_empty()
     }
 }
 

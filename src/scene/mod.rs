@@ -14,6 +14,10 @@ mod prism_tables;
 mod schema;
 mod structure;
 mod suggest;
+mod source;
+mod rules;
+mod ranges;
+mod in_code;
 mod tidy;
 mod check;
 mod physics;
@@ -50,7 +54,7 @@ pub fn parse(text: &str, place: &str, folder: Option<&Path>) -> Result<Scene, Er
     let document = document::Document::parse(text, place)?;
     structure::check(&document, &schema::SCHEMA)?;
     let file = document.values()?;
-    let scene = check::scene(&document, file, folder)?;
-    physics::check(&document, &scene)?;
+    let mut scene = check::scene(&document, file, folder)?;
+    scene.analysis.depths_mm = physics::check(&document, &scene)?;
     Ok(scene)
 }

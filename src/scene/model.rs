@@ -9,7 +9,8 @@ use crate::surface::mesh::{Normals, Triangles};
 use crate::surface::shape::PolynomialPatch;
 use glam::DVec3;
 
-/// A whole checked scene: every value is within its stated range.
+/// A whole scene. One that was read from a file is checked: every value is within its stated range. One that was made in
+/// code is so once [`Scene::check`] has found nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// Short name, used in titles and file names.
@@ -257,6 +258,17 @@ pub struct Analysis {
     pub depths_mm: Vec<f64>,
     /// Points along each side of the uniform grid over a half image.
     pub grid: usize,
+}
+
+impl Analysis {
+    /// Points along each side of the grid where nothing else is said.
+    pub const GRID: usize = 33;
+
+    /// Half, once and twice the distance of a board whose centre is `own_mm` from the camera along z, and a grid of
+    /// [`Analysis::GRID`].
+    pub fn about(own_mm: f64) -> Self {
+        Self { depths_mm: [0.5, 1.0, 2.0].map(|times| times * own_mm).to_vec(), grid: Self::GRID }
+    }
 }
 
 /// One claim of a scene about its own result.

@@ -1,26 +1,27 @@
 //! The feasibility check: a few rays of the field, traced through plane faces, tell the shapes that cannot take a
 //! picture from those that merely take a hard one.
 
-use super::document::Document;
 use super::limits::FACET_DEG;
 use super::model::{BiprismSpec, CameraSpec, PolynomialSpec, PrismSpec, Scene};
+use super::source::Source;
 use crate::effect::Telecentric;
 use crate::error::Error;
 use crate::geom::{Pose, Ray};
 use crate::optics::snell::{refract, straightening_facet_rad};
 use glam::{DVec2, DVec3};
 
-/// Judge how camera, prism and board stand to each other.
-pub(super) fn check(document: &Document, scene: &Scene) -> Result<(), Error> {
+/// Judge how camera, prism and board stand to each other. Returns the depths of the analysis; of those that nobody gave, only
+/// the ones beyond the glass.
+pub(super) fn check(source: &dyn Source, scene: &Scene) -> Result<Vec<f64>, Error> {
     let camera = &FieldRays { camera: scene.camera, telecentric: scene.effects.lens.telecentric().copied() };
     let back = match &scene.prism {
-        PrismSpec::Flat(prism) => Some(biprism(document, camera, prism, false)?),
-        PrismSpec::Freeform(prism, _) => Some(biprism(document, camera, prism, true)?),
-        PrismSpec::Polynomial(prism) => Some(polynomial(document, camera, prism)?),
+        PrismSpec::Flat(prism) => Some(biprism(source, camera, prism, false)?),
+        PrismSpec::Freeform(prism, _) => Some(biprism(source, camera, prism, true)?),
+        PrismSpec::Polynomial(prism) => Some(polynomial(source, camera, prism)?),
         // Where a surface of points or triangles stands is for its rays to find.
         PrismSpec::None | PrismSpec::PointCloud(_) | PrismSpec::Mesh(_) => None,
     };
-    board(document, scene, back.as_ref())
+    board(source, scene, back.as_ref())
 }
 
 /// The chief rays of the field: the camera, and its telecentric lens where it has one.
@@ -44,20 +45,20 @@ struct Faces<'a> {
     slope: f64,
 }
 
-fn biprism(document: &Document, camera: &FieldRays, prism: &BiprismSpec, designed: bool) -> Result<Back, Error> {
+fn biprism(source: &dyn Source, camera: &FieldRays, prism: &BiprismSpec, designed: bool) -> Result<Back, Error> {
     let prism_from_world = prism.body.world_from_prism.inverse();
     let angle_rad = match prism.facet_angle_rad {
         Some(angle) => angle,
-        None => parallel_angle(document, camera, prism)?,
+        None => parallel_angle(source, camera, prism)?,
     };
     let faces = Faces { prism, prism_from_world, angle_rad, slope: libm::tan(angle_rad) };
-    pinhole_is_in_front(document, camera, &faces)?;
-    facets_end_before_base(document, camera, &faces)?;
-    light_passes(document, camera, &faces, designed)?;
+    pinhole_is_in_front(source, camera, &faces)?;
+    facets_end_before_base(source, camera, &faces)?;
+    light_passes(source, camera, &faces, designed)?;
     Ok(Back { prism_from_world, z_mm: prism.ridge_distance_mm + prism.thickness_mm })
 }
 
-fn pinhole_is_in_front(document: &Document, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
+fn pinhole_is_in_front(source: &dyn Source, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
     let distance = faces.prism.ridge_distance_mm;
     let pinhole = faces.prism_from_world.point(camera.camera.position_mm);
     if pinhole.z < distance + pinhole.x.abs() * faces.slope {
@@ -69,11 +70,11 @@ fn pinhole_is_in_front(document: &Document, camera: &FieldRays, faces: &Faces) -
         pinhole.x, pinhole.y, pinhole.z
     );
     let help = "move the prism away from the camera: `prism.position_mm`, `prism.tilt_deg`, `prism.ridge_distance_mm`";
-    Err(document.problem(document.span("prism.ridge_distance_mm"), rule, help))
+    Err(source.refuse("prism.ridge_distance_mm", rule, help))
 }
 
 /// The depth of a facet is a ratio of linear functions of the sensor's point, so it is greatest at a corner.
-fn facets_end_before_base(document: &Document, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
+fn facets_end_before_base(source: &dyn Source, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
     let (distance, thickness) = (faces.prism.ridge_distance_mm, faces.prism.thickness_mm);
     let (base_z, degrees) = (distance + thickness, faces.angle_rad.to_degrees());
     for ray in field(camera, 1, 1) {
@@ -82,7 +83,7 @@ fn facets_end_before_base(document: &Document, camera: &FieldRays, faces: &Faces
                 "`prism.facet_angle_deg` is {degrees:.4}, and the ray of a corner of the picture never meets the facet"
             );
             let help = "give a smaller facet angle or tilt, or a narrower field";
-            return Err(document.problem(document.span("prism.facet_angle_deg"), rule, help));
+            return Err(source.refuse("prism.facet_angle_deg", rule, help));
         };
         if hit.z > base_z {
             let rule = format!(
@@ -92,14 +93,14 @@ fn facets_end_before_base(document: &Document, camera: &FieldRays, faces: &Faces
             );
             let least = hit.z - distance;
             let help = format!("give a thickness above {least:.4}, or a facet angle smaller than {degrees:.4} deg");
-            return Err(document.problem(document.span("prism.thickness_mm"), rule, help));
+            return Err(source.refuse("prism.thickness_mm", rule, &help));
         }
     }
     Ok(())
 }
 
 /// A design starts from the middle ray of each half image; a flat prism is worth a picture if any ray passes.
-fn light_passes(document: &Document, camera: &FieldRays, faces: &Faces, designed: bool) -> Result<(), Error> {
+fn light_passes(source: &dyn Source, camera: &FieldRays, faces: &Faces, designed: bool) -> Result<(), Error> {
     const CELLS: (usize, usize) = (16, 8);
     let body = &faces.prism.body;
     let passes = |ray: Ray| {
@@ -122,11 +123,11 @@ fn light_passes(document: &Document, camera: &FieldRays, faces: &Faces, designed
         body.outer_index
     );
     let help = "give a smaller facet angle or tilt, or a smaller index ratio";
-    Err(document.problem(document.span("prism.facet_angle_deg"), rule, help))
+    Err(source.refuse("prism.facet_angle_deg", rule, help))
 }
 
 /// alpha of the design paper's Eq. 5, corrected, for the direction delta of the middle of a half image.
-fn parallel_angle(document: &Document, camera: &FieldRays, prism: &BiprismSpec) -> Result<f64, Error> {
+fn parallel_angle(source: &dyn Source, camera: &FieldRays, prism: &BiprismSpec) -> Result<f64, Error> {
     let angle = straightening_facet_rad(prism.body.index / prism.body.outer_index, camera.camera.half_centre_rad());
     if let Some(angle) = angle.filter(|angle| *angle < FACET_DEG.to_radians()) {
         return Ok(angle);
@@ -135,10 +136,10 @@ fn parallel_angle(document: &Document, camera: &FieldRays, prism: &BiprismSpec) 
         "`prism.facet_angle_deg` is left out, and no facet of glass of index {} in {} leaves the two views parallel",
         prism.body.index, prism.body.outer_index
     );
-    Err(document.problem(document.span("prism.index"), rule, "give `facet_angle_deg`, or another `index`"))
+    Err(source.refuse("prism.index", rule, "give `facet_angle_deg`, or another `index`"))
 }
 
-fn polynomial(document: &Document, camera: &FieldRays, prism: &PolynomialSpec) -> Result<Back, Error> {
+fn polynomial(source: &dyn Source, camera: &FieldRays, prism: &PolynomialSpec) -> Result<Back, Error> {
     let middle = |domain: crate::geom::Rect| -> DVec2 { (domain.min + domain.max) / 2.0 };
     let prism_from_world = prism.body.world_from_prism.inverse();
     let (f, b) = (middle(prism.front.domain), middle(prism.back.domain));
@@ -148,7 +149,7 @@ fn polynomial(document: &Document, camera: &FieldRays, prism: &PolynomialSpec) -
         if !z.is_finite() {
             let at = format!("prism.{key}");
             let rule = format!("`{at}.terms` give z = {z} in the middle of the domain, and a surface is finite");
-            return Err(document.problem(document.span(&format!("{at}.terms")), rule, "give smaller coefficients"));
+            return Err(source.refuse(&format!("{at}.terms"), rule, "give smaller coefficients"));
         }
     }
     let (rule, help) = if pinhole.z >= front_z {
@@ -168,11 +169,11 @@ fn polynomial(document: &Document, camera: &FieldRays, prism: &PolynomialSpec) -
     } else {
         return Ok(Back { prism_from_world, z_mm: back_z });
     };
-    Err(document.problem(document.span("prism.front.terms"), rule, help))
+    Err(source.refuse("prism.front.terms", rule, help))
 }
 
 /// Board and depths of the analysis lie in front of the camera and beyond the glass.
-fn board(document: &Document, scene: &Scene, back: Option<&Back>) -> Result<(), Error> {
+fn board(source: &dyn Source, scene: &Scene, back: Option<&Back>) -> Result<Vec<f64>, Error> {
     let pinhole = scene.camera.position_mm;
     let judge = |key: &str, point: DVec3| {
         let depth = point.z - pinhole.z;
@@ -182,16 +183,20 @@ fn board(document: &Document, scene: &Scene, back: Option<&Back>) -> Result<(), 
             Some((z, end)) if z <= end => format!("at z = {z} mm of the prism's frame, and the glass ends at {end}"),
             _ => return Ok(()),
         };
-        let (span, left_out) = match document.span(key) {
-            span if span.is_empty() => (document.span("prism"), ", left out,"),
-            span => (span, ""),
-        };
+        let (at, left_out) = if source.gives(key) { (key, "") } else { ("prism", ", left out,") };
         let help = format!("move the board away from the camera, beyond the prism: `{key}`");
-        Err(document.problem(span, format!("`{key}`{left_out} puts the board {fault}"), help))
+        Err(source.refuse(at, format!("`{key}`{left_out} puts the board {fault}"), &help))
     };
     judge("board.position_mm", scene.board.world_from_board.translation_mm)?;
-    let mut depths = scene.analysis.depths_mm.iter().enumerate();
-    depths.try_for_each(|(i, depth)| judge(&format!("analysis.depths_mm[{i}]"), pinhole + DVec3::Z * *depth))
+    let at = |depth: f64| pinhole + DVec3::Z * depth;
+    let depths = &scene.analysis.depths_mm;
+    if !source.gives("analysis.depths_mm") {
+        return Ok(depths.iter().copied().filter(|depth| judge("analysis.depths_mm", at(*depth)).is_ok()).collect());
+    }
+    for (i, depth) in depths.iter().enumerate() {
+        judge(&format!("analysis.depths_mm[{i}]"), at(*depth))?;
+    }
+    Ok(depths.clone())
 }
 
 /// The rays of a grid of `columns` x `rows` cells over the whole sensor, borders included, in the world.
@@ -239,6 +244,7 @@ fn intersect(ray: &Ray, distance: f64, slope: f64) -> Option<(DVec3, DVec3)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::document::Document;
 
     #[test]
     fn ray_meets_the_facet_of_its_side_at_the_closed_form() {

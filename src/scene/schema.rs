@@ -6,6 +6,7 @@
 pub(super) use super::effects::lens::QuadratureFile;
 pub(super) use super::effects::tables::{EffectTables, EffectsFile};
 use super::limits::*;
+use super::model::Analysis;
 use super::prism_tables::PrismFile;
 use super::tidy::tidy;
 use crate::accuracy::COARSEST_TARGET_PX;
@@ -170,7 +171,7 @@ pub(super) struct AnalysisFile {
 
 impl Default for AnalysisFile {
     fn default() -> Self {
-        Self { depths_mm: None, grid: 33 }
+        Self { depths_mm: None, grid: Analysis::GRID }
     }
 }
 

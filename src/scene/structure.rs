@@ -107,18 +107,12 @@ impl Walk<'_> {
     }
 
     fn list(&self, at: &At, items: &[Spanned<DeValue>], schema: &Value) -> Result<(), Error> {
-        let bound = |key: &str| schema[key].as_u64().map(|n| n as usize);
-        let (least, most) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(usize::MAX));
-        if items.len() < least || items.len() > most {
-            let wanted = if least == most { least.to_string() } else { format!("{least} to {most}") };
+        if let Some(wanted) = of_wrong_length(items.len(), schema) {
             let rule = format!("`{}` has {} values, and must have {wanted}", at.path, items.len());
             return Err(self.document.problem(at.span.clone(), rule, change(at.path, schema)));
         }
         for (i, item) in items.iter().enumerate() {
-            let each = match &schema["items"] {
-                Value::Array(positions) => positions.get(i).unwrap_or(&Value::Null),
-                each => each,
-            };
+            let each = item_schema(schema, i);
             self.value(&At { path: &format!("{}[{i}]", at.path), span: item.span() }, item.get_ref(), each)
                 .map_err(|problem| self.with_list_help(problem, each, at.path, schema))?;
         }
@@ -130,33 +124,14 @@ impl Walk<'_> {
             let words = choices.iter().filter_map(Value::as_str);
             return if words.clone().any(|w| w == word) { Ok(()) } else { Err(self.no_choice(at, word, words)) };
         }
-        let length = word.chars().count() as u64;
-        let (least, most) =
-            (schema["minLength"].as_u64().unwrap_or(0), schema["maxLength"].as_u64().unwrap_or(u64::MAX));
-        if (least..=most).contains(&length) {
-            return Ok(());
-        }
-        let rule = format!("`{}` has {length} characters, and must have {least} to {most}", at.path);
+        let Some(found) = too_short_or_long(word, schema) else { return Ok(()) };
+        let rule = format!("`{}` has {found}", at.path);
         Err(self.document.problem(at.span.clone(), rule, change(at.path, schema)))
     }
 
     fn number(&self, at: &At, number: f64, schema: &Value) -> Result<(), Error> {
-        let bound = |key: &str| schema[key].as_f64();
-        let (min, above) = (bound("minimum"), bound("exclusiveMinimum"));
-        let (max, below) = (bound("maximum"), bound("exclusiveMaximum"));
-        // NaN breaks each of them; and every number of the schema has bounds on both sides.
-        let holds = min.is_none_or(|m| number >= m)
-            && above.is_none_or(|m| number > m)
-            && max.is_none_or(|m| number <= m)
-            && below.is_none_or(|m| number < m);
-        if holds {
-            return Ok(());
-        }
-        let bounds = [("at least", min), ("above", above), ("at most", max), ("below", below)];
-        let words = bounds.into_iter().filter_map(|(word, m)| m.map(|m| format!("{word} {}", short(m))));
-        let bounds = words.collect::<Vec<_>>().join(" and ");
-        let finite = if number.is_finite() { "" } else { "a finite number, " };
-        let rule = format!("`{}` is {}, and must be {finite}{bounds}", at.path, self.document.shown(at.span.clone()));
+        let Some(wanted) = out_of_range(number, schema) else { return Ok(()) };
+        let rule = format!("`{}` is {}, and must be {wanted}", at.path, self.document.shown(at.span.clone()));
         Err(self.document.problem(at.span.clone(), rule, change(at.path, schema)))
     }
 
@@ -223,8 +198,51 @@ fn of_kind<'s>(value: &DeValue, alternatives: &'s [Value]) -> &'s Value {
     alternatives.iter().find(fits).unwrap_or(&alternatives[0])
 }
 
+/// What a number must be, in words, where it is not.
+pub(super) fn out_of_range(number: f64, schema: &Value) -> Option<String> {
+    let bound = |key: &str| schema[key].as_f64();
+    let (min, above) = (bound("minimum"), bound("exclusiveMinimum"));
+    let (max, below) = (bound("maximum"), bound("exclusiveMaximum"));
+    // NaN breaks each of them; and every number of the schema has bounds on both sides.
+    let holds = min.is_none_or(|m| number >= m)
+        && above.is_none_or(|m| number > m)
+        && max.is_none_or(|m| number <= m)
+        && below.is_none_or(|m| number < m);
+    if holds {
+        return None;
+    }
+    let bounds = [("at least", min), ("above", above), ("at most", max), ("below", below)];
+    let words = bounds.into_iter().filter_map(|(word, m)| m.map(|m| format!("{word} {}", short(m))));
+    let finite = if number.is_finite() { "" } else { "a finite number, " };
+    Some(format!("{finite}{}", words.collect::<Vec<_>>().join(" and ")))
+}
+
+/// How many items a list must have, in words, where `count` is something else.
+pub(super) fn of_wrong_length(count: usize, schema: &Value) -> Option<String> {
+    let bound = |key: &str| schema[key].as_u64().map(|n| n as usize);
+    let (least, most) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(usize::MAX));
+    let wanted = || if least == most { least.to_string() } else { format!("{least} to {most}") };
+    (count < least || count > most).then(wanted)
+}
+
+/// How many characters a word has and must have, where these differ.
+pub(super) fn too_short_or_long(word: &str, schema: &Value) -> Option<String> {
+    let length = word.chars().count() as u64;
+    let (least, most) = (schema["minLength"].as_u64().unwrap_or(0), schema["maxLength"].as_u64().unwrap_or(u64::MAX));
+    let told = || format!("{length} characters, and must have {least} to {most}");
+    (!(least..=most).contains(&length)).then(told)
+}
+
+/// The schema of item `i` of a list.
+pub(super) fn item_schema(list: &Value, i: usize) -> &Value {
+    match &list["items"] {
+        Value::Array(positions) => positions.get(i).unwrap_or(&Value::Null),
+        each => each,
+    }
+}
+
 /// The tag of one alternative: its key and its word.
-fn tag(schema: &Value) -> Option<(&str, &str)> {
+pub(super) fn tag(schema: &Value) -> Option<(&str, &str)> {
     schema["properties"].as_object()?.iter().find_map(|(key, s)| Some((key.as_str(), s.get("const")?.as_str()?)))
 }
 
@@ -248,7 +266,7 @@ fn missing_help(table: &str, key: &str, schema: &Value) -> String {
     }
 }
 
-fn change(path: &str, schema: &Value) -> String {
+pub(super) fn change(path: &str, schema: &Value) -> String {
     let key = path.rsplit('.').next().unwrap_or(path);
     match described(schema) {
         words if words.is_empty() => format!("change `{key}`"),

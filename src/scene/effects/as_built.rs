@@ -1,12 +1,13 @@
 //! The prism as built, as a scene file writes it: its departures from the nominal prism.
 
+use super::rules;
 use crate::effect::manufacture::{Displacement, Manufacture, SurfaceError};
 use crate::effect::roughness::Roughness;
 use crate::error::Error;
 use crate::num::bernstein::MAX_DEGREE;
 use crate::scene::document::Document;
 use crate::scene::limits::*;
-use crate::scene::model::{GlassSpec, PrismSpec};
+use crate::scene::model::PrismSpec;
 use crate::surface::figure_error::{FigureError, SurfaceWave, zernike};
 use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
@@ -103,23 +104,12 @@ pub(super) fn roughness(file: &RoughnessFile) -> Roughness {
     Roughness { slope: [file.front_slope_deg, file.back_slope_deg].map(|deg| libm::tan(deg.to_radians())) }
 }
 
-/// The index must stay one, and only a smooth surface has a figure that errors can be added to.
 pub(super) fn manufacture(
     document: &Document,
     file: &ManufactureFile,
     prism: &PrismSpec,
 ) -> Result<Manufacture, Error> {
-    if let Some(GlassSpec { index, .. }) = prism.body()
-        && index + file.index < SMALLEST_INDEX
-    {
-        let rule = format!(
-            "`effect.manufacture.index` is {}, and the index of the glass would be {}, below {SMALLEST_INDEX}",
-            file.index,
-            index + file.index
-        );
-        let help = "give a smaller error of the index";
-        return Err(document.problem(document.span("effect.manufacture.index"), rule, help));
-    }
+    rules::index_stays(document, file.index, prism)?;
     Ok(Manufacture {
         prism: displacement(file.decentre_mm, file.tilt_deg),
         front: surface(document, "effect.manufacture.front", &file.front, prism)?,
@@ -141,11 +131,7 @@ fn surface(document: &Document, path: &str, file: &SurfaceErrorFile, prism: &Pri
     if file.zernike.is_none() && file.waves.is_empty() {
         return Ok(SurfaceError { place, figure: None });
     }
-    if matches!(prism, PrismSpec::Mesh(_)) {
-        let rule = format!("`{path}` has errors of figure, and a mesh has its figure in its points");
-        let help = "take `zernike` and `waves` out, and give the files of the surface as it was made";
-        return Err(document.problem(document.span(path), rule, help));
-    }
+    rules::figure_has_base(document, path, prism)?;
     let terms = file.zernike.iter().flat_map(|z| &z.terms).map(|&ZernikeTermFile(n, m, um)| (n, m, um / 1000.0));
     let terms: Vec<_> = terms.collect();
     for (i, &(n, m, _)) in terms.iter().enumerate() {

@@ -1,14 +1,14 @@
 //! Lenses other than the pinhole, and what stands in their light, as a scene file writes them.
 
+use super::rules;
 use crate::effect::clipping::{Clipping, Outline, Stop};
-use crate::effect::quadrature::LEAST_REPLICATES;
 use crate::effect::{Quadrature, Telecentric};
 use crate::error::Error;
 use crate::scene::document::Document;
 use crate::scene::limits::*;
-use crate::scene::model::{BoardSpec, CameraSpec, GlassSpec, PolynomialSpec, PrismSpec};
-use crate::surface::shape::PolynomialPatch;
-use glam::{DVec2, DVec3};
+use crate::scene::model::{BoardSpec, CameraSpec, PrismSpec};
+use crate::scene::source::Source;
+use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -69,44 +69,10 @@ pub(super) fn two_lenses(document: &Document) -> Error {
     document.problem(document.span("effect.telecentric"), rule.to_owned(), "take one of the two tables out")
 }
 
-/// The cone behind the lens must be less than a half-space as well.
 pub(super) fn telecentric(document: &Document, file: &TelecentricFile) -> Result<Telecentric, Error> {
     let &TelecentricFile { magnification, na, focus_mm } = file;
-    if na >= magnification {
-        let rule = format!(
-            "`effect.telecentric.na` is {na} and `magnification` is {magnification}: behind the lens the aperture would be \
-             {}, and must be below 1",
-            na / magnification
-        );
-        let help = "give a smaller `na`: behind a lens it is that before it over the magnification";
-        return Err(document.problem(document.span("effect.telecentric.na"), rule, help));
-    }
-    Ok(Telecentric { magnification, na, focus_mm })
-}
-
-/// What a stop must stand before, and how far along z that is from the camera, in mm: the ridge or the lowest place of the
-/// front of the prism, or the middle of the board where there is none.
-fn beyond_stop(camera: &CameraSpec, prism: &PrismSpec, board: &BoardSpec) -> (&'static str, f64) {
-    let depth = |body: &GlassSpec, point: DVec3| body.world_from_prism.point(point).z - camera.position_mm.z;
-    let mirrored = |point: DVec3| [point, DVec3::new(-point.x, point.y, point.z)];
-    let lowest = |body: &GlassSpec, points: &mut dyn Iterator<Item = DVec3>| {
-        let depths = points.flat_map(mirrored).map(|point| depth(body, point));
-        ("front of the prism", depths.fold(f64::INFINITY, f64::min))
-    };
-    match prism {
-        PrismSpec::None => ("board", board.world_from_board.translation_mm.z - camera.position_mm.z),
-        PrismSpec::Flat(biprism) | PrismSpec::Freeform(biprism, _) => {
-            ("ridge of the prism", depth(&biprism.body, DVec3::Z * biprism.ridge_distance_mm))
-        }
-        PrismSpec::Polynomial(PolynomialSpec { body, front: PolynomialPatch { sag, domain }, .. }) => {
-            // The right half from the ridge on, at the corners and the middles between them.
-            let from = DVec2::new(domain.min.x.max(0.0), domain.min.y);
-            let place = |k: usize| from + (domain.max - from) * DVec2::new((k % 3) as f64, (k / 3) as f64) / 2.0;
-            lowest(body, &mut (0..9).map(place).map(|at| at.extend(sag.value(at.x, at.y))))
-        }
-        PrismSpec::PointCloud(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
-        PrismSpec::Mesh(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
-    }
+    let lens = Telecentric { magnification, na, focus_mm };
+    rules::cone_behind(document, &lens).map(|()| lens)
 }
 
 /// A rim has one shape, and a stop stands before the prism, or before the board where there is none.
@@ -117,9 +83,6 @@ pub(super) fn clipping(
     prism: &PrismSpec,
     board: &BoardSpec,
 ) -> Result<Clipping, Error> {
-    let refused = |key: &str, rule: String, help: &str| {
-        Err(document.problem(document.span(&format!("effect.clipping.{key}")), rule, help))
-    };
     let outline = match &file.rim {
         None => None,
         Some(RimFile { sides_mm: Some([width, height]), diameter_mm: None }) => {
@@ -131,34 +94,24 @@ pub(super) fn clipping(
         Some(RimFile { sides_mm, .. }) => {
             let said = if sides_mm.is_some() { "both `sides_mm` and `diameter_mm`" } else { "no size" };
             let rule = format!("`effect.clipping.rim` has {said}, and a rim is a rectangle or a circle");
-            return refused("rim", rule, "give `sides_mm = [width, height]` or `diameter_mm`");
+            return Err(document.refuse(
+                "effect.clipping.rim",
+                rule,
+                "give `sides_mm = [width, height]` or `diameter_mm`",
+            ));
         }
     };
     let stop = file.stop.as_ref().map(|stop| Stop { distance_mm: stop.at_mm, radius_mm: 0.5 * stop.diameter_mm });
-    let (what, distance_mm) = beyond_stop(camera, prism, board);
-    if let Some(stop) = stop.as_ref().filter(|stop| stop.distance_mm >= distance_mm) {
-        let rule = format!(
-            "`effect.clipping.stop.at_mm` is {}, and the {what} is {distance_mm} mm before the camera: the stop stands \
-             between the two",
-            stop.distance_mm
-        );
-        return refused("stop.at_mm", rule, "give the stop a smaller distance");
+    if let Some(stop) = &stop {
+        rules::stop_in_front(document, stop, camera, prism, board)?;
     }
     Ok(Clipping { outline, chamfer_mm: file.chamfer_mm, stop })
 }
 
-/// A target of noise needs sets enough to know the noise.
 pub(super) fn quadrature(document: &Document, file: &QuadratureFile) -> Result<Quadrature, Error> {
     let &QuadratureFile { points, replicates, noise, seed } = file;
-    if noise.is_some() && replicates < LEAST_REPLICATES {
-        let rule = format!(
-            "`quadrature.noise` asks for an error, and `replicates` allows {replicates} of the {LEAST_REPLICATES} sets or more \
-             whose spread would tell it"
-        );
-        let help = "give the largest count of sets that you would wait for as `replicates`, such as 64";
-        return Err(document.problem(document.span("quadrature.noise"), rule, help));
-    }
-    Ok(Quadrature { points, replicates, noise, seed: u64::from(seed) })
+    let quadrature = Quadrature { points, replicates, noise, seed: u64::from(seed) };
+    rules::sets_tell_noise(document, &quadrature).map(|()| quadrature)
 }
 
 /// How effects that are averages are sampled.

@@ -1,5 +1,6 @@
 //! The effects of the glass on light: their tables as written, with their ranges, and what they become.
 
+use super::rules;
 use crate::effect::{Absorption, Coating, Dispersion, Fresnel, Ghosts};
 use crate::error::Error;
 use crate::optics::fresnel::{Layer, absorption_per_mm};
@@ -203,48 +204,15 @@ pub(super) fn ghosts(file: &GhostsFile) -> Ghosts {
     Ghosts { bounces: file.bounces, least_power: file.least_power, behind: file.behind, samples: file.samples }
 }
 
-/// A table without which another says nothing.
-pub(super) fn needs_fresnel(document: &Document, table: &str) -> Error {
-    let rule = format!("`[{table}]` is about light that surfaces reflect, and the scene has no `[effect.fresnel]`");
-    document.problem(
-        document.span(table),
-        rule,
-        "add a table `[effect.fresnel]`: what surfaces reflect is missing behind",
-    )
-}
-
 /// The wavelengths of the light in the glass of `prism`.
 pub(super) fn dispersion(document: &Document, file: &DispersionFile, prism: &PrismSpec) -> Result<Dispersion, Error> {
     let key = |key: &str| format!("effect.dispersion.{key}");
     let fault = |at: &str, rule: String, help: &str| Err(document.problem(document.span(&key(at)), rule, help));
-    let Some((glass, body)) = prism.body().and_then(|body| Some((body.glass?, body))) else {
-        let rule = "`[effect.dispersion]` is about a glass, and `prism.glass` is left out".to_owned();
-        let help = "add `glass = \"N-BK7\"`, or another glass, to `[prism]`";
-        return Err(document.problem(document.span("effect.dispersion"), rule, help));
-    };
-    let [first, last] = glass.range_nm;
-    if !(first..=last).contains(&body.wavelength_nm) {
-        let rule = format!(
-            "`prism.wavelength_nm` is {}, and the index of {} is known from {first} to {last} nm",
-            body.wavelength_nm, glass.name
-        );
-        let help = format!("give the wavelength of `prism.index`, between {first} and {last} nm");
-        return Err(document.problem(document.span("prism.wavelength_nm"), rule, help));
-    }
+    let (glass, body) = rules::named_glass(document, prism)?;
     let light = light(document, file)?;
     let response = response(document, file)?;
-    let WavelengthBand { from_nm, to_nm } = light.band();
-    if from_nm < first || to_nm > last {
-        let at = if file.lines_nm.is_empty() { "band_nm" } else { "lines_nm" };
-        let rule = format!(
-            "`{}` runs from {from_nm} to {to_nm} nm, and the index of {} is known from {first} to {last} nm",
-            key(at),
-            glass.name
-        );
-        let help = format!("keep the light between {first} and {last} nm, or name another glass");
-        let span = Some(document.span(&key(at))).filter(|s| !s.is_empty());
-        return Err(document.problem(span.unwrap_or_else(|| document.span("effect.dispersion")), rule, help));
-    }
+    let at = if file.lines_nm.is_empty() { "band_nm" } else { "lines_nm" };
+    rules::glass_is_known(document, &key(at), light.band(), glass)?;
     let colour = matches!(response, Response::Rgb(_));
     let nodes = match nodes(&light, &response, file.wavelengths) {
         Ok(nodes) => nodes,

@@ -5,3 +5,5 @@ pub(super) mod light;
 pub(super) mod lens;
 mod as_built;
 pub(super) mod tables;
+pub(super) mod rules;
+mod ranges;

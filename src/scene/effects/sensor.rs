@@ -1,5 +1,6 @@
 //! The sensor of a scene file: the table as written, with its ranges, and what it becomes.
 
+use super::rules;
 use crate::effect::Sensor;
 use crate::effect::sensor::{Adc, Bayer, Demosaic, Order};
 use crate::error::Error;
@@ -121,15 +122,8 @@ pub(super) fn sensor(document: &Document, file: &SensorFile) -> Result<Sensor, E
     let white_e = file.white_e.unwrap_or(1.0);
     let full_well_e = file.full_well_e.unwrap_or(f64::INFINITY);
     let adc = file.adc_bits.map(|bits| adc(file, bits, if full_well_e.is_finite() { full_well_e } else { white_e }));
-    if let Some(adc) = adc.filter(|adc| adc.black_level_dn >= adc.largest_dn()) {
-        let rule = format!(
-            "`effect.sensor.black_level_dn` is {}, and the largest number of {} bits is {}",
-            adc.black_level_dn,
-            adc.bits,
-            adc.largest_dn()
-        );
-        let help = "give a lower black level, or more bits";
-        return Err(document.problem(document.span("effect.sensor.black_level_dn"), rule, help));
+    if let Some(adc) = &adc {
+        rules::black_below_white(document, adc)?;
     }
     Ok(Sensor {
         seed: file.seed.into(),

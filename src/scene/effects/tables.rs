@@ -2,9 +2,8 @@
 
 use super::lens::QuadratureFile;
 use super::sensor::{SensorFile, sensor};
-use super::{as_built, lens, light};
+use super::{as_built, lens, light, rules};
 use crate::accuracy::COARSEST_TARGET_PX;
-use crate::effect::diffraction::LARGEST_SCALE_PX;
 use crate::effect::thin_lens::{Aperture, ThinLens};
 use crate::effect::{Cos4, Diffraction, Effects, Lamp, Lens, Threshold};
 use crate::error::Error;
@@ -172,7 +171,7 @@ pub(crate) fn effects(
 ) -> Result<Effects, Error> {
     for (there, table) in [(file.coating.is_some(), "effect.coating"), (file.ghosts.is_some(), "effect.ghosts")] {
         if there && file.fresnel.is_none() {
-            return Err(light::needs_fresnel(document, table));
+            return Err(rules::needs_fresnel(document, table));
         }
     }
     let lens = match (&file.thin_lens, &file.telecentric) {
@@ -223,35 +222,15 @@ fn thin_lens(file: &ThinLensFile, camera: &CameraSpec) -> ThinLens {
     ThinLens::new(file.f_number, file.focus_mm, aperture, camera.focal_length_mm)
 }
 
-/// A pattern must not be much larger than what is kept of it.
 fn diffraction(document: &Document, file: &DiffractionFile, camera: &CameraSpec) -> Result<Diffraction, Error> {
     let diffraction =
         Diffraction { wavelength_nm: file.wavelength_nm, f_number: file.f_number, pitch_mm: camera.pitch_mm };
-    let scale_px = diffraction.scale_px();
-    if scale_px > LARGEST_SCALE_PX {
-        let rule = format!(
-            "`effect.diffraction.f_number` is {}, and wavelength times f-number is then {scale_px:.3} px, above the \
-             {LARGEST_SCALE_PX} px up to which the pattern's light is kept",
-            file.f_number
-        );
-        let help = "give a smaller `f_number`, or larger pixels";
-        return Err(document.problem(document.span("effect.diffraction.f_number"), rule, help));
-    }
-    Ok(diffraction)
+    rules::pattern_is_kept(document, &diffraction).map(|()| diffraction)
 }
 
-/// A lamp must stand on the side of the board that the camera sees.
 fn lamp(document: &Document, file: &LampFile, camera: &CameraSpec, board: &BoardSpec) -> Result<Lamp, Error> {
     let (middle, normal) = (board.world_from_board.translation_mm, board.world_from_board.rotation.z_axis);
     let position_mm = DVec3::from_array(file.position_mm);
-    let height = |point: DVec3| normal.dot(point - middle);
-    if height(position_mm) * height(camera.position_mm) <= 0.0 {
-        let rule = format!(
-            "`effect.lamp.position_mm` is {:?}, and the lamp there does not light the side of the board that the camera sees",
-            file.position_mm
-        );
-        let help = "put the lamp on the camera's side of the board's plane";
-        return Err(document.problem(document.span("effect.lamp.position_mm"), rule, help));
-    }
+    rules::lamp_lights(document, position_mm, camera, board)?;
     Ok(Lamp::new(position_mm, file.share, middle, normal))
 }

@@ -1,0 +1,100 @@
+//! What two values of a scene say of each other, beyond the range of each; the rules of effects stand in `effects::rules`.
+
+use super::limits::MARCHED_POINTS;
+use super::model::*;
+use super::source::Source;
+use crate::effect::Effects;
+use crate::error::Error;
+use crate::geom::Rect;
+use crate::num::bernstein::MAX_DEGREE;
+
+/// A name may become a file's name on any system.
+pub(super) fn name(source: &dyn Source, name: &str) -> Result<(), Error> {
+    let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_-".contains(c);
+    match name.chars().find(|c| !allowed(*c)).or(name.chars().next().filter(|c| *c == '-')) {
+        None => Ok(()),
+        Some(c) => {
+            let rule = format!("`name` is {name:?}, and {c:?} may not stand there");
+            Err(source.refuse("name", rule, "use lower-case letters, digits, - and _, and begin without -"))
+        }
+    }
+}
+
+/// What a sensor's gamma has coded is written as it is.
+pub(super) fn coded_once(source: &dyn Source, encoding: Encoding, effects: &Effects) -> Result<(), Error> {
+    let gamma = effects.sensor.map_or(1.0, |sensor| sensor.gamma);
+    if encoding == Encoding::Linear || gamma == 1.0 {
+        return Ok(());
+    }
+    let rule = format!(
+        "`output.encoding` is \"srgb\" beside `effect.sensor.gamma` {gamma}, and the picture would be coded twice"
+    );
+    let help = "write \"linear\", which keeps the sensor's values as they are, or take `gamma` out";
+    Err(source.refuse("output.encoding", rule, help))
+}
+
+/// A design marches a bounded number of points.
+pub(super) fn marched_points(source: &dyn Source, settings: &DesignSettings, camera: &CameraSpec) -> Result<(), Error> {
+    let pixels = (camera.width_px as f64 / 2.0) * camera.height_px as f64;
+    let points = pixels / (settings.step_px * settings.step_px);
+    if points <= MARCHED_POINTS {
+        return Ok(());
+    }
+    let rule = format!(
+        "`prism.design.step_px` is {}, which marches {points:.1e} points over a half image; the limit is \
+         {MARCHED_POINTS:e}",
+        settings.step_px
+    );
+    let help = format!("give a step of at least {:.3}", (pixels / MARCHED_POINTS).sqrt() + 0.0005);
+    Err(source.refuse("prism.design.step_px", rule, &help))
+}
+
+/// The domain of the surface at `path` is somewhere, and in the right half.
+pub(super) fn domain(source: &dyn Source, path: &str, domain: &Rect) -> Result<(), Error> {
+    let Rect { min: lower, max: upper } = domain;
+    for (i, [min, max]) in [[lower.x, upper.x], [lower.y, upper.y]].into_iter().enumerate() {
+        if min >= max {
+            let at = format!("{path}.domain_mm[{i}]");
+            let rule = format!("`{at}` runs from {min} to {max}, which is nowhere");
+            let help = "give the smaller bound first: [[x_min, x_max], [y_min, y_max]]";
+            return Err(source.refuse(&at, rule, help));
+        }
+    }
+    if upper.x <= 0.0 {
+        let rule = format!("`{path}.domain_mm` ends at x = {}, and the right half of the prism has x above 0", upper.x);
+        let help = "describe the right half: the left one is its mirror image";
+        return Err(source.refuse(&format!("{path}.domain_mm"), rule, help));
+    }
+    Ok(())
+}
+
+/// The term X^m Y^n at `at` is of a degree that surfaces may have.
+pub(super) fn term(source: &dyn Source, at: &str, m: usize, n: usize) -> Result<(), Error> {
+    if m + n <= MAX_DEGREE {
+        return Ok(());
+    }
+    let rule = format!("`{at}` is a term in X^{m} Y^{n}, of degree {}, and the limit is {MAX_DEGREE}", m + n);
+    Err(source.refuse(at, rule, "leave the term out"))
+}
+
+/// Claim number `i` names a value of the report and bounds it.
+pub(super) fn claim(source: &dyn Source, i: usize, claim: &Expect) -> Result<(), Error> {
+    let step = |s: &str| !s.is_empty() && s.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+    let value = &claim.value;
+    if !value.contains('/') || !value.split('/').all(step) {
+        let rule = format!("`expect[{i}].value` is {value:?}, and must be a path in the report");
+        let help = "write it as freeform/pinhole/designed/mean_abs_v_mm: the design, then the keys of report.json";
+        return Err(source.refuse(&format!("expect[{i}].value"), rule, help));
+    }
+    match (claim.min, claim.max) {
+        (None, None) => {
+            let rule = format!("`expect[{i}]` has neither `min` nor `max`, so it claims nothing of {value:?}");
+            Err(source.refuse(&format!("expect[{i}]"), rule, "add `min = ...`, `max = ...` or both"))
+        }
+        (Some(min), Some(max)) if min > max => {
+            let rule = format!("`expect[{i}].min` is {min}, above its `max` {max}");
+            Err(source.refuse(&format!("expect[{i}].min"), rule, "give the smaller bound as `min`"))
+        }
+        _ => Ok(()),
+    }
+}
