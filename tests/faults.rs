@@ -54,7 +54,9 @@ impl Place {
         let here = self.path("biprism");
         if !here.exists() {
             fs::copy(env!("CARGO_BIN_EXE_biprism"), &here).expect("it is copied");
-            fs::set_permissions(self.folder.path(), fs::Permissions::from_mode(0o755)).expect("it is ours");
+            for open in [self.folder.path(), &self.path("picture.png")] {
+                fs::set_permissions(open, fs::Permissions::from_mode(0o755)).expect("it is ours");
+            }
         }
         let mut command = Command::new(here);
         command.current_dir(self.folder.path()).args(args).stdin(Stdio::null());

@@ -17,7 +17,7 @@ fn scenes() -> Vec<Scene> {
         scene(480, 68, FLAT, BOARD),
         scene(481, 69, FREEFORM, BOARD),
         scene(320, 90, FREEFORM, &posed),
-        scene(160, 90, &shifted, BOARD),
+        scene(320, 90, &shifted, BOARD),
         scene(40, 30, FLAT, BOARD),
     ]
 }

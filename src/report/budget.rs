@@ -142,7 +142,7 @@ mod tests {
         ];
         assert_eq!(steps.map(|step| step.unwrap()[0]), [2.0, 4.0, 8.0, 16.0, 32.0]);
         let told = crate::report::table::budget_words("flat", &entry);
-        let expected = "optics 1.581, fit 3.162, detector 6.325, effects 12.649, sampling 25.298; in all 49.016";
+        let expected = "optics 1.581, fit 3.162, detector 6.325, effects 12.649, sampling 25.298; in all 49.015";
         assert!(told.contains(expected), "{told}");
         let rows = rows(&[("flat prism".to_owned(), &budget)], |k, px| px + DVec2::new(1000.0 * k as f64, 0.0));
         let panels: Vec<(&str, f64, f64)> =

@@ -3,7 +3,7 @@
 use super::judge::{bound, judge};
 use crate::common::board::{Noise, Scene};
 use biprism::vision::{Settings, detect};
-use glam::DVec2;
+use glam::{DMat3, DVec2, DVec3};
 
 #[test]
 fn reaches_the_cramer_rao_bound_with_noise_and_knows_its_error() {
@@ -53,7 +53,12 @@ fn reaches_the_cramer_rao_bound_with_noise_and_knows_its_error() {
 /// moments of the errors are those that are told.
 #[test]
 fn errors_lean_as_the_covariance_says() {
-    let scene = Scene { sigma_px: 0.7, ..Scene::view(560, 600, 26.0, 35.0, 50.0, DVec2::new(3.25, -4.63)) };
+    // A board tilted about an axis that is itself turned: lines of one family are half as far apart as those of the other.
+    let mut scene = Scene { sigma_px: 0.7, ..Scene::view(560, 600, 32.0, 0.0, 60.0, DVec2::new(3.25, -4.63)) };
+    let (sin, cos) = libm::sincos(40f64.to_radians());
+    let turn = DMat3::from_cols(DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0), DVec3::Z);
+    let middle = DVec2::new(280.0, 300.0);
+    scene.board_from_image *= DMat3::from_translation(middle) * turn * DMat3::from_translation(-middle);
     let clean = scene.render();
     let truth: Vec<DVec2> =
         scene.corners().into_iter().filter(|(index, _)| scene.visible(*index) > 0.999).map(|(_, at)| at).collect();
@@ -84,6 +89,6 @@ fn errors_lean_as_the_covariance_says() {
         // Four standard errors.
         assert!((found[k] - told[k]).abs() < 4.0 * spread[k].sqrt(), "{k}: {found:?} {told:?}");
     }
-    // The lean is there to be told: twenty standard errors.
+    // The lean is there to be told.
     assert!(told[2].abs() > 5.0 * spread[2].sqrt() && found[2].abs() > 3.0 * spread[2].sqrt(), "{told:?} {spread:?}");
 }
