@@ -56,7 +56,7 @@ pub type ZernikeTerm = (usize, i32, f64);
 /// +y (ANSI Z80.28; Born & Wolf, Principles of Optics, 9.2.1). `None` where a term has no |m| <= n, n - |m| even and
 /// n <= 20.
 pub fn zernike(radius_mm: f64, terms: &[ZernikeTerm]) -> Option<Poly2> {
-    // Add term by term.
+    // Collect the coefficients of all terms by powers of x and y.
     let mut table = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
     for &(n, m, c) in terms {
         let order = m.unsigned_abs() as usize;
@@ -71,8 +71,8 @@ pub fn zernike(radius_mm: f64, terms: &[ZernikeTerm]) -> Option<Poly2> {
             let radial = sign * factorial(n - s)
                 / (factorial(s) * factorial((n + order) / 2 - s) * factorial((n - order) / 2 - s));
 
-            // Expand rho^(n - 2s) cos or sin in x and y: (x^2 + y^2)^k times the real or imaginary part of (x + i
-            // y)^order.
+            // Expand rho^(n - 2s) cos or sin in x and y: (x^2 + y^2)^k times a part of (x + i y)^order, the real one or the
+            // imaginary one.
             let k = (n - order) / 2 - s;
             for a in 0..=k {
                 for b in 0..=order {

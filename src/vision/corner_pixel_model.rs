@@ -104,18 +104,18 @@ impl CornerPixelModel {
         let [e0, e1] = [&sides[0].edge, &sides[1].edge];
         let product =
             CornerPattern { value: e0.value * e1.value, by_distance: [e0.slope * e1.value, e0.value * e1.slope] };
-        // Where one edge is far, the response is that of the other.
+        // Where one edge is far, the response is that of the other, up to its sign.
         if e0.slope == 0.0 || e1.slope == 0.0 { product } else { self.corrected(product, sides) }
     }
 
     fn corrected(&self, product: CornerPattern, sides: &[EdgeSide; 2]) -> CornerPattern {
-        // Add the pixel's own part of the correction, and find what its variance adds to the blur's.
         let distances = [sides[0].distance, sides[1].distance];
         let normals = [sides[0].normal, sides[1].normal];
         let sigma = self.mean_sigma;
         let cosine = normals[0].dot(normals[1]);
 
-        // The part over the square pixel, and its share of the covariance of the two distances, over the cosine.
+        // Find the square pixel's part of the correction, and what its variance adds to the covariance of the two
+        // distances, over their cosine.
         let (pixel, variance) = match &self.pixel {
             Pixel::Sharp => return CornerPattern { value: product.value + excess(normals, distances), ..product },
             Pixel::Nodes => {
@@ -166,8 +166,8 @@ impl ExcessLattice {
             std::array::from_fn(|i| libm::exp(-rate * free * offset(k, i) * offset(k, i)))
         });
 
-        // Sum the excess under the Gaussian. exp(-rate (a^2 - 2 c a b + b^2)) = exp(-rate free a^2) exp(-rate (b - c
-        // a)^2): the first is a table, the second falls off about a moved centre.
+        // Sum the excess under the Gaussian exp(-rate (a^2 - 2 c a b + b^2)), which is exp(-rate free a^2), a table, times
+        // exp(-rate (b - c a)^2), which falls off about a moved centre.
         let mut sum = 0.0;
         for i in 0..NODES {
             let a = offset(0, i);

@@ -133,7 +133,6 @@ impl Grid {
 
         // Walk outwards on both sides in turn, each side until its first gap.
         let mut nodes = std::collections::VecDeque::from([node(0)?]);
-        // Outwards on both sides in turn, each side until its first gap.
         let mut own = 0;
         let (mut before, mut after) = (Some(1), Some(1));
         while (before, after) != (None, None) && nodes.len() < MOST {

@@ -70,8 +70,8 @@ fn band_peaks(image: &Raster<f32>, kernel: &[f32; TAPS + 1], first: usize, last:
     }
     let line = |row: usize| &smooth[(row - smooth_first) * width..(row - smooth_first + 1) * width];
 
-    // Compute the response, with zeros to both sides for what lies outside: no peak is beaten by them. Compute the
-    // largest of seven along each row.
+    // Compute the response, with zeros to both sides for what lies outside: no peak is beaten by them. Take
+    // the largest of seven along each row.
     let stride = width + 2 * REACH;
     let mut response = vec![0.0f32; (response_last - response_first) * stride];
     let mut along = response.clone();
