@@ -10,7 +10,7 @@ mod common;
 use biprism::analysis::cost::calibration;
 use biprism::raster::Raster;
 use biprism::vision::half::{HalfImage, split};
-use biprism::vision::{Settings, grow, look, measure};
+use biprism::vision::{Settings, find_candidates, grow, measure};
 use common::board::{Noise, Scene};
 use glam::DVec2;
 use std::hint::black_box;
@@ -62,9 +62,9 @@ fn cpu_ms() -> Option<f64> {
 fn run(halves: &[HalfImage<f32>; 2], settings: &Settings) -> ([f64; 3], usize) {
     let (mut ms, mut corners) = ([0.0; 3], 0);
     for half in halves {
-        let (candidates, sight) = clock(|| look(&half.image, None));
-        let (growth, lattices) = clock(|| grow(&sight, settings));
-        let (fit, found) = clock(|| measure(&sight, lattices, settings));
+        let (candidates, found_candidates) = clock(|| find_candidates(&half.image, None));
+        let (growth, lattices) = clock(|| grow(&found_candidates, settings));
+        let (fit, found) = clock(|| measure(&found_candidates, lattices, settings));
         ms.iter_mut().zip([candidates, growth, fit]).for_each(|(sum, one)| *sum += one);
         corners += found.corners.len();
     }

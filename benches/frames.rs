@@ -95,7 +95,7 @@ fn loaded(path: &Path) -> Scene {
 
 fn built(scene: &Scene, accuracy: Accuracy) -> System {
     let built = system::build(scene).unwrap_or_else(|problem| panic!("{problem}"));
-    System { accuracy, ..built }
+    built.with_accuracy(accuracy)
 }
 
 /// The scenes of single effects, by name.
@@ -138,7 +138,7 @@ impl Case {
 fn frame(name: String, scene: &Scene, accuracy: Accuracy, truth: bool) -> Case {
     let system = built(scene, accuracy);
     Case::new(name, scene.camera.width_px * scene.camera.height_px, move || {
-        let film = render_wanted(&system, Outputs { truth }, &|_| ());
+        let film = render_wanted(&system, Outputs { truth }, &());
         black_box(&film.radiance);
         film.counts.rays
     })
@@ -154,7 +154,7 @@ fn packets(name: String, scene: &Scene) -> Case {
 /// Every fourth pixel's ray each way, by the scalar trace.
 fn single_rays(name: String, scene: &Scene) -> Case {
     let system = built(scene, Accuracy::exact());
-    let [width, height] = system.camera.size_px().map(|n| n / 4);
+    let [width, height] = system.camera().size_px().map(|n| n / 4);
     Case::new(name, width * height, move || {
         let px = |k: usize| DVec2::new((4 * (k % width)) as f64 + 0.5, (4 * (k / width)) as f64 + 0.5);
         let seen: f64 = (0..width * height).filter_map(|k| system.trace(px(k)).ok()).map(|s| s.board_mm.x).sum();

@@ -9,7 +9,7 @@ use std::path::Path;
 fn run() -> Result<(), Error> {
     let path = std::env::args().nth(1).unwrap_or_else(|| "scenes/paper.toml".to_owned());
     let scene = scene::load(Path::new(&path))?;
-    let comparison = compare(&scene, &mut |prism, step| eprintln!("{prism}: {step}"), &|_| ())?;
+    let comparison = compare(&scene, &())?;
 
     // Print some figures of each prism; a figure that cannot be had is a dash.
     let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.5}"));

@@ -16,7 +16,7 @@ fn run() -> Result<(), Error> {
     let system = system::build(&scene)?;
 
     // Take the picture; the closure hears how many more pixels are done.
-    let film = render(&system, &|_| ());
+    let film = render(&system, &());
     for path in ["render.png", "render.exr"] {
         picture::write(Path::new(path), &scene, &system, &film)?;
     }

@@ -37,7 +37,7 @@
 //! ```
 //! let scene = biprism::scene::load("scenes/cases/prism_flat.toml".as_ref())?;
 //! let system = biprism::system::build(&scene)?;
-//! let film = biprism::render(&system, &|_pixels_done| ());
+//! let film = biprism::render(&system, &());
 //! assert!(film.account.achieved_px() < film.account.promise_px);
 //! let path = std::env::temp_dir().join("biprism.exr");
 //! biprism::report::picture::write(&path, &scene, &system, &film)?;
@@ -47,7 +47,7 @@
 //! Judge a flat prism against the freeform prism designed from it:
 //! ```
 //! let scene = biprism::scene::load("scenes/cases/prism_freeform.toml".as_ref())?;
-//! let comparison = biprism::compare(&scene, &mut |_prism, _step| (), &|_pixels_done| ())?;
+//! let comparison = biprism::compare(&scene, &())?;
 //! for design in &comparison.designs {
 //!     let vertical = design.judgement.vertical_disparity_rms_px();
 //!     println!("{}: {:?} px measured, {:?} px true", design.name, vertical.measured, vertical.exact);
@@ -94,6 +94,7 @@
 
 pub mod error;
 pub mod accuracy;
+pub mod progress;
 pub mod num;
 pub mod geom;
 pub mod optics;

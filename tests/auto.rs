@@ -69,7 +69,7 @@ fn bound_of(scene: &Scene, key: &str) -> Option<Bound> {
     let ideal = system::ideal(scene).unwrap_or_else(|problem| panic!("{problem}"));
     verdicts(&ideal, scene)
         .iter()
-        .find(|verdict| verdict.effect == key)
+        .find(|verdict| verdict.effect.key() == key)
         .unwrap_or_else(|| panic!("{key} does not act"))
         .bound
 }
@@ -85,7 +85,7 @@ fn no_pixel_changes_by_more_than_its_bound() {
                 assert!(key != "cos4" && key != "diffraction", "{key} {k} has no bound");
                 continue;
             };
-            let without = Scene { effects: scene.effects.only(|row| row.key != key), ..scene.clone() };
+            let without = Scene { effects: scene.effects.only(|row| row.key() != key), ..scene.clone() };
             let found = change(&picture(&built(scene)), &picture(&built(&without)));
             println!("{key:12} scene {k}: {found:.2e} of at most {:.2e}", bound.grey);
             // Each of the two pictures keeps to its bend on four lines and the ridge through a pixel, of contrast 0.9.
@@ -128,7 +128,7 @@ fn no_edge_moves_farther_than_its_bound() {
         if bound.px > 0.4 {
             continue;
         }
-        let without = Scene { effects: scene.effects.only(|row| row.key != *key), ..scene.clone() };
+        let without = Scene { effects: scene.effects.only(|row| row.key() != *key), ..scene.clone() };
         let [with, without] = [&scene, &without].map(|scene| picture(&built(scene)));
         // Where light grows by a share q a pixel on either side, white by b and black by a px, sums and sides together move
         // the edge by q (white b (b + 1) + black a (a + 1)) / (2 contrast); b is 1.5 at most, a then 0.5. The bound is of q
@@ -164,7 +164,7 @@ fn what_changes_too_little_is_left_out_and_the_rest_is_kept() {
     let acting = |auto: Option<Threshold>| {
         let mut scene = scene.clone();
         scene.effects.auto = auto;
-        built(&scene).effects.acting().map(|row| row.key).collect::<Vec<_>>()
+        built(&scene).effects().acting().map(|row| row.key()).collect::<Vec<_>>()
     };
     let threshold = |grey: f64, px: f64| Some(Threshold { grey: Some(grey), px: Some(px) });
     assert_eq!(acting(None), ["lamp", "thin_lens", "cos4"]);
@@ -188,7 +188,8 @@ fn what_changes_too_little_is_left_out_and_the_rest_is_kept() {
     for grey in [1e-6, 0.01, 0.1, 1.0] {
         let mut scene = reflecting.clone();
         scene.effects.auto = Some(Threshold { grey: Some(grey), px: None });
-        let effects = built(&scene).effects;
+        let system = built(&scene);
+        let effects = system.effects();
         assert!(effects.fresnel.is_some() || effects.ghosts.is_none(), "{grey}");
     }
 }
@@ -201,7 +202,7 @@ fn reflection_is_judged_after_what_stands_on_it() {
         scene.effects.auto = Some(Threshold { grey: Some(grey), px: None });
         let ideal = system::ideal(&scene).unwrap();
         let told = verdicts(&ideal, &scene);
-        let of = |key: &str| *told.iter().find(|verdict| verdict.effect == key).unwrap();
+        let of = |key: &str| *told.iter().find(|verdict| verdict.effect.key() == key).unwrap();
         (of("fresnel"), of("ghosts"))
     };
     let (fresnel, ghosts) = kept("", 0.9);

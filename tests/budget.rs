@@ -28,8 +28,8 @@ fn scene(change: impl Fn(&mut Scene)) -> Scene {
 
 fn of(scene: &Scene) -> Budget {
     let system = system::build(scene).expect("it can be built");
-    let view = see(&system, &render(&system, &|_| ()).radiance, true, &mut |_| ());
-    let found = budget(scene, &system, &view, &|_| ()).expect("the prism can be designed");
+    let view = see(&system, &render(&system, &()).radiance, true, &());
+    let found = budget(scene, &system, &view, &()).expect("the prism can be designed");
     let all: usize = view.halves.iter().map(|half| half.found.len()).sum();
     assert!(all > 100 && found.left_out == 0, "{} of {all} left out", found.left_out);
     assert_eq!(found.halves.iter().map(Vec::len).sum::<usize>(), all);
@@ -151,9 +151,9 @@ fn errors_of_manufacture_are_effects_and_move_the_figures_as_much_as_the_corners
     for (name, errors) in [("tilt", tilt), ("many", many)] {
         let scene = scene_with(errors, |_| ());
         let system = system::build(&scene).expect("it can be built");
-        let view = see(&system, &render(&system, &|_| ()).radiance, true, &mut |_| ());
+        let view = see(&system, &render(&system, &()).radiance, true, &());
         let judgement = measure(&scene, &system, view, &[]);
-        let made = budget(&scene, &system, &judgement.view, &|_| ()).expect("the prism can be designed");
+        let made = budget(&scene, &system, &judgement.view, &()).expect("the prism can be designed");
         assert!(each(&ideal, &made, |c| c.ideal_px) == 0.0, "the designed camera knows of no error");
         // Newton's steps end below 3e-8 px; the plain pictures are the same.
         assert!(each(&ideal, &made, |c| c.optics_px) < 1e-7 && each(&ideal, &made, fit) < 1e-7);

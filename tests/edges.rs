@@ -188,7 +188,7 @@ proptest! {
                 }
             }
         }
-        let film = render::render(&system, &|_| ());
+        let film = render::render(&system, &());
         for value in film.radiance.data() {
             prop_assert!((-1e-6..=0.85 + 1e-6).contains(value), "{value}\n{text}");
         }
@@ -202,7 +202,7 @@ fn every_corner_that_is_aimed_at_is_seen() {
         let system = built(&scene(1920, 1080, prism, BOARD));
         let aimer = Aimer::new(&system);
         for (row, column) in (0..40).flat_map(|j| (0..40).map(move |i| (j, i))) {
-            let board_mm = system.board.corner_at(f64::from(column), f64::from(row));
+            let board_mm = system.board().corner_at(f64::from(column), f64::from(row));
             for side in [system::Side::Left, system::Side::Right] {
                 if let Ok(px) = aimer.aim(board_mm, side) {
                     let seen = system.footprint_through(px, side).expect("it was aimed at").sight.board_mm;

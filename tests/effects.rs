@@ -3,10 +3,12 @@
 use crate::instruments::{BOARD, FLAT, FREEFORM, NO_GLASS, built, edge_integral, picture, scene, scene_from, with};
 use biprism::accuracy::Level;
 use biprism::effect::thin_lens::Aperture;
-use biprism::effect::{Clipping, Effects, Hook, Manufacture, Quadrature, Sensor, TABLE, ThinLens, Variant};
+use biprism::effect::{
+    Clipping, EffectId, Effects, Hook, Lens, Manufacture, Quadrature, Sensor, TABLE, ThinLens, Variant,
+};
 use biprism::render::{self, Class, Film, Outputs, Plan, render, render_wanted};
 use biprism::scene::{self, Scene};
-use biprism::system::System;
+
 use glam::{DVec2, DVec3};
 use std::path::Path;
 
@@ -15,9 +17,13 @@ type Zero = fn(&mut Effects);
 
 /// A zero for every effect.
 const ZEROES: [(&str, Zero); 14] = [
-    ("thin_lens", |e| e.thin_lens.iter_mut().for_each(|e| e.radius_mm = 0.0)),
+    ("thin_lens", |e| {
+        if let Lens::Thin(lens) = &mut e.lens {
+            lens.radius_mm = 0.0;
+        }
+    }),
     // A telecentric lens is another camera at any strength.
-    ("telecentric", |e| e.telecentric = None),
+    ("telecentric", |e| e.lens = Lens::Pinhole),
     ("clipping", |e| e.clipping.iter_mut().for_each(|e| *e = Clipping::default())),
     ("manufacture", |e| e.manufacture.iter_mut().for_each(|e| *e = Manufacture::default())),
     ("roughness", |e| e.roughness.iter_mut().for_each(|e| e.slope = [0.0; 2])),
@@ -37,12 +43,10 @@ const ZEROES: [(&str, Zero); 14] = [
     }),
 ];
 
-/// Effects that stand on another one.
-const BASES: [(&str, &str); 2] = [("coating", "fresnel"), ("ghosts", "fresnel")];
-
 fn bits(film: &Film) -> (Vec<u32>, &[Class], Vec<[u32; 2]>) {
     let radiance = film.radiance.data().iter().map(|v| v.to_bits()).collect();
-    (radiance, film.class.data(), film.board_mm.data().iter().map(|p| p.map(f32::to_bits)).collect())
+    let (class, board_mm) = (film.class.as_ref().unwrap(), film.board_mm.as_ref().unwrap());
+    (radiance, class.data(), board_mm.data().iter().map(|p| p.map(f32::to_bits)).collect())
 }
 
 fn case(key: &str) -> Scene {
@@ -54,29 +58,29 @@ fn case(key: &str) -> Scene {
 #[test]
 fn an_effect_acts_when_it_is_called_for_and_not_otherwise() {
     for row in &TABLE {
-        let scene = case(row.key);
-        let acting: Vec<&str> = scene.effects.acting().map(|row| row.key).collect();
-        let base = BASES.iter().find(|(key, _)| *key == row.key).map(|(_, base)| *base);
-        assert_eq!(acting, base.into_iter().chain([row.key]).collect::<Vec<_>>());
+        let scene = case(row.key());
+        let acting: Vec<&str> = scene.effects.acting().map(|row| row.key()).collect();
+        let base = row.needs.map(EffectId::key);
+        assert_eq!(acting, base.into_iter().chain([row.key()]).collect::<Vec<_>>());
         let bare = Effects { fresnel: scene.effects.fresnel.filter(|_| base == Some("fresnel")), ..Effects::default() };
-        let absent = render(&with(&scene, bare), &|_| ());
+        let absent = render(&with(&scene, bare), &());
         let mut zero = scene.effects.clone();
-        let (_, take_away) = ZEROES.iter().find(|(key, _)| *key == row.key).expect("a zero for each effect");
+        let (_, take_away) = ZEROES.iter().find(|(key, _)| *key == row.key()).expect("a zero for each effect");
         take_away(&mut zero);
-        let zero = render(&with(&scene, zero), &|_| ());
-        assert!(bits(&zero) == bits(&absent) && zero.counts == absent.counts, "{}", row.key);
-        let acted = render(&built(&scene), &|_| ());
-        assert!(acted.radiance != absent.radiance, "{} changes nothing", row.key);
+        let zero = render(&with(&scene, zero), &());
+        assert!(bits(&zero) == bits(&absent) && zero.counts == absent.counts, "{}", row.key());
+        let acted = render(&built(&scene), &());
+        assert!(acted.radiance != absent.radiance, "{} changes nothing", row.key());
         // What is true of a picture does not depend on what its light went through, but on the instrument.
         let own = row.hook != Hook::Instrument;
-        assert!(!own || (bits(&acted).1 == bits(&absent).1 && bits(&acted).2 == bits(&absent).2), "{}", row.key);
+        assert!(!own || (bits(&acted).1 == bits(&absent).1 && bits(&acted).2 == bits(&absent).2), "{}", row.key());
     }
 }
 
 #[test]
 fn every_effect_has_its_table_in_the_schema() {
     let schema: serde_json::Value = serde_json::from_str(&scene::schema_json()).unwrap();
-    let mut keys: Vec<&str> = TABLE.iter().map(|row| row.key).collect();
+    let mut keys: Vec<&str> = TABLE.iter().map(|row| row.key()).collect();
     let mut tables: Vec<&str> =
         schema["properties"]["effect"]["properties"].as_object().unwrap().keys().map(String::as_str).collect();
     keys.sort_unstable();
@@ -105,8 +109,8 @@ fn effects_none_switches_all_of_them_off() {
 fn a_white_furnace_stays_white() {
     // Ghosts bring back what surfaces reflect: see `tests/light.rs`; what is clipped is gone.
     let keeps = |key| !["ghosts", "clipping"].contains(&key);
-    for row in TABLE.iter().filter(|row| row.hook != Hook::Transport && keeps(row.key)) {
-        let mut scene = case(row.key);
+    for row in TABLE.iter().filter(|row| row.hook != Hook::Transport && keeps(row.key())) {
+        let mut scene = case(row.key());
         scene.board.black = 0.7;
         scene.board.white = 0.7;
         scene.board.background = 0.7;
@@ -118,10 +122,10 @@ fn a_white_furnace_stays_white() {
             continue;
         }
         for level in Level::ALL {
-            let system = System { accuracy: level.accuracy(), ..built(&scene) };
+            let system = built(&scene).with_accuracy(level.accuracy());
             for value in picture(&system).data() {
                 // Each of the passes rounds to f32, and so does their sum.
-                assert!((value - 0.7).abs() <= 2.0 * f32::EPSILON, "{} {level:?}: {value}", row.key);
+                assert!((value - 0.7).abs() <= 2.0 * f32::EPSILON, "{} {level:?}: {value}", row.key());
             }
         }
     }
@@ -148,10 +152,10 @@ const THEORY: [(&str, &str, &str); 14] = [
 #[test]
 fn every_effect_has_its_test_of_theory() {
     for row in &TABLE {
-        let (_, file, test) = THEORY.iter().find(|(key, ..)| *key == row.key).expect("a test for each effect");
+        let (_, file, test) = THEORY.iter().find(|(key, ..)| *key == row.key()).expect("a test for each effect");
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("tests/{file}.rs"));
         let text = std::fs::read_to_string(path).unwrap();
-        assert!(text.contains(&format!("#[test]\nfn {test}()")), "{}: {file} {test}", row.key);
+        assert!(text.contains(&format!("#[test]\nfn {test}()")), "{}: {file} {test}", row.key());
     }
 }
 
@@ -169,7 +173,7 @@ fn defocus_is_the_blur_circle_of_the_thin_lens_equation() {
         assert!(radius_px > 2.0, "{radius_px}");
         let points = 1024;
         let quadrature = Quadrature { points, ..Quadrature::default() };
-        let system = with(&plain, Effects { thin_lens: Some(lens), quadrature, ..Effects::default() });
+        let system = with(&plain, Effects { lens: Lens::Thin(lens), quadrature, ..Effects::default() });
         let found = picture(&system);
         for (i, value) in found.row(5).iter().enumerate() {
             let place = |x: f64| (x - 96.0) / radius_px;
@@ -188,7 +192,7 @@ fn defocus_is_the_blur_circle_of_the_thin_lens_equation() {
 fn the_plane_in_focus_is_sharp() {
     let plain = scene(192, 108, NO_GLASS, BOARD);
     let lens = ThinLens::new(2.0, 1000.0, Aperture::Circle, 35.0);
-    let system = with(&plain, Effects { thin_lens: Some(lens), ..Effects::default() });
+    let system = with(&plain, Effects { lens: Lens::Thin(lens), ..Effects::default() });
     let (sharp, found) = (picture(&built(&plain)), picture(&system));
     for (a, b) in sharp.data().iter().zip(found.data()) {
         // Every point of the pupil sees the same place, to the rounding of f32.
@@ -204,11 +208,11 @@ fn depth_of_field_converges_faster_than_random_points() {
     let lens = ThinLens::new(2.0, 500.0, Aperture::Circle, 35.0);
     let by = |points: usize| {
         let quadrature = Quadrature { points, ..Quadrature::default() };
-        picture(&with(&plain, Effects { thin_lens: Some(lens), quadrature, ..Effects::default() }))
+        picture(&with(&plain, Effects { lens: Lens::Thin(lens), quadrature, ..Effects::default() }))
     };
     // The mean over a sunflower of points (Vogel, Mathematical Biosciences 44 (1979) 179), made without the program's own
     // set: of that the error could fall towards a wrong picture.
-    let system = with(&plain, Effects { thin_lens: Some(lens), ..Effects::default() });
+    let system = with(&plain, Effects { lens: Lens::Thin(lens), ..Effects::default() });
     let golden_rad = std::f64::consts::PI * (3.0 - 5.0f64.sqrt());
     let mut reference = vec![0.0; 64 * 36];
     let many = 2048;
@@ -217,7 +221,7 @@ fn depth_of_field_converges_faster_than_random_points() {
         let (sin, cos) = libm::sincos(golden_rad * f64::from(k));
         let pupil = radius_mm * DVec2::new(cos, sin);
         let variant = Variant { pupil, slopes: [DVec2::ZERO; 2], wave: None, grey: 1.0, colour: None };
-        let film = render::picture(&Plan::new(&system.variant(&variant)), Outputs { truth: false }, &|_| ());
+        let film = render::picture(&Plan::new(&system.variant(&variant)), Outputs { truth: false }, &());
         reference.iter_mut().zip(film.radiance.data()).for_each(|(sum, v)| *sum += f64::from(*v) / f64::from(many));
     }
     let error = |points: usize| {
@@ -260,7 +264,7 @@ fn the_law_holds_for_every_point_of_a_pupil() {
     let lens = ThinLens::new(1.0, 1e12, Aperture::Circle, 35.0);
     let cos4 = Some(biprism::effect::Cos4 { exponent: 4.0 });
     let effects = Effects {
-        thin_lens: Some(lens),
+        lens: Lens::Thin(lens),
         cos4,
         quadrature: Quadrature { points: 1024, ..Quadrature::default() },
         ..Effects::default()
@@ -277,13 +281,13 @@ fn a_lamp_lights_each_place_by_its_distance_and_angle() {
     let board = format!("{BOARD}\ntilt_deg = [10.0, -25.0, 3.0]");
     let lit = scene_from(192, 108, "", FREEFORM, &format!("{board}\n{lamp}"));
     let dark = scene(192, 108, FREEFORM, &board);
-    let (before, after) = (render(&built(&dark), &|_| ()), render(&built(&lit), &|_| ()));
+    let (before, after) = (render(&built(&dark), &()), render(&built(&lit), &()));
     let pose = lit.board.world_from_board;
     let at = |mm: [f32; 2]| {
         let way = DVec3::new(-300.0, 200.0, 100.0) - pose.point(DVec3::new(f64::from(mm[0]), f64::from(mm[1]), 0.0));
         way.dot(pose.rotation.z_axis).abs() / (way.length_squared() * way.length())
     };
-    let places = before.board_mm.data();
+    let places = before.board_mm.as_ref().unwrap().data();
     for (k, (before, after)) in before.radiance.data().iter().zip(after.radiance.data()).enumerate() {
         let seen = places[k];
         if (95..97).contains(&(k % 192)) {
@@ -300,7 +304,7 @@ fn a_lamp_lights_each_place_by_its_distance_and_angle() {
 #[test]
 fn what_draws_no_points_takes_one_set() {
     let mut scene = case("dispersion");
-    let of = |scene: &Scene| render_wanted(&built(scene), Outputs { truth: false }, &|_| ());
+    let of = |scene: &Scene| render_wanted(&built(scene), Outputs { truth: false }, &());
     let once = of(&scene);
     scene.effects.quadrature.replicates = 8;
     let film = of(&scene);

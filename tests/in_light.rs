@@ -24,8 +24,8 @@ fn bk7(kind: &str, index: f64, tables: &str) -> Scene {
 }
 
 fn seen(system: &System) -> (Film, BoardView) {
-    let film = render(system, &|_| ());
-    let view = see(system, &film.radiance, true, &mut |_| ());
+    let film = render(system, &());
+    let view = see(system, &film.radiance, true, &());
     (film, view)
 }
 
@@ -63,7 +63,7 @@ fn several_lines_are_true_in_the_mean() {
     let lines = "[effect.dispersion]\nlines_nm = [450, 550, 650]\npowers = [1, 2, 3]\n";
     let mixed = bk7("flat", glass.index(D_NM).unwrap(), lines);
     let system = built(&mixed);
-    let shares: Vec<f64> = system.effects.dispersion.as_ref().unwrap().waves.iter().map(|wave| wave.grey()).collect();
+    let shares: Vec<f64> = system.effects().dispersion.as_ref().unwrap().waves.iter().map(|wave| wave.grey()).collect();
     assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12 && shares.len() == 3);
     let each: Vec<System> =
         [450.0, 550.0, 650.0].map(|nm| built(&bk7("flat", glass.index(nm).unwrap(), ""))).into_iter().collect();
@@ -79,7 +79,7 @@ fn several_lines_are_true_in_the_mean() {
         let aimed = aimer.aim(board_mm, side).unwrap();
         assert!(aimed.distance(mean(&|one| Aimer::new(one).aim(board_mm, side).unwrap())) < 1e-8);
         let ray = light.exit_ray_through(px, side).unwrap();
-        let (met, _) = system.board.intersect(&ray).unwrap();
+        let (met, _) = system.board().intersect(&ray).unwrap();
         assert!(met.distance(board_mm) < 1e-9, "{met} {board_mm}");
         let (path, end) = light.path(px);
         assert_eq!(path.points.len(), 2);
@@ -87,8 +87,8 @@ fn several_lines_are_true_in_the_mean() {
     }
 
     // The truth layers of the picture, to the rounding of f32 at 200 mm.
-    let film = render(&system, &|_| ());
-    let truth = film.board_mm;
+    let film = render(&system, &());
+    let truth = film.board_mm.unwrap();
     for (i, j) in [(380, 100), (100, 33), (470, 260)] {
         let px = DVec2::new(i as f64 + 0.5, j as f64 + 0.5);
         let stored = truth.get(i, j);

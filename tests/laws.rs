@@ -154,7 +154,7 @@ fn a_prism_of_air_is_no_prism() {
         let (a, b) = (with.trace(px).expect("in view"), without.trace(px).expect("in view"));
         assert!((a.board_mm - b.board_mm).length() < 1e-12, "{px}");
     }
-    let (a, b) = (render::render(&with, &|_| ()), render::render(&without, &|_| ()));
+    let (a, b) = (render::render(&with, &()), render::render(&without, &()));
     for (x, y) in a.radiance.data().iter().zip(b.radiance.data()) {
         assert!((x - y).abs() <= f32::EPSILON, "{x} {y}");
     }
@@ -181,7 +181,7 @@ fn a_plate_moves_rays_by_its_closed_form() {
 fn halves_are_mirror_images_bit_for_bit() {
     for (width, height) in [(192, 108), (66, 37), (130, 70)] {
         for prism in [FLAT, FREEFORM] {
-            let film = render::render(&built(&scene(width, height, prism, BOARD)), &|_| ());
+            let film = render::render(&built(&scene(width, height, prism, BOARD)), &());
             for j in 0..height {
                 for i in 0..width / 2 {
                     let (a, b) = (film.radiance.get(i, j), film.radiance.get(width - 1 - i, j));
@@ -197,7 +197,7 @@ fn halves_are_mirror_images_bit_for_bit() {
 #[test]
 fn an_odd_width_is_symmetric_about_its_middle_column() {
     for prism in [FLAT, FREEFORM] {
-        let film = render::render(&built(&scene(65, 37, prism, BOARD)), &|_| ());
+        let film = render::render(&built(&scene(65, 37, prism, BOARD)), &());
         assert_eq!(film.counts.cut_pixels, 37);
         for (j, i) in (0..37).flat_map(|j| (0..32).map(move |i| (j, i))) {
             let (a, b) = (film.radiance.get(i, j), film.radiance.get(64 - i, j));
@@ -230,7 +230,7 @@ fn a_reversed_ray_returns_to_the_pinhole() {
             let px = DVec2::new(3.0 + 3.8 * k as f64, 540.0 + 530.0 * libm::sin(k as f64));
             let (path, end) = system.path(px);
             let (out, side) = end.expect("it passes");
-            let before = system.camera.ray(px);
+            let before = system.camera().ray(px);
             // Normals from the law itself: n is along eta i - t.
             let mut back = Ray { origin: out.origin, direction: -out.direction };
             for (point, incoming, eta) in

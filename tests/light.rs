@@ -6,7 +6,7 @@ use biprism::optics::fresnel::{Interface, Layer};
 use biprism::optics::medium::{C_NM, D_NM, F_NM, named};
 use biprism::optics::polarisation::{Beam, PolarisationState as Polarised};
 use biprism::optics::spectrum::{Illuminant, LightSource, Response, SpectralLine, WavelengthBand, nodes};
-use biprism::prism::reflections::Limits;
+use biprism::prism::reflections::{Limits, ReflectionTracer};
 use biprism::raster::Raster;
 use biprism::render::{Outputs, render_wanted};
 use biprism::scene::{self, Scene};
@@ -104,7 +104,7 @@ fn a_colour_sensor_sees_edges_in_colours() {
     let nodes = nodes(&light, &Response::nikon_d5100(), 64).unwrap();
     let dispersion = Dispersion::new(&nodes, true, glass, D_NM).unwrap();
     let effects = Effects { dispersion: Some(dispersion), ..Effects::default() };
-    let film = render_wanted(&with(&plain, effects), Outputs { truth: false }, &|_| ());
+    let film = render_wanted(&with(&plain, effects), Outputs { truth: false }, &());
     let colour = film.colour.unwrap();
     let pitch = plain.camera.pitch_mm / 35.0;
     for channel in 0..3 {
@@ -336,14 +336,15 @@ fn all_power_is_accounted_for() {
             ..Effects::default()
         };
         let system = with(&scene(1920, 1080, prism, BOARD), effects);
-        let (glass, body) = (system.prism.as_ref().unwrap(), system.body().unwrap());
+        let (glass, body) = (system.prism().unwrap(), system.body().unwrap());
         for k in 0..2000 {
             let px = DVec2::new(0.96 * f64::from(k), 540.0 + 539.0 * libm::sin(f64::from(k)));
-            let ray = system.camera.ray(px);
+            let ray = system.camera().ray(px);
             let start = Beam::new(ray.direction, Polarised::Unpolarised);
             let limits = Limits { bounces: GHOSTS.bounces, least_power: GHOSTS.least_power };
+            let tracer = ReflectionTracer { prism: glass, body, limits, residual_mm: 1e-12 };
             let mut straight = 0.0;
-            let account = glass.follow(&ray, start, body, limits, 1e-12, &mut |exit| {
+            let account = tracer.trace(&ray, start, &mut |exit| {
                 if exit.bounces == 0 {
                     straight = exit.power;
                 }

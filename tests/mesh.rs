@@ -36,7 +36,7 @@ fn ply(t: &Triangles, normals: bool) -> String {
 /// The right half of a surface of `system`, tessellated over what the paper's sensor sees of it.
 fn tessellated(system: &System, face: Face, cells: usize) -> Triangles {
     let domain = biprism::geom::Rect { min: DVec2::new(-1.0, -8.0), max: DVec2::new(14.6, 8.0) };
-    let prism = system.prism.as_ref().expect("the scene has a prism");
+    let prism = system.prism().expect("the scene has a prism");
     Triangles::over(domain, cells, |x, y| match prism.surface(Side::Right, face) {
         Surface::Plane { point, normal } => {
             (point.z - (normal.x * (x - point.x) + normal.y * (y - point.y)) / normal.z, *normal)
@@ -85,13 +85,13 @@ fn shift_px(a: &System, b: &System) -> f64 {
 fn plane_facets_as_triangles_are_plane_facets() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let flat = built(&parsed(480, 270, FLAT, BOARD));
-    let picture = render(&flat, &|_| ());
+    let picture = render(&flat, &());
     for (kind, normals) in [("smooth", true), ("smooth", false), ("flat", false)] {
         let mesh = meshed(folder.path(), FLAT, 9, kind, normals);
         // Some ten roundings of lengths near 1000 mm, over 0.6 mm a pixel.
         let shift = shift_px(&flat, &mesh);
         assert!(shift < 1e-11, "{kind}: {shift:e} px");
-        let film = render(&mesh, &|_| ());
+        let film = render(&mesh, &());
         let pairs = film.radiance.data().iter().zip(picture.radiance.data());
         let off = pairs.fold(0.0f32, |worst, (a, b)| worst.max((a - b).abs()));
         // The bend bound of the standard level, 5e-6 px, times a contrast of 0.8, and the rounding of f32.

@@ -34,8 +34,8 @@ fn brute(system: &System, pattern: &Checkerboard, i: usize, j: usize, n: usize) 
 
 /// RMS difference over the crop, over all its pixels, with 128 x 128 samples in each pixel that is not constant.
 fn rmse(system: &System, film: &Film, x: std::ops::Range<usize>, y: std::ops::Range<usize>) -> (f64, f64) {
-    let pattern = Checkerboard::new(&system.board.pattern);
-    let board = system.board.pattern;
+    let pattern = Checkerboard::new(&system.board().pattern);
+    let board = system.board().pattern;
     let (mut sum, mut worst, n) = (0.0, 0.0f64, (x.len() * y.len()) as f64);
     for (i, j) in y.flat_map(|j| x.clone().map(move |i| (i, j))) {
         let value = film.radiance.get(i, j);
@@ -57,7 +57,7 @@ const NOISE_FLOOR: f64 = 1.6e-4;
 fn pixels_are_the_mean_of_what_they_see() {
     for prism in [FLAT, FREEFORM] {
         let system = built(&scene(1920, 1080, prism, BOARD));
-        let film = render(&system, &|_| ());
+        let film = render(&system, &());
         for (x, y) in [(30, 20), (1500, 700), (1880, 1030)] {
             let (rmse, worst) = rmse(&system, &film, x..x + 40, y..y + 40);
             assert!(rmse < NOISE_FLOOR && worst < 2e-3, "{prism} at ({x}, {y}): RMSE {rmse:e}, worst {worst:e}");
@@ -71,7 +71,7 @@ fn the_seam_has_no_step() {
     for (width, height) in [(1920, 1080), (1921, 1081)] {
         for prism in [FLAT, FREEFORM] {
             let system = built(&scene(width, height, prism, BOARD));
-            let film = render(&system, &|_| ());
+            let film = render(&system, &());
             let (rmse, worst) = rmse(&system, &film, 955..966, 300..380);
             assert!(rmse < NOISE_FLOOR && worst < 2e-3, "{width}, {prism}: RMSE {rmse:e}, worst {worst:e}");
         }
@@ -83,7 +83,7 @@ fn the_seam_has_no_step() {
 fn a_slanted_seam_is_cut_exactly() {
     let tilted = FLAT.to_owned() + "\nposition_mm = [0.8, 0.3, 0.0]\ntilt_deg = [0.5, -0.8, 1.5]";
     let system = built(&scene(480, 270, &tilted, BOARD));
-    let film = render(&system, &|_| ());
+    let film = render(&system, &());
     assert!(film.counts.cut_pixels >= 270, "the seam crosses every row");
     let (rmse, worst) = rmse(&system, &film, 220..260, 100..140);
     // Where the ridge, an edge of the board and a bend meet in a pixel of 22 um, the piece's tangent errs too.
@@ -94,9 +94,9 @@ fn a_slanted_seam_is_cut_exactly() {
 #[test]
 fn standard_agrees_with_reference() {
     let mut scene = scene(480, 270, FREEFORM, BOARD);
-    let standard = render(&built(&scene), &|_| ());
+    let standard = render(&built(&scene), &());
     scene.accuracy = Accuracy::reference();
-    let reference = render(&built(&scene), &|_| ());
+    let reference = render(&built(&scene), &());
     let pairs = standard.radiance.data().iter().zip(reference.radiance.data());
     let square: f64 = pairs.map(|(a, b)| f64::from(a - b) * f64::from(a - b)).sum();
     let rmse = (square / standard.radiance.data().len() as f64).sqrt();

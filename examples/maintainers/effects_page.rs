@@ -37,7 +37,7 @@ fn main() {
     fs::create_dir_all(&folder).expect("the folder of documents can be written to");
     let cases: Vec<Case> = TABLE.iter().map(|row| Case::of(root, row)).collect();
     for case in &cases {
-        let path = folder.join(format!("{}.png", case.row.key));
+        let path = folder.join(format!("{}.png", case.row.key()));
         png::write_rgb(&path, &figure(case), &Notes::default()).unwrap_or_else(|problem| panic!("{problem}"));
         eprintln!("{}", path.display());
     }
@@ -59,10 +59,10 @@ struct Case {
 
 impl Case {
     fn of(root: &Path, row: &'static EffectRow) -> Self {
-        let name = format!("scenes/cases/effect_{}.toml", row.key);
+        let name = format!("scenes/cases/effect_{}.toml", row.key());
         let file = fs::read_to_string(root.join(&name)).unwrap_or_else(|error| panic!("{name}: {error}"));
         let parsed = |text: &str| scene::parse(text, &name, None).unwrap_or_else(|problem| panic!("{problem}"));
-        let own = |part: &&str| [']', '.'].iter().any(|end| part.starts_with(&format!("[effect.{}{end}", row.key)));
+        let own = |part: &&str| [']', '.'].iter().any(|end| part.starts_with(&format!("[effect.{}{end}", row.key())));
         let without = tables(&file).into_iter().filter(|part| !own(part)).collect::<String>();
         let asks = |part: &&str| part.starts_with("[effect.") || part.starts_with("[quadrature]");
         let asking = tables(&file).into_iter().filter(asks).map(str::trim);
@@ -85,7 +85,7 @@ fn tables(file: &str) -> Vec<&str> {
 
 fn film(scene: &Scene) -> Film {
     let system = system::build(scene).unwrap_or_else(|problem| panic!("{problem}"));
-    render_wanted(&system, Outputs { truth: false }, &|_| ())
+    render_wanted(&system, Outputs { truth: false }, &())
 }
 
 /// Side of the sheet's margins and of the gaps between panels, in px.
@@ -115,7 +115,7 @@ fn figure(case: &Case) -> Raster<Rgb> {
     let column = |k: usize| GAP_PX + k as f64 * (panel.x + GAP_PX);
     let rows = [GAP_PX + 2.0 * LINE_PX, GAP_PX + 3.0 * LINE_PX + panel.y];
     let mut drawing = Drawing::new((column(3)) as u32, (rows[1] + panel.y + GAP_PX) as u32);
-    let title = format!("{}: {}", case.row.key, case.row.what);
+    let title = format!("{}: {}", case.row.key(), case.row.what);
     let baseline = |y: f64| y - 0.35 * LINE_PX;
     drawing.text(title, Font::bold(15.0), INK, DVec2::new(GAP_PX, baseline(GAP_PX + LINE_PX)), Align::Start);
     let captions = ["off".to_owned(), "on".to_owned(), format!("on less off, {}", range(most))];
@@ -185,7 +185,7 @@ fn costs(root: &Path, cases: &[Case]) -> Vec<Cost> {
     let plain = systems.last().expect("the plain one is there").clone();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("one thread");
     let time_ms = |system: &System| {
-        let picture = || std::hint::black_box(render_wanted(system, Outputs { truth: false }, &|_| ()));
+        let picture = || std::hint::black_box(render_wanted(system, Outputs { truth: false }, &()));
         pool.install(|| cpu_ms(picture).0)
     };
     let (mut ratios, mut taken) = (vec![Vec::new(); systems.len()], vec![0.0; systems.len()]);
@@ -208,7 +208,8 @@ fn costs(root: &Path, cases: &[Case]) -> Vec<Cost> {
 fn text(cases: &[Case], costs: &[Cost]) -> String {
     let mut text = String::from(HEAD);
     for (case, cost) in cases.iter().zip(costs) {
-        let EffectRow { key, hook, what, source, .. } = case.row;
+        let EffectRow { hook, what, source, .. } = case.row;
+        let key = case.row.key();
         let hook = serde_json::to_string(hook).expect("a word");
         let _ =
             writeln!(text, "| [{key}](#{key}) | {} | {what} | {} | {source} |", hook.trim_matches('"'), cost.words());
@@ -216,7 +217,8 @@ fn text(cases: &[Case], costs: &[Cost]) -> String {
     let plain = costs.last().expect("the plain one is there");
     let _ = writeln!(text, "| (none) | | the plain picture against itself | {} | |", plain.words());
     for (case, cost) in cases.iter().zip(costs) {
-        let EffectRow { key, what, cost: why, .. } = case.row;
+        let EffectRow { what, cost: why, .. } = case.row;
+        let key = case.row.key();
         let _ = writeln!(text, "\n## {key}\n\n{}.\n", capital(what));
         let _ = writeln!(text, "![{what}: off, on, difference](effects/{key}.png)\n");
         let _ = writeln!(text, "`scenes/cases/effect_{key}.toml`:\n\n```toml\n{}\n```\n", case.settings);

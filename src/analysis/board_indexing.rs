@@ -66,9 +66,9 @@ pub fn anchor(light: &InLight<'_>, frame: &HalfFrame, corners: &[LatticeCorner])
 /// and rows down; the top left square of the board is black.
 fn polarity(system: &System, [column, row]: [i32; 2]) -> Polarity {
     let dark_main = (column + row).rem_euclid(2) == 0;
-    let inverted = system.board.pattern.black > system.board.pattern.white;
+    let inverted = system.board().pattern.black > system.board().pattern.white;
     // A quarter turn of the board swaps the diagonals.
-    let x = system.board.vector(glam::DVec3::X);
+    let x = system.board().vector(glam::DVec3::X);
     let turned = x.y.abs() > x.x.abs();
     if dark_main ^ inverted ^ turned { Polarity::Anti } else { Polarity::Main }
 }
@@ -80,7 +80,7 @@ fn turned(turn: IVec2, v: IVec2) -> IVec2 {
 
 /// The board's (column, row), not rounded, that the half sees at `half_px` through its own side.
 fn board_index(light: &InLight<'_>, frame: &HalfFrame, half_px: DVec2) -> Option<DVec2> {
-    let board = &light.main().board;
+    let board = light.main().board();
     let ray = light.exit_ray_through(frame.full(half_px), frame.side()).ok()?;
     let (board_mm, _) = board.intersect(&ray).ok()?;
     Some((board_mm - board.corner_at(0.0, 0.0)) / board.pattern.square_mm)

@@ -28,6 +28,7 @@ use crate::design::marched::Marched;
 use crate::design::{self, DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::Effects;
 use crate::error::Error;
+use crate::progress::Observer;
 use crate::render::{Outputs, render_wanted};
 use crate::scene::{PrismSpec, Scene};
 use crate::surface::face::Face;
@@ -87,16 +88,11 @@ pub struct Budget {
 }
 
 /// The budget of the corners of `view`, of `scene`'s own picture through `system`.
-/// `progress` hears how many pixels of the other pictures were rendered ([`pictures`]).
+/// `observer` hears how many pixels of the other pictures were rendered ([`pictures`]).
 ///
 /// # Errors
 /// When the scene's design cannot be made.
-pub fn budget(
-    scene: &Scene,
-    system: &System,
-    view: &BoardView,
-    progress: &(dyn Fn(usize) + Sync),
-) -> Result<Budget, Error> {
+pub fn budget(scene: &Scene, system: &System, view: &BoardView, observer: &dyn Observer) -> Result<Budget, Error> {
     let design = match &scene.prism {
         PrismSpec::Freeform(prism, settings) => Some(design::freeform(&DesignInput {
             camera: scene.camera,
@@ -106,16 +102,16 @@ pub fn budget(
         })?),
         _ => None,
     };
-    let plain_system = system.without_effects(&scene.camera);
+    let plain_system = system.without_effects();
     let found_under = |effects: Effects| -> [Places; 2] {
-        let under = plain_system.with_effects(&effects, &scene.camera);
-        let exact = System { accuracy: Accuracy::exact(), ..under };
-        let film = render_wanted(&exact, Outputs { truth: false }, progress);
-        let view = see(&exact, &film.radiance, false, &mut |_| ());
+        let under = plain_system.with_effects(&effects);
+        let exact = under.with_accuracy(Accuracy::exact());
+        let film = render_wanted(&exact, Outputs { truth: false }, observer);
+        let view = see(&exact, &film.radiance, false, &());
         view.halves.map(|half| half.found.iter().map(|f| (f.index, f.position_px)).collect())
     };
     let plain = found_under(Effects::default());
-    let light = light_alone(&system.effects).map(found_under);
+    let light = light_alone(system.effects()).map(found_under);
     let aimer = Aimer::new(&plain_system);
     let halves = [0, 1].map(|k| {
         let Some(truth) = truth::corners(&plain_system, &aimer, &view.halves[k].frame) else { return Vec::new() };
@@ -160,8 +156,8 @@ fn half(
 ) -> Vec<CornerErrors> {
     let one = |found: &Found| {
         let [column, row] = found.index.map(f64::from);
-        let board_mm = system.board.corner_at(column, row);
-        let ideal_px = view.camera.ok()?.project(system.board.world(board_mm))?;
+        let board_mm = system.board().corner_at(column, row);
+        let ideal_px = view.camera.ok()?.project(system.board().world(board_mm))?;
         let true_px = truth.get(&found.index)?.position_px;
         let plain_px = *pictures.plain.get(&found.index)?;
         let light_px = match pictures.light {
@@ -196,15 +192,15 @@ fn marched_px(
     true_px: DVec2,
 ) -> Option<DVec2> {
     let marched = Marched::new(&design.cloud)?;
-    let prism = system.prism.as_ref()?;
+    let prism = system.prism()?;
     let side = frame.side();
     let jacobian = system.footprint_through(frame.full(true_px), side).ok()?.jacobian.inverse();
     let mut px = true_px;
     for _ in 0..MOST_STEPS {
-        let ray = system.camera.ray(frame.full(px));
+        let ray = system.camera().ray(frame.full(px));
         let intersect = |face: Face, ray: &_| marched.intersect(face, ray, side == Side::Left);
         let out = prism.pass_shapes(&ray, side, intersect).ok()?;
-        let (seen_mm, _) = system.board.intersect(&out).ok()?;
+        let (seen_mm, _) = system.board().intersect(&out).ok()?;
         let step = jacobian * (board_mm - seen_mm);
         px += step;
         if step.length() < STEP_PX {

@@ -3,6 +3,7 @@
 use super::budget::{self, Budget};
 use super::judge::{Judgement, judge, other_depths};
 use crate::error::Error;
+use crate::progress::Observer;
 use crate::render::Film;
 use crate::scene::{DesignSettings, PrismSpec, Scene};
 use crate::system::{self, System};
@@ -40,17 +41,12 @@ impl Comparison {
 
 /// Judges the flat and the freeform prism of a scene, or the one prism that it gives by its surfaces.
 ///
-/// `stage` hears which prism is at which step, `progress` how many more pixels were rendered ([`pixels`] in all).
+/// `observer` hears what is done next, and how many more pixels were rendered ([`pixels`] in all).
 ///
 /// # Errors
 /// As [`prisms`], and when a prism cannot be designed.
-pub fn compare(
-    scene: &Scene,
-    stage: &mut dyn FnMut(&'static str, &'static str),
-    progress: &(dyn Fn(usize) + Sync),
-) -> Result<Comparison, Error> {
-    let judged =
-        |(name, scene)| judge_design(name, scene, Asked { budget: false }, &mut |step| stage(name, step), progress);
+pub fn compare(scene: &Scene, observer: &dyn Observer) -> Result<Comparison, Error> {
+    let judged = |(name, scene)| judge_design(name, scene, Asked { budget: false }, observer);
     Ok(Comparison { designs: prisms(scene)?.into_iter().map(judged).collect::<Result<_, _>>()? })
 }
 
@@ -93,8 +89,8 @@ pub fn pixels(scene: &Scene, asked: Asked) -> u64 {
     pictures * (scene.camera.width_px * scene.camera.height_px) as u64
 }
 
-/// Builds, renders and judges the instrument of `scene`, under the name `name`. `stage` hears what is done next, `progress`
-/// how many more pixels were rendered.
+/// Builds, renders and judges the instrument of `scene`, under the name `name`. `observer` hears what is done next,
+/// and how many more pixels were rendered.
 ///
 /// # Errors
 /// When the prism cannot be designed.
@@ -102,15 +98,14 @@ pub fn judge_design(
     name: &'static str,
     scene: Scene,
     asked: Asked,
-    stage: &mut dyn FnMut(&'static str),
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> Result<JudgedDesign, Error> {
-    stage("design");
+    observer.stage("design");
     let system = system::build(&scene)?;
-    let (film, judgement) = judge(&scene, &system, stage, progress);
+    let (film, judgement) = judge(&scene, &system, observer);
     let budget = if asked.budget {
-        stage("budget");
-        Some(budget::budget(&scene, &system, &judgement.view, progress)?)
+        observer.stage("budget");
+        Some(budget::budget(&scene, &system, &judgement.view, observer)?)
     } else {
         None
     };

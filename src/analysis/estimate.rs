@@ -1,7 +1,7 @@
 //! What a picture will be and cost, before it is made.
 
 use crate::accuracy::{Level, Sampling};
-use crate::effect::Hook;
+use crate::effect::{EffectId, Hook};
 use crate::optics::fate::Fate;
 use crate::render::{Plan, strip_rows};
 use crate::scene::Scene;
@@ -47,22 +47,22 @@ const TIMED_PX: usize = 100_000;
 /// What the picture of `system` will be, which was settled by these verdicts.
 pub fn forecast(system: &System, effects: Vec<Verdict>) -> PictureEstimate {
     let account = Plan::new(system).account(0.0);
-    let size = system.camera.size_px();
-    let sets = system.effects.sets();
-    let (passes, samples) = (sets * system.effects.variants(0).len(), system.effects.samples(size));
-    let samples_ghosts = system.effects.acting().any(|row| row.key == "ghosts");
+    let size = system.camera().size_px();
+    let sets = system.effects().sets();
+    let (passes, samples) = (sets * system.effects().variants(0).len(), system.effects().samples(size));
+    let samples_ghosts = system.effects().acting().any(|row| row.id == EffectId::Ghosts);
     PictureEstimate {
         level: account.level,
-        sampling: system.accuracy.sampling,
+        sampling: system.accuracy().sampling,
         patches: account.patches,
         mapped: account.mapped,
         passes,
         samples,
         effects,
-        ghost_samples: system.effects.ghosts.filter(|_| samples_ghosts).map_or(0, |ghosts| ghosts.samples),
+        ghost_samples: system.effects().ghosts.filter(|_| samples_ghosts).map_or(0, |ghosts| ghosts.samples),
         memory_bytes: memory_bytes(system, sets, samples),
         fates: fates(system),
-        other_rays: system.effects.dimensions() > 0,
+        other_rays: system.effects().dimensions() > 0,
     }
 }
 
@@ -73,8 +73,8 @@ const STRIPS: usize = 3;
 /// class (1) and board position (8). A mean of pictures is summed up in f64 beside the picture of one pass, and so are the
 /// squares of its sets; three more of each where there are colours.
 fn memory_bytes(system: &System, sets: usize, samples: usize) -> u64 {
-    let effects = &system.effects;
-    let [width, height] = system.camera.size_px();
+    let effects = system.effects();
+    let [width, height] = system.camera().size_px();
     let colours = if effects.variants(0).iter().any(|variant| variant.colour.is_some()) { 3 } else { 0 };
     let mut each = 4 + 4 * colours;
     if effects.averages() {
@@ -87,7 +87,7 @@ fn memory_bytes(system: &System, sets: usize, samples: usize) -> u64 {
 }
 
 fn fates(system: &System) -> BTreeMap<&'static str, f64> {
-    let size = DVec2::from_array(system.camera.size_px().map(|n| n as f64));
+    let size = DVec2::from_array(system.camera().size_px().map(|n| n as f64));
     let mut counts: BTreeMap<&'static str, f64> = BTreeMap::new();
     for k in 0..GRID * GRID {
         let place = (DVec2::new((k % GRID) as f64, (k / GRID) as f64) + 0.5) / GRID as f64;
@@ -100,12 +100,12 @@ fn fates(system: &System) -> BTreeMap<&'static str, f64> {
 
 /// The instrument of `scene`, `ideal` without effects, with all effects but `left_out`, on a sensor of the same size that has
 /// fewer pixels where there are many: to be timed. Diffraction keeps its size in px, and so its work for a pixel.
-pub fn smaller(ideal: &System, scene: &Scene, left_out: &[&str]) -> System {
+pub fn smaller(ideal: &System, scene: &Scene, left_out: &[EffectId]) -> System {
     let mut camera = scene.camera;
     let times = (camera.width_px * camera.height_px / TIMED_PX).isqrt().max(1);
     let fewer = |n: usize| if times == 1 { n } else { (n / (2 * times)).max(1) * 2 };
     let width_mm = camera.width_px as f64 * camera.pitch_mm;
     (camera.width_px, camera.height_px) = (fewer(camera.width_px), fewer(camera.height_px));
     camera.pitch_mm = width_mm / camera.width_px as f64;
-    ideal.with_effects(&scene.effects.only(|row| !left_out.contains(&row.key)), &camera)
+    ideal.with_camera(&camera).with_effects(&scene.effects.only(|row| !left_out.contains(&row.id)))
 }

@@ -21,7 +21,7 @@ pub struct HalfFrame {
 impl HalfFrame {
     /// The frame of `half` of `system`'s pictures; the middle column of an odd width belongs to neither.
     pub fn new(system: &System, half: Half) -> Self {
-        let [width, height] = system.camera.size_px();
+        let [width, height] = system.camera().size_px();
         let first_column = if half == Half::Left { 0 } else { width.div_ceil(2) };
         Self { half, first_column, size_px: DVec2::new((width / 2) as f64, height as f64) }
     }
@@ -43,7 +43,7 @@ impl HalfFrame {
 
     /// The centre of the half image, B of the design paper: a quarter of the picture from its edge.
     pub fn centre_px(&self, system: &System) -> DVec2 {
-        let [width, height] = system.camera.size_px().map(|n| n as f64);
+        let [width, height] = system.camera().size_px().map(|n| n as f64);
         let x = if self.half == Half::Left { 0.25 * width } else { 0.75 * width };
         DVec2::new(x, 0.5 * height)
     }
@@ -96,12 +96,12 @@ impl std::fmt::Display for NoPinhole {
 /// # Errors
 /// [`NoPinhole`].
 pub fn virtual_camera(system: &System, frame: &HalfFrame) -> Result<Pinhole, NoPinhole> {
-    let ray = system.camera.ray(frame.centre_px(system));
-    let residual_mm = system.accuracy.surface_residual_mm;
+    let ray = system.camera().ray(frame.centre_px(system));
+    let residual_mm = system.accuracy().surface_residual_mm;
     on_ray(
         system,
         frame,
-        match &system.designed {
+        match system.designed() {
             None => Ok(ray),
             Some(prism) => prism.pass(&ray, residual_mm, &mut ()).map(|(ray, _)| ray),
         },
@@ -117,14 +117,14 @@ pub fn virtual_camera_made(system: &System, frame: &HalfFrame) -> Result<Pinhole
 }
 
 fn on_ray(system: &System, frame: &HalfFrame, ray: Result<Ray, Fate>) -> Result<Pinhole, NoPinhole> {
-    let tangent_per_px = system.camera.tangent_per_px().ok_or(NoPinhole::Telecentric)?;
+    let tangent_per_px = system.camera().tangent_per_px().ok_or(NoPinhole::Telecentric)?;
     let centre_px = frame.centre_px(system);
     let ray = ray.map_err(NoPinhole::Ends)?;
     if ray.direction.z <= 0.0 {
         return Err(NoPinhole::Ends(Fate::PastBoard));
     }
     let tangent = ray.direction.truncate() / ray.direction.z;
-    let camera_z = system.camera.position_mm().z;
+    let camera_z = system.camera().position_mm().z;
     let centre_mm = ray.at((camera_z - ray.origin.z) / ray.direction.z);
     let focal_px = 1.0 / tangent_per_px;
     let principal_px = frame.own(centre_px) - tangent * focal_px;

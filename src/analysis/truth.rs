@@ -26,10 +26,10 @@ const MOST_CORNERS: usize = 1_000_000;
 /// Every inner corner of the board that the half sees, with its exact position; `None` when there are more than could
 /// be told apart.
 pub fn corners(system: &System, aimer: &Aimer<'_>, frame: &HalfFrame) -> Option<TrueCorners> {
-    let [columns, rows] = system.board.inner_corners();
+    let [columns, rows] = system.board().inner_corners();
     let Some([low, high]) = seen_range(aimer.main_light(), frame) else { return Some(TrueCorners::new()) };
     let range = |axis: usize, count: usize| {
-        let square = system.board.pattern.square_mm;
+        let square = system.board().pattern.square_mm;
         let index = |mm: f64| mm / square + 0.5 * (count as f64 + 1.0) - 1.0;
         let first = index(low[axis]).floor().max(0.0) as usize;
         let end = (index(high[axis]).ceil() + 1.0).clamp(0.0, count as f64) as usize;
@@ -43,7 +43,7 @@ pub fn corners(system: &System, aimer: &Aimer<'_>, frame: &HalfFrame) -> Option<
     let aimed: BTreeMap<[i32; 2], DVec2> = indices
         .par_iter()
         .filter_map(|&[column, row]| {
-            let board_mm = system.board.corner_at(column as f64, row as f64);
+            let board_mm = system.board().corner_at(column as f64, row as f64);
             let full_px = aimer.aim(board_mm, frame.side()).ok()?;
             // Through the side as the ridge really bounds it, not as it was continued for the search.
             let seen = frame.contains(frame.own(full_px)) && aimer.sees(full_px, frame.side());
@@ -61,9 +61,9 @@ pub fn corners(system: &System, aimer: &Aimer<'_>, frame: &HalfFrame) -> Option<
 
 /// Whether the index is that of an outer corner of the squares, which is no crossing, and lies in the half.
 fn on_rim(system: &System, aimer: &Aimer<'_>, frame: &HalfFrame, [column, row]: [i32; 2]) -> bool {
-    let [columns, rows] = system.board.inner_corners().map(|n| n as i32);
+    let [columns, rows] = system.board().inner_corners().map(|n| n as i32);
     let outer = column == -1 || row == -1 || column == columns || row == rows;
-    let board_mm = system.board.corner_at(f64::from(column), f64::from(row));
+    let board_mm = system.board().corner_at(f64::from(column), f64::from(row));
     let seen = |px| frame.contains(frame.own(px)) && aimer.sees(px, frame.side());
     outer && aimer.aim(board_mm, frame.side()).is_ok_and(seen)
 }

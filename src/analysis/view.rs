@@ -6,6 +6,7 @@ use super::truth::{self, TrueCorners};
 use crate::metrics::pinhole::Pinhole;
 use crate::metrics::straightness::IndexedCorner;
 use crate::metrics::{Deviation, Observation};
+use crate::progress::Observer;
 use crate::raster::Raster;
 use crate::system::aim::Aimer;
 use crate::system::{Board, InLight, System};
@@ -88,25 +89,20 @@ impl From<&Detection> for DetectedLattice {
 
 /// Detects the board of `system` in both halves of `picture` (linear radiance) and places its corners: [`place`].
 ///
-/// `stage` hears what is done next.
-pub fn see(system: &System, picture: &Raster<f32>, own: bool, stage: &mut dyn FnMut(&'static str)) -> BoardView {
-    stage("detect");
+/// `observer` hears what is done next.
+pub fn see(system: &System, picture: &Raster<f32>, own: bool, observer: &dyn Observer) -> BoardView {
+    observer.stage("detect");
     let lattices = split(picture).map(|h| {
         let mask = own_side(system, &HalfFrame::new(system, h.half));
         DetectedLattice::from(&vision::detect(&h.image, mask.as_ref(), &vision::Settings::default()))
     });
-    place(system, &lattices, own, stage)
+    place(system, &lattices, own, observer)
 }
 
 /// Gives every corner of the left and the right half its place on the board; with the exact corners beside them when
 /// the picture is one that `system` made (`own`).
-pub fn place(
-    system: &System,
-    lattices: &[DetectedLattice; 2],
-    own: bool,
-    stage: &mut dyn FnMut(&'static str),
-) -> BoardView {
-    stage("truth");
+pub fn place(system: &System, lattices: &[DetectedLattice; 2], own: bool, observer: &dyn Observer) -> BoardView {
+    observer.stage("truth");
     let light = InLight::new(system);
     let aimer = own.then(|| Aimer::new(system));
     let halves = [(Half::Left, &lattices[0]), (Half::Right, &lattices[1])].map(|(half, lattice)| {
@@ -117,8 +113,8 @@ pub fn place(
         let detected = compare(anchored.as_deref(), truth.as_ref(), lattice);
         HalfView { frame, camera, found: anchored.unwrap_or_default(), truth, detected }
     });
-    let depth_mm = system.board.pattern.world_from_board.translation_mm.z - system.camera.position_mm().z;
-    BoardView { depth_mm, board: system.board, halves }
+    let depth_mm = system.board().pattern.world_from_board.translation_mm.z - system.camera().position_mm().z;
+    BoardView { depth_mm, board: *system.board(), halves }
 }
 
 /// The pixels of a half whose rays go through its own side of the prism, where some do not: the ridge's image is not

@@ -17,7 +17,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
     let scene = scene::load(&args.scene)?;
     let ideal = files::named(&args.scene, system::ideal(&scene))?;
     let verdicts = auto::verdicts(&ideal, &scene);
-    let system = ideal.with_effects(&auto::settled(&verdicts, &scene), &scene.camera);
+    let system = ideal.with_effects(&auto::settled(&verdicts, &scene));
     let half = |half: Half| {
         let frame = HalfFrame::new(&system, half);
         let designed = virtual_camera(&system, &frame).ok().map(|camera| camera.centre_mm().to_array());

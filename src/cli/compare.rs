@@ -15,13 +15,12 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     let prisms = prisms(&scene)?;
     files::folder(&args.out)?;
     let asked = Asked { budget: args.budget };
-    let mut progress = Progress::new(prisms.len() as u64 * pixels(&scene, asked));
+    let progress = Progress::new(prisms.len() as u64 * pixels(&scene, asked));
     let mut judged = Vec::new();
     let mut designs = Vec::new();
     let mut written = Vec::new();
     for (name, scene) in prisms {
-        let rendered = progress.handle();
-        let design = judge_design(name, scene, asked, &mut |step| progress.begin(name, step), &rendered);
+        let design = judge_design(name, scene, asked, &progress.watch(name));
         let design = files::named(args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")), design)?;
         progress.begin(name, "write");
         for ending in ["png", "exr"] {

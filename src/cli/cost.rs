@@ -18,11 +18,10 @@ pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
     files::folder(&args.out)?;
     let preset = if args.quick { CostSettings::quick() } else { CostSettings::default() };
     let settings = CostSettings { repetitions: usize::from(args.repetitions), ..preset };
-    let mut progress = Progress::new(1);
+    let progress = Progress::new(1);
     progress.begin(&scene.name, "design");
     let system = files::build(&scene, args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")))?;
-    let done = progress.handle();
-    let study = cost(&scene, &system, &settings, &mut |step, n| progress.begin_anew(&scene.name, step, n), &done);
+    let study = cost(&scene, &system, &settings, &progress.watch(&scene.name));
     drop(progress);
 
     let machine = machine();

@@ -30,22 +30,22 @@ enum Input {
 pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
     let scene = scene::load(&args.scene)?;
     let input = input(args, &scene)?;
-    let mut progress = Progress::new(0);
+    let progress = Progress::new(0);
     progress.begin(&scene.name, "design");
     let system = files::build(&scene, &args.scene)?;
-    let mut stage = |step| progress.begin("picture", step);
+    let watch = progress.watch("picture");
     let view = match &input {
         Input::Picture(picture, note) => {
             same_instrument(args, &scene, &system, note.as_deref())?;
-            see(&system, picture, args.own, &mut stage)
+            see(&system, picture, args.own, &watch)
         }
-        Input::Corners(views) => place(&system, &lattices(args, &system, views)?, args.own, &mut stage),
+        Input::Corners(views) => place(&system, &lattices(args, &system, views)?, args.own, &watch),
     };
     progress.begin("picture", "measure");
     let judgement = measure(&scene, &system, view, &[]);
     let budget = args.budget.then(|| {
         progress.begin("picture", "budget");
-        budget::budget(&scene, &system, &judgement.view, &|_| ())
+        budget::budget(&scene, &system, &judgement.view, &())
     });
     let timing = progress.take_seconds();
     drop(progress);

@@ -2,6 +2,7 @@
 
 use crate::accuracy::Sampling;
 use crate::analysis::estimate::{PictureEstimate, forecast, smaller};
+use crate::effect::EffectId;
 use crate::render::{Outputs, render_wanted};
 use crate::scene::Scene;
 use crate::system::System;
@@ -29,10 +30,10 @@ impl TimedEstimate {
     /// ratio of pixels. Larger pixels have more edges and more bend in them, so that such a time says too much.
     pub(super) fn new(scene: &Scene, ideal: &System, system: &System, verdicts: Vec<Verdict>) -> Self {
         let forecast = forecast(system, verdicts);
-        let dropped: Vec<&str> = forecast.effects.iter().filter(|e| !e.kept).map(|e| e.effect).collect();
+        let dropped: Vec<EffectId> = forecast.effects.iter().filter(|e| !e.kept).map(|e| e.effect).collect();
         let time_s = time(ideal, scene, &dropped);
-        let saved = |key: &str| {
-            let others: Vec<&str> = dropped.iter().copied().filter(|k| *k != key).collect();
+        let saved = |effect: EffectId| {
+            let others: Vec<EffectId> = dropped.iter().copied().filter(|other| *other != effect).collect();
             (time(ideal, scene, &others) - time_s).max(0.0)
         };
         let saved_s = forecast.effects.iter().map(|e| (!e.kept).then(|| saved(e.effect))).collect();
@@ -90,7 +91,7 @@ impl TimedEstimate {
             let saves = saved_s.map_or_else(String::new, |s| format!("{} s", two_digits(s)));
             text += &format!(
                 "  {:14} {:>8} {:>8}    {kept:8} {saves:9} {}\n",
-                effect.effect,
+                effect.effect.key(),
                 number(|bound| bound.grey),
                 number(|bound| bound.px),
                 effect.why
@@ -115,19 +116,19 @@ fn no_less(bound: f64) -> String {
 }
 
 /// The time of a picture of `scene` without the effects `left_out`, in s, from smaller ones.
-fn time(ideal: &System, scene: &Scene, left_out: &[&str]) -> f64 {
+fn time(ideal: &System, scene: &Scene, left_out: &[EffectId]) -> f64 {
     let system = smaller(ideal, scene, left_out);
     let begun = Instant::now();
     let mut fastest = f64::INFINITY;
     for _ in 0..REPETITIONS {
         let start = Instant::now();
-        std::hint::black_box(render_wanted(&system, Outputs { truth: true }, &|_| ()));
+        std::hint::black_box(render_wanted(&system, Outputs { truth: true }, &()));
         fastest = fastest.min(start.elapsed().as_secs_f64());
         if begun.elapsed().as_secs_f64() > PATIENCE_S {
             break;
         }
     }
-    let [width, height] = system.camera.size_px();
+    let [width, height] = system.camera().size_px();
     fastest * (scene.camera.width_px * scene.camera.height_px) as f64 / (width * height) as f64
 }
 

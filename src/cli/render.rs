@@ -12,15 +12,15 @@ use crate::scene;
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
     let scene = accuracy::asked(scene::load(&args.scene)?, args.target_px);
     args.out.iter().try_for_each(|path| picture::check_name(path))?;
-    let mut progress = Progress::new((scene.camera.width_px * scene.camera.height_px) as u64);
+    let progress = Progress::new((scene.camera.width_px * scene.camera.height_px) as u64);
     progress.begin(&scene.name, "design");
     let system = files::build(&scene, &args.scene)?;
     progress.begin(&scene.name, "render");
     let Written { fates, counts, account, clamped } =
-        picture::render_to_files(&args.out, &scene, &system, &progress.handle())?;
+        picture::render_to_files(&args.out, &scene, &system, &progress.watch(&scene.name))?;
     args.out.iter().zip(clamped).for_each(|(path, pixels)| files::print_clamped(path, pixels));
     let left_out: Vec<&str> =
-        scene.effects.acting().filter(|row| !(row.acts)(&system.effects)).map(|row| row.key).collect();
+        scene.effects.acting().filter(|row| !(row.acts)(system.effects())).map(|row| row.key()).collect();
     let seconds = progress.take_seconds();
     drop(progress);
     if args.json {
@@ -42,7 +42,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
             output::stderr(&format!("left out: {}; `biprism check` says why", left_out.join(", ")));
         }
         // Fates are those of one ray a pixel.
-        let how = if system.effects.dimensions() > 0 { " through the middle of the pupil" } else { "" };
+        let how = if system.effects().dimensions() > 0 { " through the middle of the pupil" } else { "" };
         for (fate, n) in fates.into_iter().filter(|(_, n)| *n > 0) {
             output::stderr(&format!("{n} pixels never see the board{how}: {fate}"));
         }

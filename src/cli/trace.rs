@@ -3,6 +3,7 @@
 use super::args::TraceArgs;
 use super::outcome::Outcome;
 use super::{files, output};
+use crate::effect::EffectId;
 use crate::effect::dispersion::Wavelength;
 use crate::error::Error;
 use crate::optics::fate::Fate;
@@ -67,7 +68,7 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
     output::stdout(if asked.is_empty() && !args.json { "" } else { tail })?;
     match args.wavelength_nm {
         Some(nm) => output::stderr(&format!("traced in light of {nm} nm")),
-        None if system.effects.acting().any(|row| row.key == "dispersion") => {
+        None if system.effects().acting().any(|row| row.id == EffectId::Dispersion) => {
             output::stderr(&format!("traced in {}", light_name(&scene, &system)));
         }
         None => {}
@@ -179,14 +180,14 @@ fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Error> {
 fn forth(light: &InLight<'_>, as_json: bool, px: DVec2) -> String {
     let system = light.main();
     let (path, end) = light.path(px);
-    let landed = end.and_then(|(ray, side)| system.board.intersect(&ray).map(|(mm, _)| (mm, side)));
+    let landed = end.and_then(|(ray, side)| system.board().intersect(&ray).map(|(mm, _)| (mm, side)));
     let (fate, side) = match (&landed, &end) {
         (Ok((_, side)), _) => ("board", Some(*side)),
         (Err(fate), Ok((_, side))) => (fate.name(), Some(*side)),
         (Err(fate), Err(_)) => (fate.name(), None),
     };
     let board = landed.ok().map(|(mm, _)| mm);
-    let world = board.map(|mm| system.board.world(mm));
+    let world = board.map(|mm| system.board().world(mm));
     let point = |k: usize| path.points.get(k).copied();
     let direction = |k: usize| path.directions.get(k).copied();
     if as_json {

@@ -1,4 +1,4 @@
-//! A polynomial through a cloud of points, by least squares (Eq. 6 of the design paper).
+//! The surface fit: a polynomial through a point cloud by linear least squares (Eq. 6 of the design paper).
 
 use crate::error::Error;
 use crate::geom::Rect;
@@ -53,6 +53,7 @@ pub struct SurfaceFit {
 /// A [`Error`] when the degree is not 1 ..= 20, a coordinate is not a number, or the points do not determine every
 /// coefficient: then it names the rank.
 pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Result<SurfaceFit, Error> {
+    // Refuse a degree out of range and coordinates that are none.
     if !(1..=MAX_DEGREE).contains(&degree) {
         return Err(Error::new(
             "the surface fit",
@@ -67,6 +68,8 @@ pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Resu
             "remove the point from the cloud, or check its unit",
         ));
     }
+
+    // Scale the points by their extent.
     let powers = powers(degree);
     if points_mm.is_empty() {
         return Err(rank_problem(0, 0, &powers, degree));
@@ -77,6 +80,7 @@ pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Resu
     let scale =
         (max.truncate() - centre).max(centre - min.truncate()).map(|s| if s >= SMALLEST_EXTENT_MM { s } else { 1.0 });
 
+    // Factor the equations, and demand full rank by the singular values.
     let triangle = triangle(points_mm, &powers, centre, scale);
     let equations = triangle.columns(0, powers.len()).into_owned();
     let singular = equations.clone().singular_values();
@@ -85,6 +89,8 @@ pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Resu
     if rank < powers.len() {
         return Err(rank_problem(points_mm.len(), rank, &powers, degree));
     }
+
+    // Solve the triangle for the coefficients.
     let square = equations.rows(0, powers.len());
     let right: DVector<f64> = triangle.column(powers.len()).rows(0, powers.len()).into_owned();
     let solution = square.solve_upper_triangular(&right).expect("a matrix of full rank has no zero on its diagonal");
@@ -92,6 +98,8 @@ pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Resu
     let sag = Poly2::new(degree, centre.to_array(), scale.to_array(), |m, n| {
         powers.iter().position(|&p| p == (m, n)).map_or(0.0, |i| solution[i])
     });
+
+    // Measure the residuals, and grow the domain beyond the points.
     let (rms_mm, max_mm) = residuals(points_mm, &sag);
     let margin = (max - min).truncate() * DOMAIN_MARGIN;
     let domain = Rect { min: min.truncate() - margin, max: max.truncate() + margin };
@@ -106,6 +114,7 @@ fn powers(degree: usize) -> Vec<(usize, usize)> {
 
 /// The triangle R of [powers | z] = Q R over all points. Its last column is Q^T z.
 fn triangle(points_mm: &[DVec3], powers: &[(usize, usize)], centre: DVec2, scale: DVec2) -> DMatrix<f64> {
+    // Factor block by block.
     let columns = powers.len() + 1;
     let rows = BLOCK.max(4 * columns);
     let triangles: Vec<DMatrix<f64>> = points_mm
@@ -113,6 +122,7 @@ fn triangle(points_mm: &[DVec3], powers: &[(usize, usize)], centre: DVec2, scale
         .map(|block| {
             let mut a = DMatrix::zeros(block.len(), columns);
             for (row, p) in block.iter().enumerate() {
+                // Fill a row with the powers of the scaled coordinates, and z.
                 let [x, y] = ((p.truncate() - centre) / scale).to_array();
                 let mut power = [[1.0; MAX_DEGREE + 1]; 2];
                 for i in 1..=MAX_DEGREE {
@@ -127,6 +137,8 @@ fn triangle(points_mm: &[DVec3], powers: &[(usize, usize)], centre: DVec2, scale
             a.qr().unpack_r()
         })
         .collect();
+
+    // Stack the triangles and factor them again.
     let mut stacked = DMatrix::zeros(triangles.iter().map(DMatrix::nrows).sum(), columns);
     let mut row = 0;
     for triangle in &triangles {

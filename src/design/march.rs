@@ -1,4 +1,4 @@
-//! The grid of the design: both surfaces, point by point, marched from the central ray of the half image.
+//! The march: integrates both surfaces of the design, point by point, from the central ray of the half image.
 
 use super::point_grid::PointGrid;
 use super::slope::{PathParameter, Singular, slope};
@@ -32,47 +32,11 @@ pub fn march(
     settings: &DesignSettings,
     integrator: Integrator,
 ) -> Result<PointGrid, Error> {
-    let (half_width, half_height) = (camera.width_px as f64 / 4.0, camera.height_px as f64 / 2.0);
-    let step_px = settings.step_px;
-    if !(step_px.is_finite() && step_px > 0.0) {
-        return Err(Error::new(
-            "the prism's design",
-            format!("`prism.design.step_px` is {step_px}, and must be above 0"),
-            "use 1, a step of one pixel",
-        ));
-    }
-    if camera.width_px == 0 || camera.height_px == 0 {
-        return Err(Error::new(
-            "the camera",
-            format!("the sensor has {} x {} px, and must have at least 1 x 1", camera.width_px, camera.height_px),
-            "set `camera.width_px` and `camera.height_px`",
-        ));
-    }
-    let spacing_px = step_px.max(1.0);
-    let parts = |half: f64| (half / spacing_px).ceil().max(settings.degree as f64).max(1.0);
-    let points = (2.0 * parts(half_width) + 1.0) * (2.0 * parts(half_height) + 1.0);
-    if points > MAX_POINTS as f64 {
-        return Err(Error::new(
-            "the prism's design",
-            format!("a step of `prism.design.step_px` = {step_px} makes {points} points, and may make {MAX_POINTS}"),
-            format!("use a step of {:.2} px or more", spacing_px * (points / MAX_POINTS as f64).sqrt() * 1.01),
-        ));
-    }
-    let hops = (spacing_px / step_px).ceil();
-    if hops * points > MAX_STEPS as f64 {
-        return Err(Error::new(
-            "the prism's design",
-            format!("`prism.design.step_px` = {step_px} makes {:.1e} steps, and may make {MAX_STEPS}", hops * points),
-            format!("use a step of {:.4} px or more", points / MAX_STEPS as f64 * 1.01),
-        ));
-    }
-    let hops = hops as usize;
-    let u_px = nodes(half_width, parts(half_width) as usize);
-    let v_px = nodes(half_height, parts(half_height) as usize);
+    let GridLayout { u_px, v_px, hops } = GridLayout::new(camera, settings)?;
     let in_mm = |px: &[f64]| px.iter().map(|p| p * camera.pitch_mm).collect::<Vec<_>>();
     let (u_mm, v_mm) = (in_mm(&u_px), in_mm(&v_px));
 
-    // The first march, along the centre line.
+    // March along the centre line.
     let (first, second) = match settings.order {
         MarchOrder::XThenY => (PathParameter::U, PathParameter::V),
         MarchOrder::YThenX => (PathParameter::V, PathParameter::U),
@@ -87,7 +51,7 @@ pub fn march(
     march_line(target, integrator, GridLine { along: first, other_mm: 0.0, t_mm: across, hops }, &mut spine)
         .map_err(stopped)?;
 
-    // The second, across it, from every point of the first.
+    // March across it from every one of its points.
     let mut z_mm = vec![start; across.len() * along.len()];
     let ends: Vec<Result<(), Stopped>> = z_mm
         .par_chunks_mut(along.len())
@@ -98,9 +62,71 @@ pub fn march(
             march_line(target, integrator, GridLine { along: second, other_mm, t_mm: along, hops }, line)
         })
         .collect();
-    // The first that stopped, in the order of the lines and not of the threads.
+
+    // Report the first line that stopped, in the order of the lines and not of the threads.
     ends.into_iter().collect::<Result<(), _>>().map_err(stopped)?;
     Ok(PointGrid { camera: *target, pitch_mm: camera.pitch_mm, order: settings.order, u_px, v_px, z_mm })
+}
+
+/// Where the march makes points.
+struct GridLayout {
+    /// Offsets of columns and rows from the half image's centre, in px.
+    u_px: Vec<f64>,
+    v_px: Vec<f64>,
+    /// Steps from one grid point to the next.
+    hops: usize,
+}
+
+impl GridLayout {
+    /// The grid of [`march`].
+    fn new(camera: &CameraSpec, settings: &DesignSettings) -> Result<Self, Error> {
+        // Refuse a step or a sensor that is not positive.
+        let (half_width, half_height) = (camera.width_px as f64 / 4.0, camera.height_px as f64 / 2.0);
+        let step_px = settings.step_px;
+        if !(step_px.is_finite() && step_px > 0.0) {
+            return Err(Error::new(
+                "the prism's design",
+                format!("`prism.design.step_px` is {step_px}, and must be above 0"),
+                "use 1, a step of one pixel",
+            ));
+        }
+        if camera.width_px == 0 || camera.height_px == 0 {
+            return Err(Error::new(
+                "the camera",
+                format!("the sensor has {} x {} px, and must have at least 1 x 1", camera.width_px, camera.height_px),
+                "set `camera.width_px` and `camera.height_px`",
+            ));
+        }
+
+        // Divide the half image evenly, and bound points and steps.
+        let spacing_px = step_px.max(1.0);
+        let parts = |half: f64| (half / spacing_px).ceil().max(settings.degree as f64).max(1.0);
+        let points = (2.0 * parts(half_width) + 1.0) * (2.0 * parts(half_height) + 1.0);
+        if points > MAX_POINTS as f64 {
+            return Err(Error::new(
+                "the prism's design",
+                format!(
+                    "a step of `prism.design.step_px` = {step_px} makes {points} points, and may make {MAX_POINTS}"
+                ),
+                format!("use a step of {:.2} px or more", spacing_px * (points / MAX_POINTS as f64).sqrt() * 1.01),
+            ));
+        }
+        let hops = (spacing_px / step_px).ceil();
+        if hops * points > MAX_STEPS as f64 {
+            return Err(Error::new(
+                "the prism's design",
+                format!(
+                    "`prism.design.step_px` = {step_px} makes {:.1e} steps, and may make {MAX_STEPS}",
+                    hops * points
+                ),
+                format!("use a step of {:.4} px or more", points / MAX_STEPS as f64 * 1.01),
+            ));
+        }
+
+        let u_px = nodes(half_width, parts(half_width) as usize);
+        let v_px = nodes(half_height, parts(half_height) as usize);
+        Ok(Self { u_px, v_px, hops: hops as usize })
+    }
 }
 
 /// -half to half in 2 `parts` equal parts; the middle is exactly 0 and the two sides are mirror images.
@@ -154,6 +180,7 @@ fn march_line(
     line: GridLine,
     z: &mut [[f64; 2]],
 ) -> Result<(), Stopped> {
+    // Take the slopes as the right side of the differential equation along the line.
     let pixel = |t| match line.along {
         PathParameter::U => (t, line.other_mm),
         PathParameter::V => (line.other_mm, t),
@@ -162,6 +189,8 @@ fn march_line(
         let (u, v) = pixel(t);
         slope(target, line.along, u, v, z)
     };
+
+    // Integrate from grid point to grid point.
     let middle = z.len() / 2;
     let mut go = |from: usize, to: usize| {
         let (t0, step) = (line.t_mm[from], (line.t_mm[to] - line.t_mm[from]) / line.hops as f64);
@@ -174,6 +203,8 @@ fn march_line(
         })?;
         Ok(())
     };
+
+    // Go from the middle to both ends.
     (middle + 1..line.t_mm.len()).try_for_each(|i| go(i - 1, i))?;
     (0..middle).rev().try_for_each(|i| go(i + 1, i))
 }

@@ -1,5 +1,5 @@
-//! The marched points as surfaces, before any polynomial is fitted to all of them: what a design would do if its surfaces
-//! were made through the points themselves.
+//! Local polynomial interpolation of the marched points: what a design would do if its surfaces went through the points
+//! themselves, before any polynomial is fitted to all of them.
 //!
 //! Over the grid both surfaces are smooth functions of column and row; six points each way make a local polynomial that is
 //! exact to the sixth order of their distance. It gives place and normal. Of a fine grid every n-th point is taken: the

@@ -1,4 +1,4 @@
-//! The freeform prism, designed from a camera and a virtual camera.
+//! Prism design: the freeform prism of a camera and a virtual camera.
 //!
 //! Everything here is in the prism's frame with the camera's pinhole O at the origin, and for the right half (x > 0);
 //! the left half is its mirror image.

@@ -1,4 +1,4 @@
-//! The result of the march: points of both surfaces on a grid of pixel positions.
+//! The point grid: points of both surfaces over a grid of pixel positions, the result of the march.
 
 use super::slope::optical_path_mm;
 use super::virtual_camera::VirtualCamera;

@@ -1,4 +1,4 @@
-//! How the two freeform surfaces slope where one ray meets them: Eqs. 1-4 of the design paper.
+//! The slopes of the two freeform surfaces where one ray meets them: Eqs. 1-4 of the design paper.
 
 use super::virtual_camera::VirtualCamera;
 use glam::DVec3;
@@ -50,7 +50,7 @@ impl fmt::Display for Singular {
 /// d(p'_z)/dt = - (p'_z - z_O')  (g_t . N2) / (g . N2)
 /// ```
 ///
-/// Domain of validity: k > 1, glass between P and P', and both surfaces able to bend the ray as asked.
+/// Domain of validity: k > 1, glass between P and P', and both surfaces able to bend the ray by as much as the design needs.
 ///
 /// # Errors
 /// The [`Singular`] condition at the border of that domain.
@@ -62,6 +62,7 @@ pub fn slope(
     v_mm: f64,
     z: [f64; 2],
 ) -> Result<[f64; 2], Singular> {
+    // Find the rays before and behind the prism, and the way in the glass between them.
     let a = camera.outer_direction(u_mm, v_mm);
     let g = camera.virtual_direction(u_mm, v_mm);
     let depth = z[1] - camera.centre_mm.z;
@@ -69,12 +70,16 @@ pub fn slope(
     if !(z[0] > 0.0 && through.z > 0.0) {
         return Err(Singular::NoGlass);
     }
+
+    // Find the surfaces' normals by Snell's law in vector form.
     let i = a.normalize();
     let i_virtual = g.normalize();
     let k_i_glass = through * (camera.index_ratio / through.length());
     let n1 = i - k_i_glass;
     let n2 = k_i_glass - i_virtual;
-    // N1 points against the ray and N2 along it, as long as the surfaces can bend the rays.
+
+    // Refuse normals that no refraction makes: N1 points against the ray and N2 along it, as long as the surfaces can
+    // bend the rays.
     let smallest = SMALLEST_COSINE * (camera.index_ratio - 1.0);
     if i.dot(n1) > -smallest {
         return Err(Singular::FrontGrazing);
@@ -82,7 +87,8 @@ pub fn slope(
     if i_virtual.dot(n2) < smallest {
         return Err(Singular::BackCritical);
     }
-    // a_t = g_t = t/f along the axis of t.
+
+    // Find the slopes of paths at right angles to the normals; a_t = g_t = t/f along the axis of t.
     let (n1_t, n2_t) = match along {
         PathParameter::U => (n1.x, n2.x),
         PathParameter::V => (n1.y, n2.y),

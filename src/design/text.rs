@@ -1,4 +1,4 @@
-//! A designed prism as the text of a scene: it enters a simulation by the front door.
+//! A designed prism as the text of a scene, which the scene parser reads like any other.
 
 use crate::scene::{GlassSpec, PolynomialPatch};
 use std::fmt::Write;

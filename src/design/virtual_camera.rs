@@ -1,4 +1,4 @@
-//! Where the design starts: the central ray of a half image, and the virtual camera that it belongs to.
+//! The virtual camera of a half image, and the central ray from which the design starts.
 
 use super::angle::facet_angle_rad;
 use crate::error::Error;
@@ -62,19 +62,9 @@ impl VirtualCamera {
 /// A [`Error`] when no angle satisfies Eq. 5, the glass is no denser than its surroundings, a length is not positive, the
 /// central ray misses the facet, or O' does not lie before the glass.
 pub fn virtual_camera(camera: &CameraSpec, prism: &BiprismSpec, centre_z_mm: f64) -> Result<VirtualCamera, Error> {
-    positive("the camera", "camera.focal_length_mm", camera.focal_length_mm)?;
-    positive("the camera", "camera.pixel_pitch_um", camera.pitch_mm)?;
-    positive("the prism", "prism.ridge_distance_mm", prism.ridge_distance_mm)?;
-    positive("the prism", "prism.thickness_mm", prism.thickness_mm)?;
-    positive("the prism", "prism.outer_index", prism.body.outer_index)?;
-    let index_ratio = prism.body.index / prism.body.outer_index;
-    if !(index_ratio.is_finite() && index_ratio > 1.0) {
-        return Err(Error::new(
-            "the prism",
-            format!("`prism.index` / `prism.outer_index` is {index_ratio}, and must be above 1"),
-            "use a glass that is denser than its surroundings",
-        ));
-    }
+    let index_ratio = index_ratio(camera, prism)?;
+
+    // Find the central ray's angle, and the facet angle: given, or by Eq. 5.
     let half_centre_mm = camera.width_px as f64 * camera.pitch_mm / 4.0;
     let tan_delta = half_centre_mm / camera.focal_length_mm;
     let delta_rad = libm::atan(tan_delta);
@@ -82,20 +72,9 @@ pub fn virtual_camera(camera: &CameraSpec, prism: &BiprismSpec, centre_z_mm: f64
         Some(alpha) => alpha,
         None => facet_angle_rad(index_ratio, delta_rad)?,
     };
-    let right_angle = std::f64::consts::FRAC_PI_2;
-    if !(alpha_rad.abs() < right_angle && (alpha_rad + delta_rad).abs() < right_angle) {
-        return Err(Error::new(
-            "the prism",
-            format!(
-                "`prism.facet_angle_deg` is {}, and must leave the half image's central ray (at {:.4} deg) within 90 deg \
-                 of the facet's normal",
-                alpha_rad.to_degrees(),
-                delta_rad.to_degrees()
-            ),
-            "lower the facet angle, or leave it out for the angle of Eq. 5",
-        ));
-    }
-    // The central ray, first to the facet z = D + x tan(alpha), then at its angle in the glass to the base.
+    check_facet_angle(alpha_rad, delta_rad)?;
+
+    // Intersect the central ray with the facet z = D + x tan(alpha).
     let front_z = prism.ridge_distance_mm / (1.0 - tan_delta * libm::tan(alpha_rad));
     let front_mm = DVec3::new(front_z * tan_delta, 0.0, front_z);
     let base_z = prism.ridge_distance_mm + prism.thickness_mm;
@@ -111,11 +90,15 @@ pub fn virtual_camera(camera: &CameraSpec, prism: &BiprismSpec, centre_z_mm: f64
             "use a thicker prism or a smaller facet angle",
         ));
     }
+
+    // Refract it, and intersect it with the base.
     let tan_in_glass = match prism.facet_angle_rad {
         None => 0.0,
         Some(_) => libm::tan(libm::asin(libm::sin(alpha_rad + delta_rad) / index_ratio) - alpha_rad),
     };
     let back_mm = DVec3::new(front_mm.x + (base_z - front_z) * tan_in_glass, 0.0, base_z);
+
+    // Place the virtual camera on its continuation along z.
     if !(centre_z_mm.is_finite() && centre_z_mm < prism.ridge_distance_mm) {
         return Err(Error::new(
             "the prism",
@@ -136,6 +119,41 @@ pub fn virtual_camera(camera: &CameraSpec, prism: &BiprismSpec, centre_z_mm: f64
         back_mm,
         centre_mm: DVec3::new(back_mm.x, 0.0, centre_z_mm),
     })
+}
+
+/// n_glass / n_outside.
+fn index_ratio(camera: &CameraSpec, prism: &BiprismSpec) -> Result<f64, Error> {
+    positive("the camera", "camera.focal_length_mm", camera.focal_length_mm)?;
+    positive("the camera", "camera.pixel_pitch_um", camera.pitch_mm)?;
+    positive("the prism", "prism.ridge_distance_mm", prism.ridge_distance_mm)?;
+    positive("the prism", "prism.thickness_mm", prism.thickness_mm)?;
+    positive("the prism", "prism.outer_index", prism.body.outer_index)?;
+    let index_ratio = prism.body.index / prism.body.outer_index;
+    if !(index_ratio.is_finite() && index_ratio > 1.0) {
+        return Err(Error::new(
+            "the prism",
+            format!("`prism.index` / `prism.outer_index` is {index_ratio}, and must be above 1"),
+            "use a glass that is denser than its surroundings",
+        ));
+    }
+    Ok(index_ratio)
+}
+
+fn check_facet_angle(alpha_rad: f64, delta_rad: f64) -> Result<(), Error> {
+    let right_angle = std::f64::consts::FRAC_PI_2;
+    if !(alpha_rad.abs() < right_angle && (alpha_rad + delta_rad).abs() < right_angle) {
+        return Err(Error::new(
+            "the prism",
+            format!(
+                "`prism.facet_angle_deg` is {}, and must leave the half image's central ray (at {:.4} deg) within 90 deg \
+                 of the facet's normal",
+                alpha_rad.to_degrees(),
+                delta_rad.to_degrees()
+            ),
+            "lower the facet angle, or leave it out for the angle of Eq. 5",
+        ));
+    }
+    Ok(())
 }
 
 fn positive(place: &str, key: &str, value: f64) -> Result<(), Error> {

@@ -11,13 +11,13 @@ use super::ghosts::Ghosts;
 use super::hook::Hook;
 use super::journey::LightPath;
 use super::lamp::Lamp;
+use super::lens::Lens;
 use super::manufacture::Manufacture;
 use super::picture::Picture;
 use super::quadrature::{Points, Quadrature, turned};
 use super::roughness::Roughness;
 use super::sensor::Sensor;
 use super::telecentric::Telecentric;
-use super::thin_lens::ThinLens;
 use super::variant::Variant;
 use crate::surface::face::Face;
 use glam::DVec2;
@@ -25,10 +25,8 @@ use glam::DVec2;
 /// The effects that a scene calls for, with their settings; `None` is absent.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Effects {
-    /// A lens of finite aperture in focus at one distance.
-    pub thin_lens: Option<ThinLens>,
-    /// A telecentric lens in place of the pinhole.
-    pub telecentric: Option<Telecentric>,
+    /// The lens of the camera.
+    pub lens: Lens,
     /// What keeps rays from passing.
     pub clipping: Option<Clipping>,
     /// The prism as it was made.
@@ -98,8 +96,11 @@ impl Effects {
     /// `reach_mm` from its axis, with a way of `way_mm` through glass of `index_ratio` to its surroundings.
     pub fn spare_mm(&self, reach_mm: f64, way_mm: f64, index_ratio: f64) -> f64 {
         // A glass between lens and focus meets less than the aperture.
-        let cone_mm = |lens: Telecentric| lens.focus_mm * Telecentric::tangents(DVec2::new(lens.na, 0.0)).x;
-        let pupil_mm = self.thin_lens.map_or(0.0, |lens| lens.radius_mm) + self.telecentric.map_or(0.0, cone_mm);
+        let pupil_mm = match self.lens {
+            Lens::Pinhole => 0.0,
+            Lens::Thin(lens) => lens.radius_mm,
+            Lens::Telecentric(lens) => lens.focus_mm * Telecentric::tangents(DVec2::new(lens.na, 0.0)).x,
+        };
         // What a slope of the back does is done behind the glass.
         let draws = self.sets() as f64 * self.quadrature.points as f64;
         let rough = self.roughness.map_or(0.0, |rough| rough.steepest(Face::Front, draws));
@@ -119,7 +120,7 @@ impl Effects {
     /// Dimensions of the cube that the variants are drawn from, two for a pupil of finite size and two for each rough
     /// surface.
     pub fn dimensions(&self) -> usize {
-        2 * (usize::from(self.has_pupil()) + self.roughness.map_or(0, |rough| rough.rough()))
+        2 * (usize::from(self.lens.has_pupil()) + self.roughness.map_or(0, |rough| rough.rough()))
     }
 
     /// Sets of points that the picture is the mean of, at most: one where nothing is drawn from them.
@@ -127,15 +128,10 @@ impl Effects {
         if self.dimensions() > 0 { self.quadrature.replicates } else { 1 }
     }
 
-    /// Whether the pupil is more than a point.
-    fn has_pupil(&self) -> bool {
-        self.thin_lens.is_some_and(|lens| !lens.is_nothing()) || self.telecentric.is_some_and(|lens| lens.na > 0.0)
-    }
-
     /// Into how many equal parts of a full turn the pupil and the slopes may be cut that are all alike.
     fn turns(&self) -> usize {
-        match self.thin_lens.map(|lens| lens.aperture) {
-            Some(aperture) if self.has_pupil() => aperture.turns(),
+        match self.lens {
+            Lens::Thin(lens) if !lens.is_nothing() => lens.aperture.turns(),
             _ => 2,
         }
     }
@@ -149,13 +145,14 @@ impl Effects {
             DVec2::new(set.at(k, next - 2), set.at(k, next - 1))
         };
         let within = DVec2::new(1.0, 1.0 / turns as f64);
-        let pupil = match (&self.thin_lens, &self.telecentric) {
-            _ if !self.has_pupil() => DVec2::ZERO,
-            (Some(lens), _) => lens.pupil_mm(two() * within),
-            (None, lens) => lens.map_or(DVec2::ZERO, |lens| lens.sines(two() * within)),
+        let pupil = match &self.lens {
+            lens if !lens.has_pupil() => DVec2::ZERO,
+            Lens::Pinhole => DVec2::ZERO,
+            Lens::Thin(lens) => lens.pupil_mm(two() * within),
+            Lens::Telecentric(lens) => lens.sines(two() * within),
         };
         // The half with negative slopes along x.
-        let mut within = if self.has_pupil() { DVec2::ONE } else { DVec2::new(0.5, 1.0) };
+        let mut within = if self.lens.has_pupil() { DVec2::ONE } else { DVec2::new(0.5, 1.0) };
         let mut slopes = plain.slopes;
         if let Some(rough) = &self.roughness {
             for face in Face::ALL.into_iter().filter(|face| rough.slope[*face as usize] > 0.0) {
@@ -271,14 +268,16 @@ impl Effects {
 mod tests {
     use super::*;
     use crate::effect::table::TABLE;
-    use crate::effect::thin_lens;
+    use crate::effect::thin_lens::{self, ThinLens};
     use glam::DVec2;
 
     #[test]
     fn keys_differ_and_nothing_acts_by_default() {
         for (k, row) in TABLE.iter().enumerate() {
-            assert!(TABLE[..k].iter().all(|other| other.key != row.key), "{}", row.key);
-            assert!(!(row.acts)(&Effects::default()), "{}", row.key);
+            assert!(std::ptr::eq(row.id.row(), row) && row.id as usize == k, "{}", row.key());
+            assert_eq!(serde_json::json!(row.id), row.key());
+            assert!(TABLE[..k].iter().all(|other| other.key() != row.key()), "{}", row.key());
+            assert!(!(row.acts)(&Effects::default()), "{}", row.key());
         }
         assert_eq!(
             Effects::default().variants(0),
@@ -291,7 +290,7 @@ mod tests {
         let lens = ThinLens::new(2.8, 1000.0, thin_lens::Aperture::Circle, 35.0);
         for points in [1, 2, 7, 64] {
             let quadrature = Quadrature { points, ..Quadrature::default() };
-            let effects = Effects { thin_lens: Some(lens), quadrature, ..Effects::default() };
+            let effects = Effects { lens: Lens::Thin(lens), quadrature, ..Effects::default() };
             let variants = effects.variants(0);
             // In pairs.
             assert_eq!(variants.len(), points.next_multiple_of(2));

@@ -20,7 +20,7 @@
 //! 1. `effect/<name>.rs`: the settings as a plain struct of validated values in mm, rad and nm (field names carry the
 //!    unit), its formulas as functions of numbers with their source, `is_nothing()` for strength 0, and tests of them
 //!    against closed forms. This room uses `num`, `geom`, `optics` and `raster` at most.
-//! 2. Here: a field of [`Effects`], a row of [`TABLE`] (in `effect/table.rs`), and one line in `at`, `throughput`
+//! 2. Here: a field of [`Effects`], a variant of [`EffectId`], a row of [`TABLE`] (in `effect/table.rs`), and one line in `at`, `throughput`
 //!    or `develop`, or in `System::with_effects` for the instrument. A ray effect adds what it varies to [`Variant`] and
 //!    the change itself to `System::varied` in `system/vary.rs`; a transport effect finds all it may need in [`LightPath`].
 //! 3. `scene/effects.rs`: the table of the scene file with its ranges, its line in `EffectTables` and its conversion;
@@ -44,6 +44,8 @@ pub mod quadrature;
 pub mod roughness;
 pub mod sensor;
 mod hook;
+mod id;
+mod lens;
 mod table;
 pub mod telecentric;
 pub mod thin_lens;
@@ -64,8 +66,10 @@ pub use dispersion::Dispersion;
 pub use fresnel::Fresnel;
 pub use ghosts::Ghosts;
 pub use hook::Hook;
+pub use id::EffectId;
 pub use journey::{BoardPoint, LightPath};
 pub use lamp::Lamp;
+pub use lens::Lens;
 pub use manufacture::Manufacture;
 pub use quadrature::{Points, Quadrature};
 pub use roughness::Roughness;

@@ -96,6 +96,7 @@ fn root(d: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effect::Lens;
     use crate::effect::effects::Effects;
     use crate::effect::thin_lens::{Aperture, ThinLens};
     use crate::effect::variant::Variant;
@@ -147,16 +148,15 @@ mod tests {
     fn every_set_is_centred() {
         let circle = Aperture::Circle;
         let blades = |blades| Aperture::Polygon { blades, rotation_rad: 0.4 };
-        let lens = |aperture| Some(ThinLens { focus_mm: 900.0, focal_mm: 35.0, radius_mm: 2.0, aperture });
-        let apertures = [None, lens(circle)].into_iter().chain((3..=15).map(|n| lens(blades(n))));
-        let lenses = apertures.map(|thin_lens| Effects { thin_lens, ..Effects::default() });
-        let cone = Some(Telecentric { magnification: 0.5, na: 0.1, focus_mm: 300.0 });
-        for lens in lenses.chain([Effects { telecentric: cone, ..Effects::default() }]) {
+        let lens = |aperture| Lens::Thin(ThinLens { focus_mm: 900.0, focal_mm: 35.0, radius_mm: 2.0, aperture });
+        let lenses = [Lens::Pinhole, lens(circle)].into_iter().chain((3..=15).map(|n| lens(blades(n))));
+        let cone = Lens::Telecentric(Telecentric { magnification: 0.5, na: 0.1, focus_mm: 300.0 });
+        for lens in lenses.chain([cone]) {
             for slope in [[0.0, 0.0], [0.0, 0.03], [0.02, 0.01]] {
                 for (points, replicates, set) in [(1, 1, 0), (16, 1, 0), (64, 1, 0), (33, 8, 3), (64, 8, 7)] {
                     let quadrature = Quadrature { points, replicates, ..Quadrature::default() };
                     let roughness = Some(Roughness { slope });
-                    let effects = Effects { roughness, quadrature, ..lens.clone() };
+                    let effects = Effects { lens, roughness, quadrature, ..Effects::default() };
                     let variants = effects.variants(set);
                     let sum = |of: &dyn Fn(&Variant) -> DVec2| variants.iter().map(of).sum::<DVec2>().length();
                     // Each of the terms, of at most 2 mm, is rounded by some units of its last place, and so is each sum.

@@ -1,13 +1,17 @@
 //! The one table of effects.
 
 use super::effects::Effects;
-use crate::effect::hook::Hook;
+use super::hook::Hook;
+use super::id::EffectId;
+use super::lens::Lens;
 
 /// What the house knows of an effect.
 #[derive(Debug, Clone, Copy)]
 pub struct EffectRow {
-    /// Its table in a scene file is `[effect.<key>]`.
-    pub key: &'static str,
+    /// Which it is.
+    pub id: EffectId,
+    /// The effect without which it is nothing.
+    pub needs: Option<EffectId>,
     /// Where it takes hold.
     pub hook: Hook,
     /// What it is.
@@ -42,9 +46,10 @@ pub enum Bounding {
 }
 
 /// Every effect, in the order in which light meets them.
-pub const TABLE: [EffectRow; 14] = [
+pub static TABLE: [EffectRow; 14] = [
     EffectRow {
-        key: "lamp",
+        id: EffectId::Lamp,
+        needs: None,
         hook: Hook::Transport,
         what: "the board lit by a point lamp and evenly from all around",
         source: "inverse square law and Lambert's cosine law",
@@ -54,7 +59,8 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Factors,
     },
     EffectRow {
-        key: "fresnel",
+        id: EffectId::Fresnel,
+        needs: None,
         hook: Hook::Transport,
         what: "what the surfaces of the glass reflect is missing behind it, polarised or not",
         source: "Fresnel's formulas (Born & Wolf, Principles of Optics, 1.5.2)",
@@ -64,7 +70,8 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Factors,
     },
     EffectRow {
-        key: "coating",
+        id: EffectId::Coating,
+        needs: Some(EffectId::Fresnel),
         hook: Hook::Transport,
         what: "a single layer on every surface of the glass",
         source: "characteristic matrix (Macleod, Thin-Film Optical Filters, 2.6; Born & Wolf, 1.6.2)",
@@ -74,7 +81,8 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Factors,
     },
     EffectRow {
-        key: "absorption",
+        id: EffectId::Absorption,
+        needs: None,
         hook: Hook::Transport,
         what: "what the glass absorbs along the way of each ray",
         source: "Beer and Lambert's law",
@@ -84,7 +92,8 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Factors,
     },
     EffectRow {
-        key: "ghosts",
+        id: EffectId::Ghosts,
+        needs: Some(EffectId::Fresnel),
         hook: Hook::Ray,
         what: "light that reaches the camera after reflections at the surfaces of the glass",
         source: "rays parted at every surface by Fresnel's formulas, without chance",
@@ -94,7 +103,8 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Added,
     },
     EffectRow {
-        key: "dispersion",
+        id: EffectId::Dispersion,
+        needs: None,
         hook: Hook::Ray,
         what: "light of many wavelengths, each bent by its own index",
         source: "dispersion formulas of the makers and of articles, named with each glass in `optics::medium`",
@@ -104,7 +114,8 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Displacements,
     },
     EffectRow {
-        key: "manufacture",
+        id: EffectId::Manufacture,
+        needs: None,
         hook: Hook::Instrument,
         what: "the prism out of place, of another thickness and index, its surfaces out of place and figure",
         source: "rigid motions; Zernike polynomials (ANSI Z80.28; Born & Wolf, Principles of Optics, 9.2.1)",
@@ -114,7 +125,8 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Displacements,
     },
     EffectRow {
-        key: "roughness",
+        id: EffectId::Roughness,
+        needs: None,
         hook: Hook::Ray,
         what: "rough surfaces, which scatter light by their slopes",
         source: "geometric limit of scatter (Beckmann & Spizzichino, The Scattering of Electromagnetic Waves, 5.3)",
@@ -124,7 +136,8 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Displacements,
     },
     EffectRow {
-        key: "clipping",
+        id: EffectId::Clipping,
+        needs: None,
         hook: Hook::Instrument,
         what: "the rim of the prism, a ridge that is not sharp, and a stop before the lens, which rays do not pass",
         source: "geometry",
@@ -134,27 +147,38 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Borders,
     },
     EffectRow {
-        key: "telecentric",
+        id: EffectId::Telecentric,
+        needs: None,
         hook: Hook::Instrument,
         what: "pupils at infinity on both sides: everything is shown equally large, sharp at one distance",
         source: "Born & Wolf, Principles of Optics, 4.8.2 (telecentric stop), 4.5.1 (sine condition)",
         cost: "one picture for each point of the pupil",
-        acts: |effects| effects.telecentric.is_some(),
-        take: |to, from| to.telecentric = from.telecentric,
+        acts: |effects| effects.lens.telecentric().is_some(),
+        take: |to, from| {
+            if let Lens::Telecentric(_) = from.lens {
+                to.lens = from.lens;
+            }
+        },
         bounding: Bounding::Never("it is another camera"),
     },
     EffectRow {
-        key: "thin_lens",
+        id: EffectId::ThinLens,
+        needs: None,
         hook: Hook::Ray,
         what: "an aperture of finite size and shape, in focus at one distance",
         source: "thin lens equation (Born & Wolf, Principles of Optics, 4.4)",
         cost: "one picture for each point of the pupil",
-        acts: |effects| effects.thin_lens.is_some_and(|e| !e.is_nothing()),
-        take: |to, from| to.thin_lens = from.thin_lens,
+        acts: |effects| effects.lens.thin().is_some_and(|e| !e.is_nothing()),
+        take: |to, from| {
+            if let Lens::Thin(_) = from.lens {
+                to.lens = from.lens;
+            }
+        },
         bounding: Bounding::Displacements,
     },
     EffectRow {
-        key: "cos4",
+        id: EffectId::Cos4,
+        needs: None,
         hook: Hook::Transport,
         what: "natural fall of illumination towards the rim of the picture",
         source: "cosine fourth law (Born & Wolf, Principles of Optics, 4.8.3)",
@@ -164,7 +188,8 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Factors,
     },
     EffectRow {
-        key: "diffraction",
+        id: EffectId::Diffraction,
+        needs: None,
         hook: Hook::Film,
         what: "the Airy pattern of a round aperture in place of a point, to 1.2 % of the contrast",
         source: "Born & Wolf, Principles of Optics, 8.5.2; Goodman, Introduction to Fourier Optics, 7.3",
@@ -174,7 +199,8 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Spread,
     },
     EffectRow {
-        key: "sensor",
+        id: EffectId::Sensor,
+        needs: None,
         hook: Hook::Film,
         what: "from light to numbers: fill factor, colour filters, fixed pattern, shot and read noise, full well, ADC, gamma",
         source: "EMVA Standard 1288, linear model",
@@ -184,6 +210,20 @@ pub const TABLE: [EffectRow; 14] = [
         bounding: Bounding::Never("a sensor is asked for as it is, and its noise has no bound"),
     },
 ];
+
+impl EffectRow {
+    /// Its key: its table in a scene file is `[effect.<key>]`.
+    pub fn key(&self) -> &'static str {
+        self.id.key()
+    }
+}
+
+impl EffectId {
+    /// What the house knows of it.
+    pub fn row(self) -> &'static EffectRow {
+        &TABLE[self as usize]
+    }
+}
 
 impl Effects {
     /// The rows of [`TABLE`] that act.

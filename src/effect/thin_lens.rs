@@ -84,13 +84,13 @@ fn direction(angle_rad: f64) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::effect::Quadrature;
     use crate::effect::effects::Effects;
+    use crate::effect::{Lens, Quadrature};
 
     fn points(aperture: Aperture, n: usize) -> Vec<DVec2> {
         let lens = ThinLens { focus_mm: 1000.0, focal_mm: 35.0, radius_mm: 2.0, aperture };
         let quadrature = Quadrature { points: n, ..Quadrature::default() };
-        let effects = Effects { thin_lens: Some(lens), quadrature, ..Effects::default() };
+        let effects = Effects { lens: Lens::Thin(lens), quadrature, ..Effects::default() };
         effects.variants(0).iter().map(|variant| variant.pupil).collect()
     }
 

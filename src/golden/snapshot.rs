@@ -8,7 +8,6 @@ use crate::metrics::MeasuredAndTrue;
 use crate::raster::Raster;
 use crate::render::Outputs;
 use crate::scene::Scene;
-use crate::system::System;
 use crate::{render, system};
 use serde_json::{Value, json};
 
@@ -19,9 +18,9 @@ use serde_json::{Value, json};
 /// When the instrument cannot be built.
 pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Error> {
     let system = system::build(scene)?;
-    let random = system.effects.is_random();
-    let film = render::render(&system, &|_| ());
-    let view = see(&system, &film.radiance, true, &mut |_| ());
+    let random = system.effects().is_random();
+    let film = render::render(&system, &());
+    let view = see(&system, &film.radiance, true, &());
     let judgement = measure(scene, &system, view, &[]);
     let half = |k: usize| {
         let (view, figures) = (&judgement.view.halves[k], &judgement.halves[k]);
@@ -42,7 +41,7 @@ pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Error> {
     };
     let mut value = json!({
         "pixel_centre": "(i + 0.5, j + 0.5), from the half's own origin",
-        "fates": fates(&film.class),
+        "fates": film.class.as_ref().map(fates),
         "counts": film.counts,
         "left": half(0),
         "right": half(1),
@@ -61,8 +60,8 @@ pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Error> {
 pub fn redrawn(scene: &Scene, count: usize) -> Result<Vec<Raster<f32>>, Error> {
     let system = system::build(scene)?;
     let picture = |replicate: u64| {
-        let system = System { effects: system.effects.redrawn(replicate), ..system.clone() };
-        render::render_wanted(&system, Outputs { truth: false }, &|_| ()).radiance
+        let system = system.redrawn(replicate);
+        render::render_wanted(&system, Outputs { truth: false }, &()).radiance
     };
     Ok((0..count as u64).map(picture).collect())
 }

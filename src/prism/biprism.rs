@@ -1,34 +1,18 @@
 //! The prism as two sides, each a front and a back surface between the same media.
 
-use super::first_face::RIDGE_ROUNDINGS;
 use super::packet::PackedBiprism;
 use super::payload::Payload;
 use super::refract_at::pass;
 use super::side::Side;
 use super::surface_modifier::{Imperfections, SurfaceModifier};
-use crate::design::{DesignInput, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::{Clipping, Effects};
-use crate::error::Error;
-use crate::geom::{Pose, Ray, Rect};
+use crate::geom::{Pose, Ray};
 use crate::optics::fate::Fate;
+use crate::scene;
 use crate::surface::face::Face;
 use crate::surface::hit::Hit;
-use crate::surface::mesh::Mesh;
-use crate::surface::shape::{PolynomialSurface, Surface};
-use crate::{design, scene};
+use crate::surface::shape::Surface;
 use glam::{DVec2, DVec3};
-use std::sync::Arc;
-
-/// The facet angle that the scene states, or else the angle of Eq. 5.
-///
-/// # Errors
-/// When Eq. 5 has no solution for these media and this camera.
-pub fn facet_angle_rad(flat: &scene::BiprismSpec, camera: &scene::CameraSpec) -> Result<f64, Error> {
-    match flat.facet_angle_rad {
-        Some(angle) => Ok(angle),
-        None => design::angle::facet_angle_rad(flat.body.index / flat.body.outer_index, camera.half_centre_rad()),
-    }
-}
 
 /// A biprism: rays enter through the front of one side and leave through the back of the same side.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,69 +34,8 @@ pub struct Prism {
 }
 
 impl Prism {
-    /// The prism of a scene as it is meant to be; `None` where the scene has none. A designed one is made larger than the
-    /// rays of the design on every side, so that rays that stray from them by `effects` find glass as well.
-    ///
-    /// # Errors
-    /// When a design is asked for that does not exist.
-    pub fn build(
-        prism: &scene::PrismSpec,
-        camera: &scene::CameraSpec,
-        effects: &Effects,
-    ) -> Result<Option<Self>, Error> {
-        match prism {
-            scene::PrismSpec::None => Ok(None),
-            scene::PrismSpec::Flat(flat) => Self::flat(flat, camera).map(Some),
-            scene::PrismSpec::Freeform(flat, settings) => {
-                let input = DesignInput {
-                    camera: *camera,
-                    prism: *flat,
-                    settings: *settings,
-                    virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
-                };
-                let mut prism = design::freeform(&input)?.prism(flat.body);
-                let reach_mm = |domain: Rect| domain.min.abs().max(domain.max.abs()).length();
-                let reach_mm = reach_mm(prism.front.domain).max(reach_mm(prism.back.domain));
-                let spare_mm = effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index);
-                for patch in [&mut prism.front, &mut prism.back] {
-                    patch.domain = patch.domain.grown(spare_mm);
-                }
-                Ok(Some(Self::polynomial(&prism)))
-            }
-            scene::PrismSpec::Polynomial(p) => Ok(Some(Self::polynomial(p))),
-            scene::PrismSpec::PointCloud(clouds) => {
-                let patch =
-                    |cloud: &scene::CloudSpec| Ok(design::fit::fit(&cloud.points_mm, cloud.degree, None)?.patch);
-                let (front, back) = (patch(&clouds.front)?, patch(&clouds.back)?);
-                Ok(Some(Self::polynomial(&scene::PolynomialSpec { body: clouds.body, front, back })))
-            }
-            scene::PrismSpec::Mesh(m) => {
-                let meshes = [&m.front, &m.back].map(|t| Arc::new(Mesh::new(t.clone(), m.normals)));
-                let side = |mirrored| meshes.clone().map(|mesh| Surface::Mesh { mesh, mirrored });
-                Ok(Some(Self::new(&m.body, [side(true), side(false)])))
-            }
-        }
-    }
-
-    fn flat(flat: &scene::BiprismSpec, camera: &scene::CameraSpec) -> Result<Self, Error> {
-        let (sin, cos) = libm::sincos(facet_angle_rad(flat, camera)?);
-        let ridge = DVec3::new(0.0, 0.0, flat.ridge_distance_mm);
-        let base = Surface::Plane {
-            point: DVec3::new(0.0, 0.0, flat.ridge_distance_mm + flat.thickness_mm),
-            normal: DVec3::Z,
-        };
-        // The facet z = D + |x| tan(alpha) has the gradient (-sign(x) sin(alpha), 0, cos(alpha)).
-        let facet = |sign: f64| Surface::Plane { point: ridge, normal: DVec3::new(-sign * sin, 0.0, cos) };
-        Ok(Self::new(&flat.body, [[facet(-1.0), base.clone()], [facet(1.0), base]]))
-    }
-
-    fn polynomial(p: &scene::PolynomialSpec) -> Self {
-        let side =
-            |mirrored| [&p.front, &p.back].map(|patch| Surface::Freeform(PolynomialSurface::new(patch, mirrored)));
-        Self::new(&p.body, [side(true), side(false)])
-    }
-
-    fn new(body: &scene::GlassSpec, sides: [[Surface; 2]; 2]) -> Self {
+    /// The glass of `body` between `sides`, front and back of the left and then of the right one, mirror images of each other.
+    pub fn new(body: &scene::GlassSpec, sides: [[Surface; 2]; 2]) -> Self {
         let pose = body.world_from_prism;
         let poses = (!pose.is_identity()).then(|| [pose, pose.inverse()]);
         let indices = [body.outer_index, body.index];
@@ -284,34 +207,6 @@ impl Prism {
                 carry.moved(prism_from_world);
                 ray.moved(prism_from_world)
             }
-        }
-    }
-
-    /// The side whose facet the ray (in the prism's frame) meets first, on that side's own half.
-    #[inline(always)]
-    fn first_facet(&self, ray: &Ray, residual_mm: f64) -> Result<(Side, Hit), Fate> {
-        let (x, dx) = (ray.origin.x, ray.direction.x);
-        // A ray that never changes the sign of x can meet one side only.
-        if x >= 0.0 && dx >= 0.0 {
-            return self.sides[1][0].intersect(ray, residual_mm).map(|m| (Side::Right, m));
-        }
-        if x <= 0.0 && dx < 0.0 {
-            return self.sides[0][0].intersect(ray, residual_mm).map(|m| (Side::Left, m));
-        }
-        let right = self.sides[1][0].intersect(ray, residual_mm).map(|m| (Side::Right, m));
-        let left = self.sides[0][0].intersect(ray, residual_mm).map(|m| (Side::Left, m));
-        let right_is_own = right.is_ok_and(|(_, m)| ray.at(m.t_mm).x >= 0.0);
-        let left_is_own = left.is_ok_and(|(_, m)| ray.at(m.t_mm).x < 0.0);
-        match (left_is_own, right_is_own) {
-            (true, true) => left.and_then(|l| right.map(|r| if l.1.t_mm < r.1.t_mm { l } else { r })),
-            (true, false) => left,
-            (false, true) => right,
-            (false, false) => match (right, left) {
-                // Both sides meet in the ridge: a ray that finds neither on its own half went through the ridge itself,
-                // to within the rounding of x.
-                (Ok((_, m)), Ok(_)) if ray.at(m.t_mm).x.abs() <= RIDGE_ROUNDINGS * (x.abs() + m.t_mm) => right,
-                _ => Err(right.err().or(left.err()).unwrap_or(Fate::Missed)),
-            },
         }
     }
 

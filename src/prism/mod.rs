@@ -1,5 +1,7 @@
 //! A ray's trip through interfaces.
 
+#[cfg(test)]
+mod parity_tests;
 pub mod packet;
 pub mod reflections;
 pub mod payload;
@@ -7,6 +9,5 @@ pub mod surface_modifier;
 pub mod refract_at;
 pub mod biprism;
 mod as_built;
-mod follow;
 mod first_face;
 pub mod side;

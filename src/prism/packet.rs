@@ -4,6 +4,7 @@
 //! whole pictures bit by bit. Only the common way is here: a lane that needs care (near total reflection, a missed
 //! surface, several crossings, a slow solver) is handed back undecided, to be traced alone.
 
+use super::side::Side;
 use crate::geom::{Pose, Rect};
 use crate::num::poly2::Poly2;
 use crate::num::simd::{Lanes, Mask};
@@ -62,7 +63,7 @@ pub struct Rays {
 
 impl Rays {
     #[inline(always)]
-    fn at(&self, t_mm: Lanes) -> Vectors {
+    pub(super) fn at(&self, t_mm: Lanes) -> Vectors {
         self.origin.plus(self.direction.times(t_mm))
     }
 
@@ -86,10 +87,10 @@ impl Rays {
 /// Where rays meet a surface.
 #[derive(Debug, Clone, Copy)]
 pub struct Hits {
-    t_mm: Lanes,
-    normal: Vectors,
+    pub(super) t_mm: Lanes,
+    pub(super) normal: Vectors,
     /// Lanes that surely met it.
-    met: Mask,
+    pub(super) met: Mask,
 }
 
 /// A shape that a packet of rays can meet.
@@ -365,40 +366,12 @@ impl<S: PacketSurface> Glass for PackedBiprism<S> {
         };
         let (side, front) = self.first_facet(&own, residual_mm);
         let (inside, in_glass) = pass(&own, &front, self.eta[0]);
-        let back = self.sides[side][1].intersect(&inside, residual_mm);
+        let back = self.sides[side as usize][1].intersect(&inside, residual_mm);
         let (out, left_glass) = pass(&inside, &back, self.eta[1]);
         let rays = match &self.poses {
             None => out,
             Some([world_from_prism, _]) => out.moved(world_from_prism),
         };
-        Passed { rays, right: Mask::splat(side == 1), sure: front.met & in_glass & back.met & left_glass }
-    }
-}
-
-impl<S: PacketSurface> PackedBiprism<S> {
-    /// The side that the rays meet first, on that side's own half; lanes of another side are not met.
-    #[inline(always)]
-    fn first_facet(&self, rays: &Rays, residual_mm: f64) -> (usize, Hits) {
-        let zero = Lanes::splat(0.0);
-        let (x, dx) = (rays.origin.x, rays.direction.x);
-        let only_right = zero.le(x) & zero.le(dx);
-        if only_right.all() {
-            return (1, self.sides[1][0].intersect(rays, residual_mm));
-        }
-        let only_left = x.le(zero) & dx.lt(zero);
-        if only_left.all() {
-            return (0, self.sides[0][0].intersect(rays, residual_mm));
-        }
-        let (left, right) =
-            (self.sides[0][0].intersect(rays, residual_mm), self.sides[1][0].intersect(rays, residual_mm));
-        let on_right = right.met & zero.le(rays.at(right.t_mm).x);
-        let on_left = left.met & rays.at(left.t_mm).x.lt(zero);
-        // On one side's own half, and surely not on the other's.
-        let not_left = (left.met & !on_left) | self.sides[0][0].misses(rays);
-        let not_right = (right.met & !on_right) | self.sides[1][0].misses(rays);
-        let free = !only_right & !only_left;
-        let is_right = right.met & (only_right | (free & on_right & not_left));
-        let is_left = left.met & (only_left | (free & on_left & not_right));
-        if is_left.none() { (1, Hits { met: is_right, ..right }) } else { (0, Hits { met: is_left, ..left }) }
+        Passed { rays, right: Mask::splat(side == Side::Right), sure: front.met & in_glass & back.met & left_glass }
     }
 }

@@ -1,16 +1,14 @@
 //! Light through a piece of glass whose every surface parts it: what is let through and what is sent back are both
 //! followed, by no chance, until they leave, are absorbed, or are given up; and what became of all of it is accounted for.
 
-use super::first_face::RIDGE_ROUNDINGS;
+use super::biprism::Prism;
+use super::first_face::{NextFace, RayStart};
 use super::side::{PrismFace, Side};
 use crate::geom::Ray;
-use crate::optics::fate::Fate;
 use crate::optics::fresnel::{Interface, Layer, left_after};
 use crate::optics::polarisation::Beam;
 use crate::optics::snell::refract;
 use crate::surface::face::Face;
-use crate::surface::hit::Hit;
-use glam::DVec3;
 
 /// What the glass is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,20 +60,17 @@ pub struct PowerBudget {
     pub dropped: f64,
 }
 
-/// A piece of glass between four faces, of which `intersect` says where a ray first meets one.
-///
-/// The right face counts where x >= 0, the left one where x <= 0. A back counts everywhere for light that met a facet of its
-/// own side last, as it does for light that passes in sequence; where that back is not given, reflected light meets the
-/// other one, which counts on its own half. A face never sees itself: it is less bent than the light on
-/// it is inclined, as it is where [`crate::surface::shape::PolynomialSurface`] knows that a ray crosses it once.
-#[derive(Debug)]
-pub struct ReflectionTracer<M, P> {
+/// Traces light through a prism whose surfaces reflect; which face it meets is decided in `first_face`.
+#[derive(Debug, Clone, Copy)]
+pub struct ReflectionTracer<'a> {
+    /// The prism.
+    pub prism: &'a Prism,
     /// What it is made of.
     pub body: GlassBody,
-    /// Where a ray in the prism's frame first meets a face, with the normal in either orientation.
-    pub intersect: M,
-    /// Whether light goes on from a place of a face, or is lost there.
-    pub passes: P,
+    /// When light is given up.
+    pub limits: Limits,
+    /// What the solvers of the surfaces stop at, in mm.
+    pub residual_mm: f64,
 }
 
 /// Light on its way.
@@ -92,47 +87,55 @@ struct Branch {
     route: u64,
 }
 
-/// What a ray comes to next.
-enum Next {
-    Meets(PrismFace, Hit),
-    Escapes,
-    Lost,
-}
-
-impl<M: Fn(PrismFace, &Ray) -> Result<Hit, Fate>, P: Fn(PrismFace, DVec3) -> bool> ReflectionTracer<M, P> {
-    /// Follows light of power 1 that comes along `ray` towards the facets: `leave` hears of all that leaves the glass,
-    /// in a fixed order.
+impl ReflectionTracer<'_> {
+    /// Traces light of power 1 that comes along `ray` towards the facets, as `start`, through all that the surfaces send
+    /// back; `leave` hears of what leaves the glass for good, in a fixed order. Everything is in the world.
     ///
-    /// `start` is the beam along the ray. The glass is met again by light that left a facet towards the camera and
-    /// meets the other facet; light that has left through a back is gone.
-    pub fn follow(&self, ray: &Ray, start: Beam, limits: Limits, leave: &mut impl FnMut(&Exit)) -> PowerBudget {
+    /// The glass is met again by light that left a facet towards the camera and meets the other facet; light that has left
+    /// through a back is gone. The light that is never reflected takes the way of [`Prism::pass`], bit for bit.
+    pub fn trace(&self, ray: &Ray, start: Beam, leave: &mut impl FnMut(&Exit)) -> PowerBudget {
+        match &self.prism.poses {
+            None => self.trace_own(ray, start, leave),
+            Some([world_from_prism, prism_from_world]) => {
+                let start = start.turned(|v| prism_from_world.vector(v));
+                self.trace_own(&ray.moved(prism_from_world), start, &mut |exit: &Exit| {
+                    leave(&Exit { ray: exit.ray.moved(world_from_prism), ..*exit });
+                })
+            }
+        }
+    }
+
+    /// [`ReflectionTracer::trace`] with everything in the prism's frame.
+    fn trace_own(&self, ray: &Ray, start: Beam, leave: &mut impl FnMut(&Exit)) -> PowerBudget {
         let mut account = PowerBudget::default();
         let side = if ray.direction.x >= 0.0 { Side::Right } else { Side::Left };
         let branch = Branch { ray: *ray, beam: start, bounces: 0, from: None, inside: false, side, route: 0 };
-        self.walk(branch, limits, &mut account, leave);
+        self.walk(branch, &mut account, leave);
         account
     }
 
-    fn walk(&self, branch: Branch, limits: Limits, account: &mut PowerBudget, leave: &mut impl FnMut(&Exit)) {
+    fn walk(&self, branch: Branch, account: &mut PowerBudget, leave: &mut impl FnMut(&Exit)) {
         let power = branch.beam.power();
-        if branch.bounces > limits.bounces || power < limits.least_power {
+        if branch.bounces > self.limits.bounces || power < self.limits.least_power {
             account.dropped += power;
             return;
         }
-        let (at, meeting) = match (self.next(&branch), branch.from) {
-            (Next::Meets(at, meeting), _) => (at, meeting),
-            (Next::Escapes, Some(last)) => {
+        let Branch { ray, bounces, from, inside, side, .. } = branch;
+        let start = RayStart { from, inside, side, reflected: bounces > 0 };
+        let (at, meeting) = match (self.prism.next_face(&ray, &start, self.residual_mm), from) {
+            (NextFace::Meets(at, meeting), _) => (at, meeting),
+            (NextFace::Escapes, Some(last)) => {
                 account.escaped += power;
                 leave(&Exit { ray: branch.ray, power, bounces: branch.bounces, last, route: branch.route });
                 return;
             }
-            (Next::Lost, _) | (Next::Escapes, None) => {
+            (NextFace::Lost, _) | (NextFace::Escapes, None) => {
                 account.dropped += power;
                 return;
             }
         };
         let origin = branch.ray.at(meeting.t_mm);
-        if !(self.passes)(at, origin) {
+        if !self.prism.passes_at(at.face, origin) {
             account.dropped += power;
             return;
         }
@@ -152,15 +155,10 @@ impl<M: Fn(PrismFace, &Ray) -> Result<Hit, Fate>, P: Fn(PrismFace, DVec3) -> boo
         let onward = Branch { from: Some(at), side, route, ..branch };
         if let Some(direction) = refracted {
             let ray = Ray { origin, direction };
-            self.walk(
-                Branch { ray, beam: parts.transmitted, inside: !branch.inside, ..onward },
-                limits,
-                account,
-                leave,
-            );
+            self.walk(Branch { ray, beam: parts.transmitted, inside: !branch.inside, ..onward }, account, leave);
         }
         let ray = Ray { origin, direction: reflected };
-        self.walk(Branch { ray, beam: parts.reflected, bounces: branch.bounces + 1, ..onward }, limits, account, leave);
+        self.walk(Branch { ray, beam: parts.reflected, bounces: branch.bounces + 1, ..onward }, account, leave);
     }
 
     /// The face as light meets it from inside or outside.
@@ -169,86 +167,6 @@ impl<M: Fn(PrismFace, &Ray) -> Result<Hit, Fate>, P: Fn(PrismFace, DVec3) -> boo
         let (n_in, n_out) = if inside { (n_glass, n_outer) } else { (n_outer, n_glass) };
         Interface { n_in, n_out, layer: layers[face as usize].map(|layer| (layer, wavelength_nm)) }
     }
-
-    fn next(&self, branch: &Branch) -> Next {
-        // Through the back there is nothing more to meet.
-        if !branch.inside && branch.from.is_some_and(|from| from.face == Face::Back) {
-            return Next::Escapes;
-        }
-        // The nearest face on its own half, the right one at the same distance; a ray through the ridge itself, which to
-        // within rounding is on neither half, meets the right one.
-        let mut nearest: Option<(FacePart, PrismFace, Hit)> = None;
-        let facet = |side: Side| PrismFace { side, face: Face::Front };
-        let back = |side: Side| PrismFace { side, face: Face::Back };
-        let faces = [facet(Side::Right), facet(Side::Left), back(branch.side), back(branch.side.other())];
-        let mut own_back = false;
-        for at in &faces[..if branch.inside { 4 } else { 2 }] {
-            let other_back = *at == faces[3];
-            // Light that is not reflected passes in sequence, or not at all.
-            if other_back && (own_back || branch.bounces == 0) {
-                continue;
-            }
-            let itself = branch
-                .from
-                .is_some_and(|from| if at.face == Face::Back { from.face == Face::Back } else { from == *at });
-            if itself {
-                continue;
-            }
-            let meeting = match (self.intersect)(*at, &branch.ray) {
-                Ok(meeting) => meeting,
-                Err(Fate::NotConverged) => return Next::Lost,
-                Err(_) => continue,
-            };
-            let Some(half) = half(&branch.ray, branch.inside, *at, other_back, &meeting) else { continue };
-            own_back |= at.face == Face::Back;
-            let nearer = nearest.is_none_or(|(other, met, m)| match (other, half) {
-                (FacePart::Ridge, FacePart::Own) if met.face == at.face => true,
-                (FacePart::Own, FacePart::Ridge) if met.face == at.face => false,
-                (FacePart::Ridge, FacePart::Ridge) => false,
-                _ => meeting.t_mm < m.t_mm,
-            });
-            if nearer {
-                nearest = Some((half, *at, meeting));
-            }
-        }
-        match nearest {
-            Some((_, at, meeting)) => Next::Meets(at, meeting),
-            // Inside, the rim of the glass.
-            None if branch.inside => Next::Lost,
-            None => Next::Escapes,
-        }
-    }
-}
-
-/// Where a face was met.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum FacePart {
-    /// Where it counts.
-    Own,
-    /// In the ridge, to within rounding.
-    Ridge,
-}
-
-/// Where a face was met, if it is there and is met from the side on which the light is. This, and not a least distance,
-/// keeps light from meeting again what it has just left.
-///
-/// A facet counts on its own half, and so does a back if `on_its_half`.
-fn half(ray: &Ray, inside: bool, at: PrismFace, on_its_half: bool, meeting: &Hit) -> Option<FacePart> {
-    let upwards: DVec3 = meeting.normal * meeting.normal.z.signum();
-    let along = ray.direction.dot(upwards);
-    // Glass is behind the facets, in +z, and in front of the backs.
-    let into_glass = if at.face == Face::Front { along } else { -along };
-    if along == 0.0 || (into_glass < 0.0) != inside {
-        return None;
-    }
-    let x = ray.at(meeting.t_mm).x;
-    let own = match at {
-        PrismFace { face: Face::Back, .. } if !on_its_half => true,
-        PrismFace { side: Side::Right, .. } => x >= 0.0,
-        PrismFace { side: Side::Left, .. } => x < 0.0,
-    };
-    let slack = RIDGE_ROUNDINGS * (ray.origin.x.abs() + meeting.t_mm);
-    if own { Some(FacePart::Own) } else { (x.abs() <= slack).then_some(FacePart::Ridge) }
 }
 
 #[cfg(test)]

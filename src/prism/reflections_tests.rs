@@ -3,16 +3,16 @@
 use super::*;
 use crate::geom::{Ray, Rect};
 use crate::num::poly2::Poly2;
-use crate::optics::fate::Fate;
 use crate::optics::fresnel::{Interface, Layer, Polarisation, left_after};
 use crate::optics::polarisation::{Beam, PolarisationState};
-use crate::prism::side::PrismFace;
+use crate::prism::biprism::Prism;
+use crate::scene::GlassSpec;
 use crate::surface::face::Face;
-use crate::surface::hit::Hit;
 use crate::surface::mesh::{Mesh, Normals, Triangles};
 use crate::surface::shape::{PolynomialPatch, PolynomialSurface, Surface};
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
+use std::sync::Arc;
 
 const GLASS: GlassBody =
     GlassBody { n_outer: 1.0, n_glass: 1.48, layers: [None; 2], wavelength_nm: 550.0, absorption_per_mm: 0.0 };
@@ -26,8 +26,8 @@ fn faces(facet_rad: f64) -> [[Surface; 2]; 2] {
     [[facet(-1.0), back.clone()], [facet(1.0), back]]
 }
 
-fn intersect(faces: &[[Surface; 2]; 2]) -> impl Fn(PrismFace, &Ray) -> Result<Hit, Fate> {
-    move |at, ray| faces[at.side as usize][at.face as usize].intersect(ray, 1e-12)
+fn prism(faces: &[[Surface; 2]; 2]) -> Prism {
+    Prism::new(&GlassSpec::new(1.48, 1.0), faces.clone())
 }
 
 fn towards(x: f64, y: f64) -> Ray {
@@ -43,12 +43,9 @@ fn exits(
 ) -> (PowerBudget, Vec<Exit>) {
     let mut found = Vec::new();
     let start = Beam::new(ray.direction, light);
-    let account = ReflectionTracer { body, intersect: intersect(faces), passes: |_, _| true }.follow(
-        ray,
-        start,
-        limits,
-        &mut |exit| found.push(*exit),
-    );
+    let prism = prism(faces);
+    let tracer = ReflectionTracer { prism: &prism, body, limits, residual_mm: 1e-12 };
+    let account = tracer.trace(ray, start, &mut |exit| found.push(*exit));
     (account, found)
 }
 
@@ -163,19 +160,20 @@ fn a_mesh_of_planes_gives_the_light_of_planes() {
             let Surface::Plane { point, normal } = surface else { unreachable!("all are planes") };
             let height =
                 |x: f64, y: f64| (point.z - (normal.x * (x - point.x) + normal.y * (y - point.y)) / normal.z, normal);
-            Mesh::new(Triangles::over(domain, 17, height), Normals::Flat)
+            let mesh = Mesh::new(Triangles::over(domain, 17, height), Normals::Flat);
+            Surface::Mesh { mesh: Arc::new(mesh), mirrored: false }
         })
     });
-    let intersect = |at: PrismFace, ray: &Ray| meshes[at.side as usize][at.face as usize].intersect(ray);
-    let solid = ReflectionTracer { body: GLASS, intersect, passes: |_, _| true };
+    let prism = prism(&meshes);
     let limits = Limits { bounces: 4, least_power: 1e-9 };
+    let tracer = ReflectionTracer { prism: &prism, body: GLASS, limits, residual_mm: 1e-12 };
     let mut compared = 0;
     for k in 0..300 {
         let ray = towards(9.0 * libm::sin(1.7 * k as f64), 7.0 * libm::cos(0.9 * k as f64));
         let (account, wanted) = exits(GLASS, &exact, &ray, PolarisationState::Unpolarised, limits);
         let mut found = Vec::new();
         let start = Beam::new(ray.direction, PolarisationState::Unpolarised);
-        let by_mesh = solid.follow(&ray, start, limits, &mut |exit| found.push(*exit));
+        let by_mesh = tracer.trace(&ray, start, &mut |exit| found.push(*exit));
         assert_eq!(found.len(), wanted.len(), "{ray:?}");
         for (a, b) in found.iter().zip(&wanted) {
             assert_eq!((a.bounces, a.last), (b.bounces, b.last));

@@ -1,4 +1,5 @@
-//! The picture of an instrument with ray effects: a mean over passes, each the picture of a plain instrument.
+//! Multi-pass accumulation: the picture of an instrument with ray effects is a mean over passes, each the picture of an
+//! instrument without.
 
 use super::bands::picture;
 use super::film::{AccuracyReport, Film, Outputs};
@@ -8,6 +9,7 @@ use super::plan::Plan;
 use super::work::Work;
 use crate::effect::Variant;
 use crate::effect::quadrature::LEAST_REPLICATES;
+use crate::progress::{Observer, OnPixels};
 use crate::raster::Raster;
 use crate::system::System;
 use rayon::prelude::*;
@@ -24,59 +26,51 @@ struct RunningMean {
 }
 
 /// The mean over sets of variants of `system`, of which `set` makes the k-th, each a weighted sum of pictures; what is
-/// wanted besides the radiance is that of `system` itself. `progress` hears of each pixel once for all passes.
+/// wanted besides the radiance is that of `system` itself. `observer` hears of each pixel once for all passes.
 pub(super) fn mean(
     system: &System,
     set: &dyn Fn(usize) -> Vec<Variant>,
     wanted: Outputs,
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> Film {
-    let most_sets = system.effects.sets();
-    let [width, height] = system.camera.size_px();
+    let most_sets = system.effects().sets();
+    let [width, height] = system.camera().size_px();
+
+    // Trace the ground truth, through the middle of the pupil.
     let own = Plan::new(system);
     let truth = wanted.truth.then(|| ground_truth(system));
+
+    // Add sets, each a weighted sum of pictures, until all are done or the noise is within its target.
     let mut work = Work::default();
     let mut account = own.account(0.0);
     let first = set(0);
     let heard = AtomicUsize::new(0);
-    let mut total = None::<RunningMean>;
-    // Sums of squared deviations from the mean so far, by Welford's recurrence (Technometrics 4, 1962, 419).
-    let mut squares = (most_sets > 1).then(|| Raster::filled(width, height, 0.0f64));
-    let mut sets = 0;
-    while sets < most_sets {
-        let variants = if sets == 0 { first.clone() } else { set(sets) };
+    let mut mean = MeanOfSets::new(most_sets, [width, height]);
+    while mean.sets < most_sets {
+        let variants = if mean.sets == 0 { first.clone() } else { set(mean.sets) };
         let passes = most_sets * variants.len();
-        let share = |pixels: usize| {
+        let share = OnPixels(|pixels: usize| {
             let before = heard.fetch_add(pixels, Ordering::Relaxed);
-            progress((before + pixels) / passes - before / passes);
-        };
-        let one = sum(system, &variants, &mut work, &mut account, &share);
-        sets += 1;
-        account.passes = sets * variants.len();
-        total = Some(match total {
-            None => one,
-            Some(mut mean) => {
-                if let Some(squares) = &mut squares {
-                    mean.add(&one, squares, sets);
-                }
-                mean
-            }
+            observer.pixels((before + pixels) / passes - before / passes);
         });
-        if let (Some(target), Some(squares)) = (system.effects.quadrature.noise, &squares)
-            && sets >= LEAST_REPLICATES
-            && worst_error(squares, sets) <= target
-        {
+        mean.add(sum(system, &variants, &mut work, &mut account, &share));
+        account.passes = mean.sets * variants.len();
+        if system.effects().quadrature.noise.is_some_and(|target| mean.reaches(target)) {
             break;
         }
     }
+
+    // Report the pixels of the sets that were not needed.
     let all = most_sets * first.len();
-    progress(width * height - heard.load(Ordering::Relaxed) / all);
-    let squares = squares.filter(|_| sets > 1);
-    account.noise = squares.as_ref().map(|squares| worst_error(squares, sets));
+    observer.pixels(width * height - heard.load(Ordering::Relaxed) / all);
+
+    // Give out the mean with its noise and the truth.
+    account.noise = mean.noise();
+    let sets = mean.sets;
+    let squares = mean.squares.filter(|_| sets > 1);
     let RunningMean { grey, colour } =
-        total.unwrap_or(RunningMean { grey: Raster::filled(width, height, 0.0), colour: None });
-    let nothing = || (Raster::from_data(0, 0, Vec::new()), Raster::from_data(0, 0, Vec::new()));
-    let (class, board_mm) = truth.map_or_else(nothing, |film| (film.class, film.board_mm));
+        mean.picture.unwrap_or(RunningMean { grey: Raster::filled(width, height, 0.0), colour: None });
+    let (class, board_mm) = truth.map_or((None, None), |film| (film.class, film.board_mm));
     Film {
         radiance: grey.map(|sum| sum as f32),
         colour: colour.map(|sums| sums.map(|sum| sum.map(|channel| channel as f32))),
@@ -88,21 +82,65 @@ pub(super) fn mean(
     }
 }
 
+/// The mean over sets so far, and its spread.
+struct MeanOfSets {
+    picture: Option<RunningMean>,
+    /// Sums of squared deviations from the mean so far, by Welford's recurrence (Technometrics 4, 1962, 419); `None` where
+    /// there is one set.
+    squares: Option<Raster<f64>>,
+    sets: usize,
+}
+
+impl MeanOfSets {
+    fn new(most_sets: usize, [width, height]: [usize; 2]) -> Self {
+        let squares = (most_sets > 1).then(|| Raster::filled(width, height, 0.0f64));
+        Self { picture: None, squares, sets: 0 }
+    }
+
+    /// Adds the picture of one more set.
+    fn add(&mut self, one: RunningMean) {
+        self.sets += 1;
+        self.picture = Some(match self.picture.take() {
+            None => one,
+            Some(mut mean) => {
+                if let Some(squares) = &mut self.squares {
+                    mean.add(&one, squares, self.sets);
+                }
+                mean
+            }
+        });
+    }
+
+    /// Whether enough sets say that the standard error of the worst block is at most `target`.
+    fn reaches(&self, target: f64) -> bool {
+        self.sets >= LEAST_REPLICATES
+            && self.squares.as_ref().is_some_and(|squares| worst_error(squares, self.sets) <= target)
+    }
+
+    /// Standard error of a pixel in the worst block; `None` of one set.
+    fn noise(&self) -> Option<f64> {
+        self.squares.as_ref().filter(|_| self.sets > 1).map(|squares| worst_error(squares, self.sets))
+    }
+}
+
 /// The weighted sum of the pictures of `variants`.
 fn sum(
     system: &System,
     variants: &[Variant],
     work: &mut Work,
     account: &mut AccuracyReport,
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> RunningMean {
-    let [width, height] = system.camera.size_px();
+    // Start the weighted sums, in colour where every variant has its three weights.
+    let [width, height] = system.camera().size_px();
     let mut grey = Raster::filled(width, height, 0.0f64);
     let in_colour = variants.iter().all(|variant| variant.colour.is_some());
     let mut colour = in_colour.then(|| Raster::filled(width, height, [0.0f64; 3]));
+
+    // Render each variant with its ghosts and add it by its weights.
     for variant in variants {
         let instrument = system.variant(variant);
-        let mut film = picture(&Plan::new(&instrument), Outputs { truth: false }, progress);
+        let mut film = picture(&Plan::new(&instrument), Outputs { truth: false }, observer);
         ghosts::add(&instrument, &mut film);
         let values = film.radiance.data();
         (grey.data_mut().par_iter_mut().zip(values)).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));
@@ -111,6 +149,8 @@ fn sum(
                 sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * f64::from(*value));
             });
         }
+
+        // Account for its rays and for the worst of its errors.
         *work += Work { counts: film.counts, bend_px: film.account.bend_px };
         *account = account.with(&film.account);
     }

@@ -1,8 +1,8 @@
-//! The rows of a picture that one thread makes.
+//! A band: the rows of a picture that one thread renders at a time.
 
 use super::film::Class;
 
-/// The rows of a picture that one thread makes, written where they stay.
+/// The rows of a picture that one thread renders at a time, written where they stay.
 pub(super) struct Band<'a> {
     /// Columns of the picture.
     pub(super) width: usize,

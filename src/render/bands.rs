@@ -1,4 +1,4 @@
-//! The picture of one pass, made band by band by any number of threads.
+//! The renderer of one pass: band by band, in parallel.
 
 use super::band::{Band, Truth};
 use super::film::{Class, Film, Outputs, Strip};
@@ -7,50 +7,54 @@ use super::region::Region;
 use super::work::Work;
 use super::{mapped, reference, tile};
 use crate::accuracy::Sampling;
+use crate::progress::Observer;
 use crate::raster::Raster;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// The picture of a plan, one pass without film effects, with what is wanted of it; `progress` as in
+/// The picture of a plan, one pass without film effects, with what is wanted of it; `observer` as in
 /// [`render`](fn@super::render).
-pub fn picture(plan: &Plan, wanted: Outputs, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    let [_, height] = plan.system.camera.size_px();
-    let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, progress);
+pub fn picture(plan: &Plan, wanted: Outputs, observer: &dyn Observer) -> Film {
+    let [_, height] = plan.system.camera().size_px();
+    let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, observer);
     let mut work = plan.work();
     work += done;
     Film { radiance, colour, noise, class, board_mm, counts: work.counts, account: plan.account(work.bend_px) }
 }
 
 /// The `rows` of the picture of a plan, the first of which is a multiple of [`BAND_ROWS`], and the work they were; `wanted`
-/// and `progress` as in [`picture`].
-pub(super) fn rows(
-    plan: &Plan,
-    rows: Range<usize>,
-    wanted: Outputs,
-    progress: &(dyn Fn(usize) + Sync),
-) -> (Strip, Work) {
-    let [width, _] = plan.system.camera.size_px();
-    let truth_size = if wanted.truth { [width, rows.len()] } else { [0, 0] };
+/// and `observer` as in [`picture`].
+pub(super) fn rows(plan: &Plan, rows: Range<usize>, wanted: Outputs, observer: &dyn Observer) -> (Strip, Work) {
+    // Allocate the rows, and the truth where it is wanted.
+    let [width, _] = plan.system.camera().size_px();
     let mut radiance = Raster::filled(width, rows.len(), 0.0);
-    let mut class = Raster::filled(truth_size[0], truth_size[1], Class::Left);
-    let mut board_mm = Raster::filled(truth_size[0], truth_size[1], [0.0; 2]);
+    let mut class = wanted.truth.then(|| Raster::filled(width, rows.len(), Class::Left));
+    let mut board_mm = wanted.truth.then(|| Raster::filled(width, rows.len(), [0.0; 2]));
+
+    // Cut them into bands.
     let size = width * BAND_ROWS;
-    let mut truths = class.data_mut().chunks_mut(size).zip(board_mm.data_mut().chunks_mut(size));
+    let classes = class.iter_mut().flat_map(|class| class.data_mut().chunks_mut(size));
+    let places = board_mm.iter_mut().flat_map(|board_mm| board_mm.data_mut().chunks_mut(size));
+    let mut truths = classes.zip(places);
     let bands: Vec<Band> = (radiance.data_mut().chunks_mut(size).enumerate())
         .map(|(k, radiance)| {
             let truth = truths.next().map(|(class, board_mm)| Truth { class, board_mm });
             Band { width, first_row: rows.start + k * BAND_ROWS, radiance, truth }
         })
         .collect();
+
+    // Render the bands in parallel.
     let done: Vec<Work> = bands
         .into_par_iter()
         .with_max_len(1)
         .map(|mut band| {
             let work = render_band(plan, &mut band);
-            progress(band.radiance.len());
+            observer.pixels(band.radiance.len());
             work
         })
         .collect();
+
+    // Sum up their work in the order of the bands.
     let mut work = Work::default();
     done.into_iter().for_each(|w| work += w);
     (Strip { radiance, colour: None, noise: None, class, board_mm }, work)
@@ -59,7 +63,7 @@ pub(super) fn rows(
 // Apart, so that its instructions can be counted by its name.
 #[inline(never)]
 pub(super) fn render_band(plan: &Plan, band: &mut Band) -> Work {
-    if plan.system.accuracy.sampling == Sampling::SingleRays {
+    if plan.system.accuracy().sampling == Sampling::SingleRays {
         return reference::render(plan, band);
     }
     let mut work = Work::default();

@@ -1,4 +1,6 @@
-//! Pixels that the ridge or the border of a fate passes through or by.
+//! Pixels cut by the image of the ridge or by the border of a region whose rays end at a fate, and pixels beside them.
+//!
+//! Such a pixel is clipped along the border (a straight line through it), and each piece is integrated by itself.
 
 use super::centre_rays::trace_scalar;
 use super::film::Class;
@@ -13,33 +15,45 @@ use glam::DVec2;
 const BORDER_SHARE: f64 = 1.0 / (1u64 << 40) as f64;
 /// Steps of the secant method to the ridge; it is nearly straight, and 3 to 4 are enough.
 const SECANTS: usize = 6;
-/// Where a pixel's own corners are asked for their class: this far inside it, in px, so that a border that falls
+/// A pixel's own corners are traced this far inside it, in px, so that a border that falls
 /// exactly between two pixels cuts neither.
 const INSET_PX: f64 = 1e-9;
 
 /// A pixel beside or under the ridge or the border of a fate. Where that passes through it, it is cut along the straight
-/// line through the places where its outline changes class, and each piece is seen by itself.
+/// line through the places where its outline changes class, and each piece is integrated by itself.
 pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) -> f64 {
+    // Trace the corners of the active square, and find the sides on which the class changes.
     let corners = square(0.5 * plan.active);
-    let looks = corners.map(|c| trace_scalar(plan.system, px + c * (1.0 - 2.0 * INSET_PX)));
-    let classes = looks.map(|(_, class)| class);
+    let corner_hits = corners.map(|c| trace_scalar(plan.system, px + c * (1.0 - 2.0 * INSET_PX)));
+    let classes = corner_hits.map(|(_, class)| class);
     work.counts.rays += 4;
     let parts = |work: &mut Work| mean_of_parts(plan, px, 16, |at| plan.throughput(at), work);
     let changes: Vec<usize> = (0..4).filter(|&k| classes[k] != classes[(k + 1) % 4]).collect();
+
+    // Take the pixel by the number of borders that cross its outline.
     match changes[..] {
+        // No border: a fate all over, or an island of one class within another, which is traced in parts.
         [] if own.side().is_none() || classes[0] != own => {
-            // A fate all over, or an island of one class within another: seen part by part.
-            if classes[0] == own { ended_ray_radiance(plan, own) * plan.throughput(px) } else { parts(work) }
+            if classes[0] == own {
+                ended_ray_radiance(plan, own) * plan.throughput(px)
+            } else {
+                parts(work)
+            }
         }
-        [] => match plain_between(plan, trace_scalar(plan.system, px).0, &looks.map(|(seen_mm, _)| seen_mm)) {
+        // No border, and one side all over: a constant radiance, the mean by the Taylor expansion, or traced parts.
+        [] => match constant_between(plan, trace_scalar(plan.system, px).0, &corner_hits.map(|(seen_mm, _)| seen_mm)) {
             Some(value) => value * plan.throughput(px),
-            None => match jet_within(plan, px, work) {
-                Some(jet) => whole_pixel(plan, px, &jet, work) * plan.throughput(px),
+            None => match taylor2_within(plan, px, work) {
+                Some(taylor) => whole_pixel(plan, px, &taylor, work) * plan.throughput(px),
                 None => parts(work),
             },
         },
+
+        // One border: cut the pixel where its outline changes class, and integrate each piece by itself.
         [first, second] => {
             work.counts.cut_pixels += 1;
+
+            // Find where one class ends and the next begins, on a side of the outline.
             let mut cuts = |k: usize| {
                 let next = (k + 1) % 4;
                 let ends = border(plan, px, [corners[k], corners[next]], [classes[k], classes[next]], work);
@@ -50,11 +64,13 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
                 (ends, begins)
             };
             let ((end_a, begin_a), (end_b, begin_b)) = (cuts(first), cuts(second));
+
+            // Integrate each piece of the outline between the two cuts.
             let mut piece = |from: usize, to: usize, start: DVec2, end: DVec2| {
                 let mut outline = vec![start];
                 outline.extend((from + 1..=to).map(|k| corners[k % 4]));
                 outline.push(end);
-                let mean = match plain(plan, px, &outline, classes[to % 4], work) {
+                let mean = match constant(plan, px, &outline, classes[to % 4], work) {
                     Some(value) => value * share(plan, &outline),
                     None => weighted(plan, px, &outline, work),
                 };
@@ -62,7 +78,7 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
             };
             piece(first, second, begin_a, end_b) + piece(second, first + 4, begin_b, end_a)
         }
-        // More than one border: sixteen parts a side, each taken whole.
+        // More than one border: trace sixteen parts a side, each taken whole.
         _ => {
             work.counts.cut_pixels += 1;
             parts(work)
@@ -72,7 +88,7 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, work: &mut Work) 
 
 /// The radiance of a convex piece whose middle and whose corners see these places of the board, if it is the same all over.
 #[inline(always)]
-fn plain_between(plan: &Plan, middle_mm: DVec2, corners_mm: &[DVec2]) -> Option<f64> {
+fn constant_between(plan: &Plan, middle_mm: DVec2, corners_mm: &[DVec2]) -> Option<f64> {
     let (mut low, mut high, mut sum) = (DVec2::INFINITY, DVec2::NEG_INFINITY, DVec2::ZERO);
     for corner_mm in corners_mm {
         (low, high, sum) = (low.min(*corner_mm), high.max(*corner_mm), sum + *corner_mm);
@@ -84,20 +100,20 @@ fn plain_between(plan: &Plan, middle_mm: DVec2, corners_mm: &[DVec2]) -> Option<
 }
 
 /// The radiance of a convex piece of a pixel that sees through the side of `class` all over, if it is the same all over.
-fn plain(plan: &Plan, px: DVec2, outline: &[DVec2], class: Class, work: &mut Work) -> Option<f64> {
+fn constant(plan: &Plan, px: DVec2, outline: &[DVec2], class: Class, work: &mut Work) -> Option<f64> {
     let side = class.side()?;
     let mut see = |at: DVec2| {
         work.counts.rays += 1;
         let ray = plan.system.exit_ray_through(px + at, side).ok()?;
-        plan.system.board.intersect(&ray).ok().map(|(board_mm, _)| board_mm)
+        plan.system.board().intersect(&ray).ok().map(|(board_mm, _)| board_mm)
     };
     let corners_mm = outline.iter().map(|at| see(*at)).collect::<Option<Vec<_>>>()?;
-    plain_between(plan, see(middle(outline))?, &corners_mm)
+    constant_between(plan, see(middle(outline))?, &corners_mm)
 }
 
-/// The jet of a pixel from inside it alone: its neighbours see through another side or nothing. `None` where it sees
+/// The Taylor expansion of a pixel by differentials inside it: its neighbours see through another side or nothing. `None` where it sees
 /// nothing itself.
-fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Taylor2> {
+fn taylor2_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Taylor2> {
     work.counts.rays += 5;
     let reach = 0.5 * plan.active - INSET_PX;
     let scale = plan.pattern.squares_per_mm();
@@ -107,7 +123,7 @@ fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Taylor2> {
     let along_x = (jacobian(x)? - jacobian(-x)?) * (0.5 / reach);
     let along_y = (jacobian(y)? - jacobian(-y)?) * (0.5 / reach);
     let tangent = here.jacobian * scale;
-    let jet = Taylor2 {
+    let taylor = Taylor2 {
         seen: here.sight.board_mm * scale,
         dx: tangent.x_axis,
         dy: tangent.y_axis,
@@ -115,7 +131,7 @@ fn jet_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Taylor2> {
         dxy: along_y.x_axis,
         dyy: along_y.y_axis,
     };
-    Some(jet.by_steps_of(plan.active))
+    Some(taylor.by_steps_of(plan.active))
 }
 
 /// The place between two corners of these classes where the first class ends.
@@ -127,7 +143,7 @@ fn border(plan: &Plan, px: DVec2, [a, b]: [DVec2; 2], classes: [Class; 2], work:
     };
     let on_ridge = if classes.iter().all(|class| class.side().is_some()) { ridge(offset_mm) } else { None };
     let mut narrowed = (0.0, 1.0);
-    let mut ask = |(near, far): (f64, f64), share: f64| {
+    let mut narrow = |(near, far): (f64, f64), share: f64| {
         if share <= near || share >= far {
             return (near, far);
         }
@@ -135,12 +151,12 @@ fn border(plan: &Plan, px: DVec2, [a, b]: [DVec2; 2], classes: [Class; 2], work:
         if trace_scalar(plan.system, at(share)).1 == classes[0] { (share, far) } else { (near, share) }
     };
     if let Some(share) = on_ridge {
-        narrowed = ask(narrowed, share - 0.5 * BORDER_SHARE);
-        narrowed = ask(narrowed, share + 0.5 * BORDER_SHARE);
+        narrowed = narrow(narrowed, share - 0.5 * BORDER_SHARE);
+        narrowed = narrow(narrowed, share + 0.5 * BORDER_SHARE);
     }
     // Of the ridge this is done already, but where rounding hides on which side of it a ray passes.
     while narrowed.1 - narrowed.0 > BORDER_SHARE {
-        narrowed = ask(narrowed, 0.5 * (narrowed.0 + narrowed.1));
+        narrowed = narrow(narrowed, 0.5 * (narrowed.0 + narrowed.1));
     }
     a + (b - a) * (0.5 * (narrowed.0 + narrowed.1))
 }
@@ -170,7 +186,7 @@ fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
         }
         parts.iter().map(|p| convex(plan, px, p, work)).sum()
     };
-    adaptive(&plan.system.accuracy, &mut by_parts, work)
+    adaptive(plan.system.accuracy(), &mut by_parts, work)
 }
 
 /// The mean of the corners.

@@ -1,4 +1,4 @@
-//! What the centres of a run of pixels see, by packets where the glass allows.
+//! The centre tracer: traces the centre rays of a run of pixels to the board, by packets where the glass allows.
 
 use super::film::Class;
 use crate::num::poly2::Poly2;
@@ -20,7 +20,7 @@ pub(super) struct Run<'a> {
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "there is one for a whole picture, and a box would cost the loops a jump")]
 enum GlassLayout {
-    /// Each ray by itself.
+    /// One ray at a time.
     Scalar,
     Nothing,
     Planes(PackedBiprism<Plane>),
@@ -30,7 +30,7 @@ enum GlassLayout {
     AnyDegree(PackedBiprism<PackedPolynomial<Poly2>>),
 }
 
-/// Looks along rows of an instrument's picture.
+/// Traces the centre rays of rows of an instrument's picture.
 #[derive(Debug)]
 pub(super) struct CentreTracer<'a> {
     system: &'a System,
@@ -40,10 +40,10 @@ pub(super) struct CentreTracer<'a> {
 impl<'a> CentreTracer<'a> {
     /// By packets of rays where `packets`, else ray by ray: the bits are the same.
     pub(super) fn new(system: &'a System, packets: bool) -> Self {
-        let layout = match &system.prism {
+        let layout = match system.prism() {
             // Packets know neither stops nor the halves of a camera whose rays are parallel.
-            _ if !packets || system.stop.is_some() => GlassLayout::Scalar,
-            None if system.camera.tangent_per_px().is_none() => GlassLayout::Scalar,
+            _ if !packets || system.stop().is_some() => GlassLayout::Scalar,
+            None if system.camera().tangent_per_px().is_none() => GlassLayout::Scalar,
             None => GlassLayout::Nothing,
             Some(prism) => layout(prism),
         };
@@ -118,15 +118,19 @@ impl<G: Glass> Kernel for RowTrace<'_, '_, G> {
     fn run(self) {
         let Self { system, glass, start, out } = self;
         // A copy, of which the compiler knows that no row written here changes its kind.
-        let camera = system.camera;
-        let residual_mm = system.accuracy.surface_residual_mm;
+        let camera = system.camera();
+        let residual_mm = system.accuracy().surface_residual_mm;
         let y = Lanes::splat(start.y);
         let count = out.class.len();
+
+        // Trace a packet of centre rays through the glass to the board.
         for first in (0..count).step_by(LANES) {
             let x = Lanes::of(|k| start.x + (first + k) as f64);
             let passed = glass.pass(&camera.rays([x, y]), residual_mm);
-            let (seen, met) = system.board.intersect_all(&passed.rays);
+            let (seen, met) = system.board().intersect_all(&passed.rays);
             let sure = passed.sure & met;
+
+            // Store its board points and sides.
             let n = LANES.min(count - first);
             let side = passed.right.0.map(|right| if right != 0 { Class::Right } else { Class::Left });
             if n == LANES {
@@ -138,6 +142,8 @@ impl<G: Glass> Kernel for RowTrace<'_, '_, G> {
                 out.y_mm[first..].copy_from_slice(&seen[1].0[..n]);
                 out.class[first..].copy_from_slice(&side[..n]);
             }
+
+            // Trace the rays again, one by one, whose packet could not decide their end.
             if !sure.all() {
                 for k in (0..n).filter(|&k| sure.0[k] == 0) {
                     let (board_mm, class) = trace_scalar(system, DVec2::new(x.0[k], start.y));

@@ -1,4 +1,4 @@
-//! The exact mean of the board's radiance over a polygon.
+//! The checkerboard's radiance, and its exact mean over a polygon (analytic anti-aliasing).
 //!
 //! The radiance is a sum of products g(u) h(v) of piecewise constant functions, so by Green's theorem its integral over
 //! a polygon is the contour integral of G(u) h(v) dv with G' = g, where G is piecewise linear: a short sum over the
@@ -40,7 +40,7 @@ pub struct Squares {
     pub mean: Lanes,
     /// The square's radiance less the mean.
     pub contrast: Lanes,
-    /// Where nothing but squares lies within the reach asked for, on either axis.
+    /// Where nothing but squares lies within the reach, on either axis.
     pub inside: Mask,
 }
 
@@ -58,7 +58,7 @@ pub struct Square {
 impl Squares {
     /// The radiance, and where no line of the pattern lies within `r` on either axis.
     #[inline(always)]
-    pub fn plain(&self, r: [Lanes; 2]) -> (Lanes, Mask) {
+    pub fn constant_off_lines(&self, r: [Lanes; 2]) -> (Lanes, Mask) {
         let half = Lanes::splat(0.5);
         let off_lines = (self.offset[0].abs() + r[0]).lt(half) & (self.offset[1].abs() + r[1]).lt(half);
         (self.mean + self.contrast, self.inside & off_lines)
@@ -182,7 +182,8 @@ impl Checkerboard {
         let n = polygon.len();
         let scaled = |k: usize| polygon[k % n];
         let origin = scaled(0);
-        // Opposite edges are summed first: the mirror image of a polygon of four then has the same sum, bit for bit.
+
+        // Sum over the edges of the polygon, opposite edges first: the mirror image of a polygon of four then has the same sum, bit for bit.
         let sum = |f: &dyn Fn(DVec2, DVec2) -> f64| {
             if n == 4 {
                 let edge = |k: usize| f(scaled(k), scaled(k + 1));
@@ -191,6 +192,8 @@ impl Checkerboard {
                 (0..n).map(|k| f(scaled(k), scaled(k + 1))).sum()
             }
         };
+
+        // Find the bounding box, and the area as the contour integral of x dy.
         let (mut low, mut high) = (origin, origin);
         for k in 1..n {
             (low, high) = (low.min(scaled(k)), high.max(scaled(k)));
@@ -198,16 +201,21 @@ impl Checkerboard {
         let extent = high - low;
         let middle = 0.5 * (low + high);
         let area = sum(&|a, b| (0.5 * (a.x + b.x) - middle.x) * (b.y - a.y));
-        // Vertices that differ by little more than their own rounding span no area that could be trusted.
+
+        // Turn down an area of mere rounding: vertices that differ by little more than that span none.
         let rounding = 64.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
         let lost = extent.max_element() < 1e4 * rounding;
         if lost || area.abs() < 1e-9 * extent.length_squared() || !area.is_finite() {
             return None;
         }
+
+        // Turn down a narrow polygon over thousands of squares.
         let many = extent.max_element() > MAX_SQUARES;
         if many && area.abs() < WIDE_SQUARES * extent.max_element() {
             return None;
         }
+
+        // Integrate the squares' alternating part by Green's theorem.
         let squares = if many {
             0.0
         } else {
@@ -215,6 +223,8 @@ impl Checkerboard {
             let (g, h) = (|u| self.wave(u) - self.wave(middle.x), |v| self.sign(v, self.shift.y));
             sum(&|a, b| Self::edge(a, b, &region, g, h))
         };
+
+        // Find the shares of the polygon that lie on the squares and on the plate.
         let share = |half: DVec2| {
             if low.x >= -half.x && low.y >= -half.y && high.x <= half.x && high.y <= half.y {
                 return 1.0;
@@ -223,6 +233,8 @@ impl Checkerboard {
             sum(&|a, b| Self::edge(a, b, &region, |u| u - middle.x.clamp(-half.x, half.x), |_| 1.0)) / area
         };
         let (board, plate) = (share(self.half), share(self.plate));
+
+        // Add up background, plate, mean of the squares and their alternating part.
         let ground = self.background + (self.white - self.background) * plate + (self.mean - self.white) * board;
         // A mean lies between the darkest and the brightest; a polygon hardly larger than the rounding of its own vertices
         // may say otherwise.
@@ -254,11 +266,14 @@ impl Checkerboard {
     /// the lines of `region`. Changing the direction changes the sign and no other bit.
     #[inline]
     fn edge(a: DVec2, b: DVec2, region: &RuledRect, g: impl Fn(f64) -> f64, h: impl Fn(f64) -> f64) -> f64 {
+        // Turn the edge to rise in y, and skip a level one: it adds nothing.
         let (low, high, sign) = if a.y <= b.y { (a, b, 1.0) } else { (b, a, -1.0) };
         let step = high - low;
         if step.y == 0.0 {
             return 0.0;
         }
+
+        // Walk along the edge from line to line of the region.
         let g = |u: f64| g(u.clamp(-region.half.x, region.half.x));
         let mut across = LineCrossings::new(low.x, high.x, region.half.x, region.count.x);
         let mut along = LineCrossings::new(low.y, high.y, region.half.y, region.count.y);
@@ -269,12 +284,16 @@ impl Checkerboard {
             t = across.t().min(along.t()).max(t).min(1.0);
             let q = if t < 1.0 { low + step * t } else { high };
             let (middle, g_q) = (0.5 * (p.y + q.y), g(q.x));
+
+            // Add the piece by the trapezoidal rule, exact for linear G, where it lies within the region.
             if middle.abs() <= region.half.y {
                 sum += 0.5 * (g_p + g_q) * h(middle) * (q.y - p.y);
             }
             if t >= 1.0 {
                 return sign * sum;
             }
+
+            // Go on to the next line in either direction.
             (p, g_p) = (q, g_q);
             if across.t() <= t {
                 across.next += 1.0;

@@ -1,4 +1,4 @@
-//! Quick pixels of a patch of the map: f32, and coverage to first order.
+//! Draft pixels of a patch of the map: f32, and coverage to first order.
 //!
 //! The mean of a product of two square waves over a pixel is taken as the product of their means, each that of a line that
 //! is straight in the pixel: exact where only one line crosses. Pixels that two lines cross are handed back. The map's

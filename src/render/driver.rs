@@ -1,4 +1,4 @@
-//! The driver: from an instrument to its film, in the order of the light.
+//! The render driver: from an instrument to its film, in the order of the light.
 
 use super::accumulate;
 use super::bands::picture;
@@ -6,29 +6,30 @@ use super::film::{AccuracyReport, Film, Outputs};
 use super::ground_truth::ground_truth;
 use super::plan::Plan;
 use crate::effect::{Hook, Picture};
+use crate::progress::{Observer, OnPixels};
 use crate::system::System;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The picture that `system` takes, with its ground truth; `progress` hears how many more pixels are done,
+/// The picture that `system` takes, with its ground truth; `observer` hears how many more pixels are done,
 /// from any thread.
-pub fn render(system: &System, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    render_wanted(system, Outputs { truth: true }, progress)
+pub fn render(system: &System, observer: &dyn Observer) -> Film {
+    render_wanted(system, Outputs { truth: true }, observer)
 }
 
-/// The picture that `system` takes, with what is wanted of it; `progress` as in [`render`].
-pub fn render_wanted(system: &System, wanted: Outputs, progress: &(dyn Fn(usize) + Sync)) -> Film {
-    let effects = &system.effects;
+/// The picture that `system` takes, with what is wanted of it; `observer` as in [`render`].
+pub fn render_wanted(system: &System, wanted: Outputs, observer: &dyn Observer) -> Film {
+    let effects = system.effects();
 
     // Choose the sampling: film effects may ask for n x n samples in place of each pixel.
-    let n = effects.samples(system.camera.size_px());
+    let n = effects.samples(system.camera().size_px());
     let finer = (n > 1).then(|| system.sampled(n));
     let sampled = finer.as_ref().unwrap_or(system);
     let sampled_wants = Outputs { truth: wanted.truth && n == 1 };
     let heard = AtomicUsize::new(0);
-    let tell = |samples: usize| {
+    let tell = OnPixels(|samples: usize| {
         let before = heard.fetch_add(samples, Ordering::Relaxed);
-        progress((before + samples) / (n * n) - before / (n * n));
-    };
+        observer.pixels((before + samples) / (n * n) - before / (n * n));
+    });
 
     // Render the passes, each by a plan of its own and band by band, and accumulate their mean; a plain instrument has one.
     let light = if effects.averages() {

@@ -1,4 +1,4 @@
-//! The rendered picture with its ground truth and what is known of its accuracy.
+//! The film: the rendered picture, its ground truth, and the report of its accuracy.
 
 use crate::accuracy::Level;
 use crate::optics::fate::Fate;
@@ -15,24 +15,31 @@ pub struct Film {
     /// Standard error of the radiance, estimated from the spread of random sets of samples; `None` where there is one set or
     /// nothing is sampled.
     pub noise: Option<Raster<f32>>,
-    /// What happened to each pixel's centre ray; 0 x 0 where [`Outputs`] leaves it out.
-    pub class: Raster<Class>,
-    /// The board position that each pixel's centre sees, in mm; (0, 0) where `class` is no side; 0 x 0 where [`Outputs`]
+    /// What happened to each pixel's centre ray; `None` where [`Outputs`] leaves it out.
+    pub class: Option<Raster<Class>>,
+    /// The board position that each pixel's centre sees, in mm; (0, 0) where `class` is no side; `None` where [`Outputs`]
     /// leaves it out.
-    pub board_mm: Raster<[f32; 2]>,
+    pub board_mm: Option<Raster<[f32; 2]>>,
     /// How much work it was.
     pub counts: Counts,
     /// What was promised, and what was found.
     pub account: AccuracyReport,
 }
 
-/// The accuracy of a picture: what its level promises, and what was found while it was made. All in px, of positions as the
+impl Film {
+    /// What happened to the centre ray of pixel (i, j), where that was asked for.
+    pub fn class_at(&self, i: usize, j: usize) -> Option<Class> {
+        self.class.as_ref().map(|class| class.get(i, j))
+    }
+}
+
+/// The accuracy of a picture: what its level promises, and what was found while it was rendered. All in px, of positions as the
 /// geometry of each of its pictures has them: neither samples of a pupil, slopes or wavelengths nor film effects count here.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct AccuracyReport {
     /// The level.
     pub level: Level,
-    /// What was asked for, where the level was chosen by that.
+    /// The target, where the level was chosen by one.
     pub target_px: Option<f64>,
     /// No edge or corner is farther from its place in the reference.
     pub promise_px: f64,
@@ -60,11 +67,14 @@ impl AccuracyReport {
 
 impl std::fmt::Display for AccuracyReport {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        // Name the level, and the target that it was chosen by.
         let Self { level, promise_px, map_px, bend_px, patches, mapped, .. } = self;
         write!(f, "{}", level.name())?;
         if let Some(target_px) = self.target_px {
             write!(f, ", the cheapest level that keeps to {target_px:.0e} px")?;
         }
+
+        // Compare the promise with what was achieved.
         let achieved_px = self.achieved_px();
         if *promise_px == 0.0 {
             write!(f, ": the judge of the other levels, off by {achieved_px:.1e} px of geometry")
@@ -73,6 +83,8 @@ impl std::fmt::Display for AccuracyReport {
         } else {
             write!(f, ": promises {promise_px:.0e} px of geometry, but reaches only {achieved_px:.1e} px")
         }?;
+
+        // Say how the geometry was sampled.
         match patches {
             0 => write!(f, " (every pixel traced)"),
             _ => write!(
@@ -82,6 +94,8 @@ impl std::fmt::Display for AccuracyReport {
                 100.0 * mapped
             ),
         }?;
+
+        // Say what the mean over passes adds.
         if self.passes > 1 {
             write!(f, "; that is each of {} pictures, of which this is the mean", self.passes)?;
         }
@@ -93,14 +107,14 @@ impl std::fmt::Display for AccuracyReport {
     }
 }
 
-/// What of a [`Film`] is asked for besides the radiance.
+/// What of a [`Film`] is wanted besides the radiance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Outputs {
     /// The ground truth of every pixel: `class` and `board_mm`.
     pub truth: bool,
 }
 
-/// What a ray came to.
+/// The end of a pixel's centre ray.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Class {
@@ -136,7 +150,7 @@ impl Class {
         match self {
             Self::Left => Self::Right,
             Self::Right => Self::Left,
-            ended_ray_radiance => ended_ray_radiance,
+            ended => ended,
         }
     }
 }
@@ -162,7 +176,7 @@ pub struct Counts {
     pub edge_pixels: u64,
     /// Pixels that were divided because the map bends in them.
     pub divided_pixels: u64,
-    /// Pixels whose division ended at the most parts allowed, before they kept to what is asked for.
+    /// Pixels whose division ended at the most parts allowed, before they kept to the bound.
     pub capped_pixels: u64,
     /// Pixels cut by the ridge or by the border of a fate.
     pub cut_pixels: u64,
@@ -188,9 +202,9 @@ pub struct Strip {
     /// Standard error of the radiance.
     pub noise: Option<Raster<f32>>,
     /// What happened to each pixel's centre ray.
-    pub class: Raster<Class>,
+    pub class: Option<Raster<Class>>,
     /// The board position that it sees, in mm.
-    pub board_mm: Raster<[f32; 2]>,
+    pub board_mm: Option<Raster<[f32; 2]>>,
 }
 
 impl From<&Film> for Strip {

@@ -1,4 +1,4 @@
-//! The light of reflections in the glass, over the picture.
+//! Ghosts: the light of reflections in the glass, added to the picture.
 
 use super::checkerboard::Checkerboard;
 use super::film::Film;
@@ -22,25 +22,33 @@ const BEND: f64 = 1e-5;
 /// Between the corners of a block, powers and places on the board are taken as linear, and each pixel as the exact mean
 /// of the board over what it sees; where routes differ, and beside the ridge, pixels are sampled.
 pub(super) fn add(system: &System, film: &mut Film) {
-    let Some(watch) = GhostPass::new(system) else { return };
+    let Some(pass) = GhostPass::new(system) else { return };
+
+    // Trace the ghosts at the corners of all blocks.
     let width = film.radiance.width();
-    let corners = watch.corners(width, film.radiance.height());
+    let corners = pass.corners(width, film.radiance.height());
     let columns = width.div_ceil(BLOCK) + 1;
+
+    // Add the ghosts' light block by block.
     let rows = film.radiance.data_mut().par_chunks_mut(width * BLOCK).enumerate();
     let sampled: Vec<usize> = rows
         .map(|(j, rows)| {
             let mut sampled = 0;
             for i in 0..columns - 1 {
                 let at = |di: usize, dj: usize| corners[(j + dj) * columns + i + di].as_slice();
+
+                // Interpolate the ghosts over the block, where its corners take the same routes.
                 let few = i * BLOCK..width.min((i + 1) * BLOCK);
                 let first = DVec2::new((i * BLOCK) as f64, (j * BLOCK) as f64);
-                let block = watch.block([at(0, 0), at(1, 0), at(0, 1), at(1, 1)], first);
+                let block = pass.block([at(0, 0), at(1, 0), at(0, 1), at(1, 1)], first);
+
+                // Add the mean over each pixel, from the block or by samples.
                 for (k, row) in rows.chunks_mut(width).enumerate() {
                     for x in few.clone() {
                         let corner = DVec2::new(x as f64, (j * BLOCK + k) as f64);
                         let ghosts = match &block {
-                            Some(block) => block.pixel(&watch.pattern, corner - first),
-                            None => watch.sampled(corner),
+                            Some(block) => block.pixel(&pass.pattern, corner - first),
+                            None => pass.sampled(corner),
                         };
                         row[x] = (f64::from(row[x]) + ghosts) as f32;
                     }
@@ -50,14 +58,16 @@ pub(super) fn add(system: &System, film: &mut Film) {
             sampled
         })
         .collect();
-    let samples = watch.ghosts.samples * watch.ghosts.samples;
+
+    // Count the rays.
+    let samples = pass.ghosts.samples * pass.ghosts.samples;
     film.counts.rays += (corners.len() + sampled.iter().sum::<usize>() * samples) as u64;
 }
 
 /// Ghosts over a block of pixels.
 struct GhostBlock {
     /// The light, at the four corners, of all ghosts that are of one radiance over the block.
-    plain: [f64; 4],
+    constant: [f64; 4],
     /// The others: powers, and places on the board in squares, at the four corners.
     edges: Vec<([f64; 4], [DVec2; 4])>,
 }
@@ -66,7 +76,7 @@ impl GhostBlock {
     /// The mean radiance of all ghosts over the pixel whose corner lies at `offset` from that of the block.
     fn pixel(&self, pattern: &Checkerboard, offset: DVec2) -> f64 {
         let size = BLOCK as f64;
-        let light = between(self.plain, (offset + 0.5) / size);
+        let light = between(self.constant, (offset + 0.5) / size);
         let edges = self.edges.iter().map(|(powers, places)| {
             let outline = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|c| between(*places, (offset + c) / size));
             let middle = 0.25 * ((outline[0] + outline[2]) + (outline[1] + outline[3]));
@@ -114,16 +124,16 @@ struct Ghost {
 #[derive(Clone, Copy, PartialEq)]
 enum GhostTarget {
     /// Something of the same radiance everywhere.
-    Plain(f64),
+    Uniform(f64),
     /// A place on the plane of the board, in mm.
     Board(DVec2),
 }
 
 impl<'a> GhostPass<'a> {
     fn new(system: &'a System) -> Option<Self> {
-        let ghosts = system.effects.ghosts.filter(|ghosts| !ghosts.is_nothing())?;
-        let light = system.effects.fresnel?.light;
-        let board = &system.board.pattern;
+        let ghosts = system.effects().ghosts.filter(|ghosts| !ghosts.is_nothing())?;
+        let light = system.effects().fresnel?.light;
+        let board = &system.board().pattern;
         let brightest = board.black.max(board.white).max(board.background).max(ghosts.behind);
         Some(Self { system, ghosts, body: system.body()?, light, pattern: Checkerboard::new(board), brightest })
     }
@@ -131,53 +141,64 @@ impl<'a> GhostPass<'a> {
     /// All ghosts at the corners of all blocks, row by row.
     fn corners(&self, width: usize, height: usize) -> Vec<Vec<Ghost>> {
         let (columns, rows) = (width.div_ceil(BLOCK) + 1, height.div_ceil(BLOCK) + 1);
-        let look = |k: usize| {
-            let mut gleams = Vec::new();
+        let trace_corner = |k: usize| {
+            let mut ghosts = Vec::new();
             let corner = DVec2::new((k % columns) as f64, (k / columns) as f64) * BLOCK as f64;
-            self.trace(corner, |gleam| gleams.push(gleam));
-            gleams
+            self.trace(corner, |ghost| ghosts.push(ghost));
+            ghosts
         };
-        (0..columns * rows).into_par_iter().map(look).collect()
+        (0..columns * rows).into_par_iter().map(trace_corner).collect()
     }
 
     /// The ghosts of the block with these corners, the first of them at `first`; `None` where they bend too much, or where
     /// light takes several routes.
     fn block(&self, corners: [&[Ghost]; 4], first: DVec2) -> Option<GhostBlock> {
+        // Compare the routes of light to the corners and to the middle.
         let [a, b, c, d] = corners;
         let same = |other: &[Ghost]| other.len() == a.len() && other.iter().zip(a).all(|(o, a)| o.route == a.route);
         if !(same(b) && same(c) && same(d)) {
             return None;
         }
         let mut middle = Vec::with_capacity(a.len());
-        self.trace(first + 0.5 * BLOCK as f64, |gleam| middle.push(gleam));
+        self.trace(first + 0.5 * BLOCK as f64, |ghost| middle.push(ghost));
         if !same(&middle) {
             return None;
         }
+
+        // Interpolate each ghost over the block, and add up the errors at the middle.
         let squares = self.pattern.squares_per_mm();
-        let mut block = GhostBlock { plain: [0.0; 4], edges: Vec::new() };
+        let mut block = GhostBlock { constant: [0.0; 4], edges: Vec::new() };
         let mut bend = 0.0;
         for (k, middle) in middle.iter().enumerate() {
+            // Compare the power at the middle with the interpolated one.
             let powers = corners.map(|corner| corner[k].power);
             let seen = corners.map(|corner| corner[k].seen);
             bend += (between(powers, DVec2::splat(0.5)) - middle.power).abs() * self.brightest;
+
+            // Tell a ghost of one radiance from one with edges of the pattern in it.
             let radiance = match (seen, middle.seen) {
                 (
                     [GhostTarget::Board(a), GhostTarget::Board(b), GhostTarget::Board(c), GhostTarget::Board(d)],
                     GhostTarget::Board(middle_mm),
                 ) => {
+                    // Interpolate the board points, and compare them at the middle.
                     let places = [a, b, c, d].map(|mm| mm * squares);
                     let off = (between(places, DVec2::splat(0.5)) - middle_mm * squares).abs();
+
+                    // Find whether the block, and a margin around it, sees one radiance.
                     let (low, high) =
                         places[1..].iter().fold((places[0], places[0]), |(l, h), p| (l.min(*p), h.max(*p)));
-                    let plain = self.pattern.constant(0.5 * (low + high), (0.5 + MARGIN) * (high - low));
-                    if plain.is_none() {
+                    let constant = self.pattern.constant(0.5 * (low + high), (0.5 + MARGIN) * (high - low));
+                    if constant.is_none() {
                         // What a pixel sees moves by this share of itself.
                         bend += middle.power * self.brightest * (off / ((high - low) / BLOCK as f64)).max_element();
                         block.edges.push((powers, places));
                     }
-                    plain
+                    constant
                 }
-                ([one @ GhostTarget::Plain(radiance), others @ ..], at_middle) => {
+
+                // Demand that what is uniform be the same at all places.
+                ([one @ GhostTarget::Uniform(radiance), others @ ..], at_middle) => {
                     if others.iter().any(|other| *other != one) || at_middle != one {
                         return None;
                     }
@@ -185,8 +206,10 @@ impl<'a> GhostPass<'a> {
                 }
                 _ => return None,
             };
+
+            // Add its light at the corners, where it is of one radiance.
             if let Some(radiance) = radiance {
-                block.plain.iter_mut().zip(powers).for_each(|(sum, power)| *sum += power * radiance);
+                block.constant.iter_mut().zip(powers).for_each(|(sum, power)| *sum += power * radiance);
             }
         }
         (bend <= BEND).then_some(block)
@@ -198,12 +221,12 @@ impl<'a> GhostPass<'a> {
         let at = |k: usize| DVec2::new((k % n) as f64 + 0.5, (k / n) as f64 + 0.5) / n as f64;
         let mut sum = 0.0;
         for k in 0..n * n {
-            self.trace(corner + at(k), |gleam| {
-                let radiance = match gleam.seen {
-                    GhostTarget::Plain(radiance) => radiance,
+            self.trace(corner + at(k), |ghost| {
+                let radiance = match ghost.seen {
+                    GhostTarget::Uniform(radiance) => radiance,
                     GhostTarget::Board(mm) => self.pattern.at(mm),
                 };
-                sum += gleam.power * radiance;
+                sum += ghost.power * radiance;
             });
         }
         sum / (n * n) as f64
@@ -211,25 +234,25 @@ impl<'a> GhostPass<'a> {
 
     /// Tells of every ghost at an image position.
     fn trace(&self, px: DVec2, mut tell: impl FnMut(Ghost)) {
-        self.system.reflected(px, self.light, self.body, &self.ghosts, |exit| tell(self.gleam(exit, px)));
+        self.system.reflected(px, self.light, self.body, &self.ghosts, |exit| tell(self.ghost(exit, px)));
     }
 
     /// What light that leaves the glass sees, weakened as all light at `px` is: by everything but the glass.
-    fn gleam(&self, exit: &Exit, px: DVec2) -> Ghost {
+    fn ghost(&self, exit: &Exit, px: DVec2) -> Ghost {
         let Self { system, ghosts, pattern, .. } = self;
-        let (seen, landing) = if exit.last.face == Face::Front {
-            (GhostTarget::Plain(ghosts.behind), None)
+        let (seen, board_point) = if exit.last.face == Face::Front {
+            (GhostTarget::Uniform(ghosts.behind), None)
         } else {
-            match system.board.intersect(&exit.ray) {
+            match system.board().intersect(&exit.ray) {
                 Ok((board_mm, t_mm)) => {
-                    let landing = BoardPoint { point_mm: exit.ray.at(t_mm), normal: system.board.normal() };
-                    (GhostTarget::Board(board_mm), Some(landing))
+                    let board_point = BoardPoint { point_mm: exit.ray.at(t_mm), normal: system.board().normal() };
+                    (GhostTarget::Board(board_mm), Some(board_point))
                 }
-                Err(_) => (GhostTarget::Plain(pattern.background()), None),
+                Err(_) => (GhostTarget::Uniform(pattern.background()), None),
             }
         };
-        let journey = LightPath { image_cos: system.camera.image_cos(px), crossings: &[], landing };
-        Ghost { route: exit.route, seen, power: exit.power * system.effects.throughput(&journey) }
+        let path = LightPath { image_cos: system.camera().image_cos(px), crossings: &[], landing: board_point };
+        Ghost { route: exit.route, seen, power: exit.power * system.effects().throughput(&path) }
     }
 }
 
@@ -244,7 +267,7 @@ mod tests {
     use crate::render::tests::{built, instruments, scene};
     use glam::DVec3;
 
-    /// Blocks against a picture of which every pixel is sampled finely by itself.
+    /// Blocks against a picture of which every pixel is sampled finely.
     #[test]
     fn blocks_show_the_ghosts_of_every_pixel() {
         let lamp = Lamp::new(DVec3::new(-400.0, 300.0, 200.0), 0.9, DVec3::new(0.0, 0.0, 1000.0), DVec3::Z);
@@ -264,12 +287,12 @@ mod tests {
         };
         let some = instruments(Accuracy::exact(), 1).into_iter().step_by(5);
         for (name, system) in some.chain([flat(0.0, 1.48), flat(0.0, 2.4), flat(1.0, 2.4)]) {
-            let system = System { effects: effects.clone(), ..system };
-            let Some(watch) = GhostPass::new(&system) else { continue };
-            let plain = picture(&Plan::new(&system), Outputs { truth: false }, &|_| ());
+            let system = system.with_effects(&effects);
+            let Some(pass) = GhostPass::new(&system) else { continue };
+            let plain = picture(&Plan::new(&system), Outputs { truth: false }, &());
             let mut with = plain.clone();
             add(&system, &mut with);
-            let [width, height] = system.camera.size_px();
+            let [width, height] = system.camera().size_px();
             if name.contains("facet_angle_deg = 0\nindex = 1.48") {
                 // Only the ridge parts the routes of light in a plate.
                 let sampled = BLOCK * height * ghosts.samples * ghosts.samples;
@@ -278,7 +301,7 @@ mod tests {
             let (mut sum, mut count) = (0.0, 0.0);
             for (j, i) in (0..height).step_by(5).flat_map(|j| (0..width).step_by(3).map(move |i| (j, i))) {
                 let found = f64::from(with.radiance.get(i, j)) - f64::from(plain.radiance.get(i, j));
-                let wanted = watch.sampled(DVec2::new(i as f64, j as f64));
+                let wanted = pass.sampled(DVec2::new(i as f64, j as f64));
                 // Rounding of two pictures to f32, of radiances up to 2; the bend; and an edge of a ghost of 3 % among 4 x
                 // 4 samples, which count it to an eighth.
                 let bound = 2.5e-7 + 2.0 * BEND + 0.03 * 0.8 / 8.0;

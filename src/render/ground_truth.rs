@@ -10,20 +10,23 @@ use crate::system::{InLight, System};
 /// side, weighted by what the sensor receives of each.
 pub(super) fn ground_truth(system: &System) -> Film {
     let light = InLight::new(system);
-    let whole = |system: &System| picture(&Plan::new(system), Outputs { truth: true }, &|_| ());
+    let whole = |system: &System| picture(&Plan::new(system), Outputs { truth: true }, &());
     let mut film = whole(light.main());
     let [(main_share, _), others @ ..] = light.lights() else { return film };
     if others.is_empty() {
         return film;
     }
 
+    let (Some(class), Some(board_mm)) = (&film.class, &mut film.board_mm) else { return film };
+
     // Sum up the board positions of each wavelength where it passes the side of the main one.
     let start = |mm: &[f32; 2]| [f64::from(mm[0]) * main_share, f64::from(mm[1]) * main_share, *main_share];
-    let mut sums: Vec<[f64; 3]> = film.board_mm.data().iter().map(start).collect();
+    let mut sums: Vec<[f64; 3]> = board_mm.data().iter().map(start).collect();
     for (share, system) in others {
         let other = whole(system);
-        let classes = film.class.data().iter().zip(other.class.data());
-        for (sum, ((class, other_class), mm)) in sums.iter_mut().zip(classes.zip(other.board_mm.data())) {
+        let (Some(other_class), Some(other_mm)) = (&other.class, &other.board_mm) else { continue };
+        let classes = class.data().iter().zip(other_class.data());
+        for (sum, ((class, other_class), mm)) in sums.iter_mut().zip(classes.zip(other_mm.data())) {
             if class == other_class && class.side().is_some() {
                 let [x, y] = mm.map(f64::from);
                 *sum = [sum[0] + x * share, sum[1] + y * share, sum[2] + share];
@@ -32,7 +35,7 @@ pub(super) fn ground_truth(system: &System) -> Film {
     }
 
     // Divide by the shares that arrived.
-    for (mm, [x, y, share]) in film.board_mm.data_mut().iter_mut().zip(sums) {
+    for (mm, [x, y, share]) in board_mm.data_mut().iter_mut().zip(sums) {
         if share > 0.0 {
             *mm = [(x / share) as f32, (y / share) as f32];
         }

@@ -1,7 +1,7 @@
 //! The certified map: polynomials that take a pixel position to the board, and rays that vouch for them.
 //!
 //! Inside a half the map is analytic, so a polynomial through a few dozen rays reproduces it to rounding. Three things
-//! vouch for a patch of it: its coefficients fall below the error asked for; further rays, which the fit did not see,
+//! vouch for a patch of it: its coefficients fall below the error allowed; further rays, which the fit did not see,
 //! agree with it; and every ray along the patch's border, and all those inside, pass the same side and reach the board.
 //! What the border says holds inside: where rays meet the surfaces is an open map of the pixel, so that its extremes,
 //! and with them a missed surface or the ridge, show at the border first; and total reflection has a root in it that
@@ -12,7 +12,6 @@ use super::film::Class;
 use super::region::Region;
 use super::truncation_error::in_px;
 use crate::accuracy::Accuracy;
-use crate::effect::Hook;
 use crate::num::chebyshev::{ChebyshevSeries, Interpolation, MAX_DEGREE, points};
 use crate::system::System;
 use glam::{DMat2, DVec2};
@@ -50,14 +49,14 @@ const DEGREES: [usize; 4] = [4, 8, 12, MAX_DEGREE];
 /// Rays inside a patch that check it.
 const INSIDE: usize = 64;
 /// Px between the rays along the border of a patch.
-const BORDER_STEP: usize = 16;
-/// A polynomial stands for the gains of a patch where it differs from them by less than this: a sixth of the rounding of
+pub(super) const BORDER_STEP: usize = 16;
+/// A polynomial stands for the throughput of a patch where it differs from them by less than this: a sixth of the rounding of
 /// f32.
 const THROUGHPUT_ERROR: f64 = 1e-8;
 /// Positions that are sampled are multiples of this, in px: exact on either half, so that mirrored rays are mirrored.
 const GRAIN_PX: f64 = 1.0 / (1u64 << 20) as f64;
-/// How far inside the border of a patch its border is looked at, in px.
-const INSET_PX: f64 = 1.0 / (1u64 << 30) as f64;
+/// How far inside the border of a patch its border rays are traced, in px.
+pub(super) const INSET_PX: f64 = 1.0 / (1u64 << 30) as f64;
 
 impl MapPatch {
     /// s of the picture's column x, in -1 ..= 1 inside the patch.
@@ -89,7 +88,7 @@ impl MapPatch {
     /// What the patch says that `px` sees, in squares, with the derivatives by px.
     pub(super) fn trace(&self, px: DVec2) -> (DVec2, DMat2) {
         let (s, t) = (self.s(px.x), self.t(px.y));
-        let jet = |powers: &[Vec<f64>]| {
+        let value_and_slopes = |powers: &[Vec<f64>]| {
             let (mut p, mut ps, mut pt) = (0.0, 0.0, 0.0);
             for row in powers.iter().rev() {
                 let (r, rt) = row.iter().rev().fold((0.0, 0.0), |(r, rt), c| (r * t + c, rt * t + r));
@@ -97,7 +96,7 @@ impl MapPatch {
             }
             [p, ps * self.inverse_half.x, pt * self.inverse_half.y]
         };
-        let ([u, us, ut], [v, vs, vt]) = (jet(&self.powers[0]), jet(&self.powers[1]));
+        let ([u, us, ut], [v, vs, vt]) = (value_and_slopes(&self.powers[0]), value_and_slopes(&self.powers[1]));
         let (sign, d) = if self.flip {
             (-1.0, DMat2::from_cols_array(&[us, -vs, -ut, vt]))
         } else {
@@ -106,17 +105,14 @@ impl MapPatch {
         (DVec2::new(sign * u, v), d)
     }
 
-    /// Traces `region` and fits it; `None` where rays do not vouch for it. `rays` counts them.
-    fn fit(system: &System, region: &Region, rays: &mut u64) -> Option<Self> {
-        let Accuracy { map_px, map_degree, .. } = system.accuracy;
-        let [width, _] = system.camera.size_px();
-        let scale = 1.0 / system.board.pattern.square_mm;
+    /// A patch over `region` that is not fitted yet.
+    fn over(system: &System, region: &Region) -> Self {
+        let [width, _] = system.camera().size_px();
         let axis = 0.5 * width as f64;
-        let low = DVec2::new(region.columns.start as f64, region.rows.start as f64);
-        let high = DVec2::new(region.columns.end as f64, region.rows.end as f64);
+        let [low, high] = corners(region);
         let flip = high.x <= axis + 0.5;
         let middle = 0.5 * (low + high);
-        let mut patch = Self {
+        Self {
             region: region.clone(),
             class: Class::Missed,
             flip,
@@ -129,14 +125,46 @@ impl MapPatch {
             stray_px: 0.0,
             truncation_px: 0.0,
             throughput: None,
-        };
-        let mut look = |px: DVec2| {
+        }
+    }
+
+    /// Traces `region` and fits it; `None` where rays do not vouch for it. `rays` counts them.
+    pub(super) fn fit(system: &System, region: &Region, rays: &mut u64) -> Option<Self> {
+        let Accuracy { map_px, map_degree, .. } = *system.accuracy();
+        let scale = 1.0 / system.board().pattern.square_mm;
+        let mut patch = Self::over(system, region);
+        let mut trace_at = |px: DVec2| {
             *rays += 1;
             trace_scalar(system, px)
         };
-        // The border and the corners: one side all along.
-        patch.class = look(middle).1;
+
+        // Trace the rays that check the patch: all must pass the side of its middle.
+        let [low, high] = corners(region);
+        patch.class = trace_at(0.5 * (low + high)).1;
         patch.class.side()?;
+        let checks = patch.trace_checks(&mut trace_at, scale)?;
+
+        // Interpolate by rising degree, until coefficients and checking rays vouch for the polynomial.
+        let px_per_square = coarse_scale(&checks)?;
+        let fixed = map_degree.map(|degree| degree.clamp(1, MAX_DEGREE));
+        let degrees = fixed.as_ref().map_or(&DEGREES[..], std::slice::from_ref);
+        degrees.iter().find_map(|&degree| {
+            // A degree that is fixed stands, whatever its coefficients say; the rays still judge it.
+            let error = if fixed.is_some() { None } else { Some(map_px / px_per_square) };
+            let bounds = patch.interpolate(degree, error, &mut trace_at, scale)?;
+            patch.agrees(&checks, map_px, bounds).then(|| patch.clone())
+        })
+    }
+
+    /// The rays that check the patch: along its border, its corners included, and inside it; each with what it sees, in
+    /// squares. `None` where one is not of the patch's class.
+    fn trace_checks(
+        &self,
+        trace_at: &mut impl FnMut(DVec2) -> (DVec2, Class),
+        scale: f64,
+    ) -> Option<Vec<(DVec2, DVec2)>> {
+        let region = &self.region;
+        let [low, high] = corners(region);
         let mut border = Vec::new();
         for x in region.columns.clone().step_by(BORDER_STEP).chain([region.columns.end]) {
             border.extend([low.y, high.y].map(|y| DVec2::new(x as f64, y)));
@@ -146,34 +174,32 @@ impl MapPatch {
         }
         let inset = |p: DVec2| p.clamp(low + INSET_PX, high - INSET_PX);
         let mut checks = Vec::with_capacity(border.len() + INSIDE);
-        for px in border.into_iter().map(inset).chain((0..INSIDE).map(|k| patch.inside(k))) {
-            let (seen_mm, class) = look(px);
-            if class != patch.class {
+        for px in border.into_iter().map(inset).chain((0..INSIDE).map(|k| self.inside(k))) {
+            let (seen_mm, class) = trace_at(px);
+            if class != self.class {
                 return None;
             }
             checks.push((px, seen_mm * scale));
         }
-        let px_per_square = patch.coarse_scale(&checks)?;
-        let fixed = map_degree.map(|degree| degree.clamp(1, MAX_DEGREE));
-        let degrees = fixed.as_ref().map_or(&DEGREES[..], std::slice::from_ref);
-        degrees.iter().find_map(|&degree| {
-            // A degree that is asked for stands, whatever its coefficients say; the rays still judge it.
-            let error = if fixed.is_some() { None } else { Some(map_px / px_per_square) };
-            let [stray, third] = patch.interpolate(degree, error, &mut look, scale)?;
-            (patch.error_px, patch.stray_px, patch.truncation_px) = (0.0, 0.0, 0.0);
-            for &(px, seen) in &checks {
-                let (mapped, jacobian) = patch.trace(px);
-                let error = (jacobian.inverse() * (mapped - seen)).length();
-                // NaN must not pass.
-                if error.is_nan() || error > map_px {
-                    return None;
-                }
-                patch.error_px = patch.error_px.max(error);
-                patch.stray_px = patch.stray_px.max(in_px(jacobian, stray));
-                patch.truncation_px = patch.truncation_px.max(in_px(jacobian, third));
+        Some(checks)
+    }
+
+    /// Whether the patch agrees with `checks` to `map_px`; its largest errors are then known, given how far it may stray from
+    /// its tangent inside a pixel and what of that is of third order, in squares.
+    fn agrees(&mut self, checks: &[(DVec2, DVec2)], map_px: f64, [stray, truncation]: [DVec2; 2]) -> bool {
+        (self.error_px, self.stray_px, self.truncation_px) = (0.0, 0.0, 0.0);
+        for &(px, seen) in checks {
+            let (mapped, jacobian) = self.trace(px);
+            let error = (jacobian.inverse() * (mapped - seen)).length();
+            // NaN must not pass.
+            if error.is_nan() || error > map_px {
+                return false;
             }
-            Some(patch.clone())
-        })
+            self.error_px = self.error_px.max(error);
+            self.stray_px = self.stray_px.max(in_px(jacobian, stray));
+            self.truncation_px = self.truncation_px.max(in_px(jacobian, truncation));
+        }
+        true
     }
 
     /// Place k of a sequence that fills the patch evenly and hits no node: multiples of the plastic number's inverse
@@ -181,13 +207,6 @@ impl MapPatch {
     fn inside(&self, k: usize) -> DVec2 {
         let fill = |alpha: f64| 2.0 * (0.5 + alpha * (k + 1) as f64).fract() - 1.0;
         self.place(fill(0.754_877_666_246_693), fill(0.569_840_290_998_053_3))
-    }
-
-    /// Squares per px, roughly, from the rays at opposite corners; `None` where they see the same.
-    fn coarse_scale(&self, checks: &[(DVec2, DVec2)]) -> Option<f64> {
-        let (a, b) = (checks.first()?, checks.get(1)?);
-        let scale = (a.1 - b.1).length() / (a.0 - b.0).length();
-        (scale > 0.0 && scale.is_finite()).then_some(1.0 / scale)
     }
 
     /// Where a polynomial of `degree` is sampled, column by column, and the way from samples to it.
@@ -202,8 +221,8 @@ impl MapPatch {
         Some((places, interpolation))
     }
 
-    /// The gains over the patch as a polynomial, whose coefficients and the gains at places of their own vouch for it.
-    fn fit_throughput(&self, system: &System, rays: &mut u64) -> Option<Vec<Vec<f64>>> {
+    /// The throughput over the patch as a polynomial, whose coefficients and the throughput at further places vouch for it.
+    pub(super) fn fit_throughput(&self, system: &System, rays: &mut u64) -> Option<Vec<Vec<f64>>> {
         DEGREES.iter().find_map(|&degree| {
             let (places, interpolation) = self.nodes(degree)?;
             let series = interpolation.series(|i, j| system.throughput(places[i][j]));
@@ -230,61 +249,58 @@ impl MapPatch {
         &mut self,
         degree: usize,
         error: Option<f64>,
-        look: &mut impl FnMut(DVec2) -> (DVec2, Class),
+        trace_at: &mut impl FnMut(DVec2) -> (DVec2, Class),
         scale: f64,
     ) -> Option<[DVec2; 2]> {
+        // Trace the rays at the interpolation's nodes.
         let (places, interpolation) = self.nodes(degree)?;
         let mut seen = Vec::with_capacity((degree + 1) * (degree + 1));
         for px in places.iter().flatten() {
-            let (seen_mm, class) = look(*px);
+            let (seen_mm, class) = trace_at(*px);
             if class != self.class {
                 return None;
             }
             seen.push(DVec2::new(if self.flip { -seen_mm.x } else { seen_mm.x }, seen_mm.y) * scale);
         }
-        let [mut stray, mut third] = [DVec2::ZERO; 2];
+
+        // Interpolate u and v, keep the degrees that matter, and bound their derivatives by the coefficients.
+        let [mut stray, mut truncation] = [DVec2::ZERO; 2];
         for (axis, powers) in self.powers.iter_mut().enumerate() {
             let series = interpolation.series(|i, j| seen[i * (degree + 1) + j][axis]);
             let [m, n] = error.map_or(Some(series.degrees()), |error| kept(&series, 0.25 * error))?;
             *powers = series.powers(m, n);
             let h = self.inverse_half;
             self.bounds[axis] = [series.bound(1, 0) * h.x, series.bound(0, 1) * h.y, series.bound(2, 0) * (h.x * h.x)];
-            // Taylor's terms half a pixel away each way.
+
+            // Bound the second and third order half a pixel away each way, by Taylor's terms.
             let [xx, xy, yy] = [(2, 0), (1, 1), (0, 2)].map(|(s, t)| series.bound(s, t) * power(h, s, t));
             let [xxx, xxy, xyy, yyy] =
                 [(3, 0), (2, 1), (1, 2), (0, 3)].map(|(s, t)| series.bound(s, t) * power(h, s, t));
-            third[axis] = (xxx + 3.0 * xxy + 3.0 * xyy + yyy) / 48.0;
-            stray[axis] = (xx + 2.0 * xy + yy) / 8.0 + third[axis];
+            truncation[axis] = (xxx + 3.0 * xxy + 3.0 * xyy + yyy) / 48.0;
+            stray[axis] = (xx + 2.0 * xy + yy) / 8.0 + truncation[axis];
         }
-        Some([stray, third])
+        Some([stray, truncation])
     }
+}
+
+/// The upper left and the lower right corner of a region, in px.
+fn corners(region: &Region) -> [DVec2; 2] {
+    [
+        DVec2::new(region.columns.start as f64, region.rows.start as f64),
+        DVec2::new(region.columns.end as f64, region.rows.end as f64),
+    ]
+}
+
+/// Px per square, roughly, from the rays at opposite corners; `None` where they see the same.
+fn coarse_scale(checks: &[(DVec2, DVec2)]) -> Option<f64> {
+    let (a, b) = (checks.first()?, checks.get(1)?);
+    let scale = (a.1 - b.1).length() / (a.0 - b.0).length();
+    (scale > 0.0 && scale.is_finite()).then_some(1.0 / scale)
 }
 
 /// h.x^s h.y^t
 fn power(h: DVec2, s: usize, t: usize) -> f64 {
     (0..s).map(|_| h.x).product::<f64>() * (0..t).map(|_| h.y).product::<f64>()
-}
-
-/// Whether nothing clips a ray along the border of `region`: every sample of the margin there is greater than the margin
-/// bends between two of them, so that a rim that only just crosses the border is not overlooked.
-fn passes_all_along(system: &System, region: &Region, rays: &mut u64) -> bool {
-    if !system.clips() {
-        return true;
-    }
-    let low = DVec2::new(region.columns.start as f64, region.rows.start as f64) + INSET_PX;
-    let high = DVec2::new(region.columns.end as f64, region.rows.end as f64) - INSET_PX;
-    let corners = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
-    (0..4).all(|k| {
-        let (from, to) = (corners[k], corners[(k + 1) % 4]);
-        let steps = (from.distance(to) / BORDER_STEP as f64).ceil().max(4.0) as usize;
-        *rays += steps as u64 + 1;
-        let margin = |i: usize| system.margin_mm(from.lerp(to, i as f64 / steps as f64));
-        let margins: Vec<f64> = (0..=steps).map(margin).collect();
-        let bends = margins.windows(3).map(|m| (m[0] + m[2] - 2.0 * m[1]).abs());
-        // A parabola strays from its chords by an eighth of its second difference; margins have kinks at corners.
-        let bend = bends.fold(0.0, f64::max);
-        margins.iter().all(|m| *m > bend || *m == f64::INFINITY)
-    })
 }
 
 /// The degrees in s and t beyond which the coefficients sum up to less than `error`: at least two below those of the
@@ -302,100 +318,4 @@ fn kept(series: &ChebyshevSeries, error: f64) -> Option<[usize; 2]> {
         t -= 1;
     }
     Some([s, t])
-}
-
-/// The sensor, or its right half, as certified patches and regions to be traced.
-#[derive(Debug, Default)]
-pub(super) struct Tiling {
-    pub(super) patches: Vec<MapPatch>,
-    pub(super) traced: Vec<Region>,
-    /// Rays that it took.
-    pub(super) rays: u64,
-}
-
-/// Patches have at least this many pixels along each side: smaller ones are traced for less than their fit costs.
-const SMALLEST_PX: usize = 64;
-/// A seam that slants over more columns than this share of the width is left to the division of patches.
-const MOST_SLANT: usize = 8;
-
-/// Divides the columns from `first` on into patches whose error is below what is asked for, and the rest.
-pub(super) fn certify(system: &System, first: usize) -> Tiling {
-    let [width, height] = system.camera.size_px();
-    let mut cover = Tiling::default();
-    let rows = 0..height;
-    match seam(system, &mut cover.rays).filter(|seam| seam.len() <= width / MOST_SLANT) {
-        Some(seam) if seam.end > first => {
-            let regions = [first..seam.start.max(first), seam.start.max(first)..seam.end, seam.end..width];
-            for (k, columns) in regions.into_iter().enumerate() {
-                let region = Region { columns, rows: rows.clone() };
-                if k == 1 { cover.trace(region) } else { cover.divide(system, region) }
-            }
-        }
-        _ => cover.divide(system, Region { columns: first..width, rows }),
-    }
-    cover
-}
-
-impl Tiling {
-    fn trace(&mut self, region: Region) {
-        if !region.columns.is_empty() && !region.rows.is_empty() {
-            self.traced.push(region);
-        }
-    }
-
-    /// Fits the region, or divides it along its longer side, counted from the picture's axis outward, until it can be.
-    fn divide(&mut self, system: &System, region: Region) {
-        let (columns, rows) = (region.columns.len(), region.rows.len());
-        if columns < SMALLEST_PX || rows < SMALLEST_PX {
-            return self.trace(region);
-        }
-        if columns.max(rows) <= system.accuracy.patch_px
-            && passes_all_along(system, &region, &mut self.rays)
-            && let Some(mut patch) = MapPatch::fit(system, &region, &mut self.rays)
-        {
-            if system.effects.act_by(Hook::Transport) {
-                patch.throughput = patch.fit_throughput(system, &mut self.rays);
-            }
-            return self.patches.push(patch);
-        }
-        let Region { columns, rows } = region;
-        let halves = if columns.len() >= rows.len() {
-            let near = columns.len() / 2;
-            let left = 2 * columns.end <= system.camera.size_px()[0] + 1;
-            let middle = if left { columns.end - near } else { columns.start + near };
-            [(columns.start..middle, rows.clone()), (middle..columns.end, rows)]
-        } else {
-            let middle = rows.start + rows.len() / 2;
-            [(columns.clone(), rows.start..middle), (columns, middle..rows.end)]
-        };
-        for (columns, rows) in halves {
-            self.divide(system, Region { columns, rows });
-        }
-    }
-}
-
-/// The columns that the seam between the sides passes through, in the picture's first, middle and last row: none where
-/// it runs between two columns. `None` where a row does not begin left and end right of it.
-fn seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>> {
-    let [width, height] = system.camera.size_px().map(|n| n as f64);
-    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for y in [INSET_PX, 0.5 * height, height - INSET_PX] {
-        let (mut a, mut b) = (INSET_PX, width - INSET_PX);
-        let mut class = |x: f64| {
-            *rays += 1;
-            trace_scalar(system, DVec2::new(x, y)).1
-        };
-        if class(a) != Class::Left || class(b) != Class::Right {
-            return None;
-        }
-        while b - a > 0.5 * INSET_PX {
-            let middle = 0.5 * (a + b);
-            if class(middle) == Class::Left { a = middle } else { b = middle }
-        }
-        (low, high) = (low.min(a), high.max(b));
-    }
-    // A seam within the inset of a border between columns is on it.
-    let start = (low + 2.0 * INSET_PX).floor() as usize;
-    let end = (high - 2.0 * INSET_PX).ceil() as usize;
-    Some(start.min(end)..end)
 }

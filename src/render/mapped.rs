@@ -1,10 +1,11 @@
-//! The pixels of a patch of the certified map: whole blocks of one square filled, the rest looked at.
+//! Pixels by the certified map, row by row: blocks within one square are filled, the other pixels are integrated over the
+//! map's second-order Taylor expansion.
 
 use super::band::Band;
 use super::draft::{self, BLOCK, Steps};
 use super::map::MapPatch;
-use super::pixel::settle;
-use super::pixel_mean::{PackedTaylor2, cover};
+use super::pixel::mean_or_subdivide;
+use super::pixel_mean::{PackedTaylor2, pixel_means};
 use super::plan::Plan;
 use super::work::Work;
 use crate::accuracy::Arithmetic;
@@ -71,7 +72,7 @@ impl RowMap {
 
     /// Value and the derivatives ss, t, st and tt after s.
     #[inline(always)]
-    fn jet(&self, axis: usize, s: Lanes) -> [Lanes; 6] {
+    fn derivatives(&self, axis: usize, s: Lanes) -> [Lanes; 6] {
         let zero = Lanes::splat(0.0);
         let (mut p, mut p1, mut p2, mut q, mut q1, mut r) = (zero, zero, zero, zero, zero, zero);
         for k in (0..=self.degree[axis]).rev() {
@@ -122,26 +123,34 @@ impl Kernel for PatchRows<'_, '_, '_> {
     fn run(self) -> Work {
         let Self { plan, patch, band } = self;
         let mut work = Work::default();
+
+        // Find the rows of the patch in the band, and whether draft pixels keep to the bend allowed.
         let (columns, rows) = (patch.region.columns.clone(), patch.region.rows.clone());
         let rows = rows.start.max(band.first_row)..rows.end.min(band.first_row + band.rows());
-        let mut special = Vec::new();
-        let quick = draft_px(plan, patch);
-        work.bend_px = quick.unwrap_or(0.0);
-        let quick = quick.is_some();
+        let mut edge_pixels = Vec::new();
+        let draft_px = draft_px(plan, patch);
+        work.bend_px = draft_px.unwrap_or(0.0);
+        let draft = draft_px.is_some();
+
+        // Fill row by row: first the pixels off the lines of the pattern, then those on them.
         for j in rows {
             let y = j as f64 + 0.5;
             let row = RowMap::new(patch, y, plan.active);
             let start = (j - band.first_row) * band.width;
             let out = &mut band.radiance[start + columns.start..start + columns.end];
-            special.clear();
-            work.counts.edge_pixels += plain(plan, patch, &row, quick, out, &mut special);
-            edges(plan, patch, &row, y, out, &special, &mut work);
+            edge_pixels.clear();
+            work.counts.edge_pixels += constant_pixels(plan, patch, &row, draft, out, &mut edge_pixels);
+            edge_means(plan, patch, &row, y, out, &edge_pixels, &mut work);
+
+            // Apply the throughput of transport effects.
             if plan.has_throughput {
                 match &patch.throughput {
                     Some(powers) => throughput(patch, powers, y, out),
                     None => plan.attenuate_row(DVec2::new(columns.start as f64 + 0.5, y), out, &mut work),
                 }
             }
+
+            // Store the ground truth.
             if let Some(truth) = &mut band.truth {
                 let span = start + columns.start..start + columns.end;
                 truth.class[span.clone()].fill(patch.class);
@@ -165,19 +174,27 @@ fn reach_of_block([x, y, _]: &[f64; 3]) -> Lanes {
     Lanes::splat(HALF_BLOCK * x + 0.5 * y + ROUNDING)
 }
 
-/// What quick pixels of the patch are wrong by, in px, where they are asked for and that is little enough; a pixel's
-/// footprint must be smaller than a square.
+/// The error of draft pixels of the patch, in px, where the level takes them and it is within the bound; a pixel's footprint
+/// must be smaller than a square.
 fn draft_px(plan: &Plan, patch: &MapPatch) -> Option<f64> {
     let small = patch.bounds.iter().all(|[x, y, _]| 0.5 * (x + y) < 0.49);
     let error_px = draft::error_px(patch.stray_px);
-    let accuracy = &plan.system.accuracy;
+    let accuracy = plan.system.accuracy();
     (accuracy.arithmetic == Arithmetic::Single && small && error_px <= accuracy.bend_px).then_some(error_px)
 }
 
-/// Fills the pixels that no line of the pattern can touch, and lists the others; the quick way fills also those that one
+/// Fills the pixels that no line of the pattern can touch, and lists the others; the draft fills also those that one
 /// line crosses, and they are counted.
 #[inline(always)]
-fn plain(plan: &Plan, patch: &MapPatch, row: &RowMap, quick: bool, out: &mut [f32], special: &mut Vec<u32>) -> u64 {
+fn constant_pixels(
+    plan: &Plan,
+    patch: &MapPatch,
+    row: &RowMap,
+    draft: bool,
+    out: &mut [f32],
+    edge_pixels: &mut Vec<u32>,
+) -> u64 {
+    // Bound how far a pixel and a block may see from their centres.
     let pattern = &plan.pattern;
     let mut lines = 0;
     let n = out.len();
@@ -187,8 +204,9 @@ fn plain(plan: &Plan, patch: &MapPatch, row: &RowMap, quick: bool, out: &mut [f3
     let pixel = [reach_of_pixel(u), reach_of_pixel(v)];
     let block = [reach_of_block(u), reach_of_block(v)];
     let sign = Lanes::splat(if patch.flip { -1.0 } else { 1.0 });
-    // Blocks are counted from the picture's axis outward, so that mirror images are cut alike. The last one ends with the
-    // row; what it shares with the one before is left to that.
+
+    // Divide the row into blocks, counted from the picture's axis outward, so that mirror images are cut alike. The
+    // last one ends with the row; what it shares with the one before is left to that.
     let blocks = n.div_ceil(BLOCK);
     let begin = |b: usize| {
         let outward = (b * BLOCK).min(n - BLOCK);
@@ -198,36 +216,50 @@ fn plain(plan: &Plan, patch: &MapPatch, row: &RowMap, quick: bool, out: &mut [f3
         let shared = BLOCK - (n - b * BLOCK).min(BLOCK);
         if patch.flip { 0..BLOCK - shared } else { shared..BLOCK }
     };
+
     for first in (0..blocks).step_by(LANES) {
+        // Evaluate the map at the middles of a packet of blocks.
         let middle = |k: usize| first_x + begin((first + k).min(blocks - 1)) as f64 + HALF_BLOCK;
         let s = Lanes::of(|k| patch.s(middle(k)));
         let ([u, us], [v, vs]) = (row.slope(0, s), row.slope(1, s));
         // u and its slope in the picture's frame.
         let (u, ux, vx) = (u * sign, us * Lanes::splat(step), vs * sign * Lanes::splat(step));
-        let (value, whole) = pattern.squares([u, v], block).plain(block);
-        let steps = quick.then(|| row.steps(patch, s.0[LANES / 2], plan.active));
+
+        // Find the blocks that lie within one square.
+        let (value, whole) = pattern.squares([u, v], block).constant_off_lines(block);
+        let steps = draft.then(|| row.steps(patch, s.0[LANES / 2], plan.active));
+
+        // Fill each block by the cheapest way that serves it.
         for k in 0..LANES.min(blocks - first) {
             let (at, fresh) = (begin(first + k), fresh(first + k));
             let span = &mut out[at..at + BLOCK];
+
+            // Fill a block of one square.
             if whole.0[k] != 0 {
                 span.fill(value.0[k] as f32);
                 continue;
             }
+
+            // Fill a block of one radiance off the squares: margin or background.
             let centre = DVec2::new(u.0[k], v.0[k]);
             let reach = DVec2::new(block[0].0[0], block[1].0[0]);
             if let Some(value) = pattern.constant(centre, reach) {
                 span.fill(value as f32);
                 continue;
             }
+
+            // Fill a block of squares by draft pixels, and list those that two lines cross.
             if let Some(steps) = &steps
                 && let Some(square) = pattern.square(centre, reach)
             {
-                let quick = draft::block(&square, [ux.0[k], vx.0[k]], steps, plan.active);
-                span[fresh.clone()].copy_from_slice(&quick.value[fresh.clone()]);
-                lines += quick.lined[fresh.clone()].iter().map(|lined| u64::from(*lined)).sum::<u64>();
-                special.extend(fresh.filter(|&i| quick.crossed[i]).map(|i| (at + i) as u32));
+                let drafted = draft::block(&square, [ux.0[k], vx.0[k]], steps, plan.active);
+                span[fresh.clone()].copy_from_slice(&drafted.value[fresh.clone()]);
+                lines += drafted.lined[fresh.clone()].iter().map(|lined| u64::from(*lined)).sum::<u64>();
+                edge_pixels.extend(fresh.filter(|&i| drafted.crossed[i]).map(|i| (at + i) as u32));
                 continue;
             }
+
+            // Fill the pixels that lie within one square, and list the others.
             let mut values = [0.0; BLOCK];
             for i in (0..BLOCK).step_by(LANES) {
                 let d = Lanes::of(|l| (i + l) as f64 + 0.5 - HALF_BLOCK);
@@ -235,11 +267,11 @@ fn plain(plan: &Plan, patch: &MapPatch, row: &RowMap, quick: bool, out: &mut [f3
                     Lanes::splat(u.0[k]) + Lanes::splat(ux.0[k]) * d,
                     Lanes::splat(v.0[k]) + Lanes::splat(vx.0[k]) * d,
                 ];
-                let (value, plain) = pattern.squares(c, pixel).plain(pixel);
+                let (value, constant) = pattern.squares(c, pixel).constant_off_lines(pixel);
                 value.store(&mut values[i..i + LANES]);
-                if !plain.all() {
-                    let special_here = (0..LANES).filter(|&l| plain.0[l] == 0 && fresh.contains(&(i + l)));
-                    special.extend(special_here.map(|l| (at + i + l) as u32));
+                if !constant.all() {
+                    let edges_here = (0..LANES).filter(|&l| constant.0[l] == 0 && fresh.contains(&(i + l)));
+                    edge_pixels.extend(edges_here.map(|l| (at + i + l) as u32));
                 }
             }
             span[fresh.clone()].copy_from_slice(&values[fresh]);
@@ -248,25 +280,33 @@ fn plain(plan: &Plan, patch: &MapPatch, row: &RowMap, quick: bool, out: &mut [f3
     lines
 }
 
-/// The pixels of `special`, each from the jet of the map at its centre.
+/// Integrates the pixels of `edge_pixels`, each by the Taylor expansion of the map at its centre.
 #[inline(always)]
-fn edges(plan: &Plan, patch: &MapPatch, row: &RowMap, y: f64, out: &mut [f32], special: &[u32], work: &mut Work) {
+fn edge_means(
+    plan: &Plan,
+    patch: &MapPatch,
+    row: &RowMap,
+    y: f64,
+    out: &mut [f32],
+    edge_pixels: &[u32],
+    work: &mut Work,
+) {
     let accuracy = plan.less(patch.truncation_px);
-    // What a pixel sees of a jet is its active square: steps of its side.
+    // What a pixel sees of a Taylor expansion is its active square: steps of its side.
     let step = patch.steps().x * plan.active;
     let first_x = patch.region.columns.start as f64 + 0.5;
-    for few in special.chunks(LANES) {
+    for few in edge_pixels.chunks(LANES) {
         let at = |k: usize| first_x + f64::from(few[k.min(few.len() - 1)]);
         let s = Lanes::of(|k| patch.s(at(k)));
-        let jets = jets(patch.flip, step, row.jet(0, s), row.jet(1, s));
-        let covers = cover(&plan.pattern, &jets, &accuracy);
+        let taylor = packed_taylor2(patch.flip, step, row.derivatives(0, s), row.derivatives(1, s));
+        let means = pixel_means(&plan.pattern, &taylor, &accuracy);
         for (k, &i) in few.iter().enumerate() {
-            out[i as usize] = settle(plan, DVec2::new(at(k), y), covers[k], work) as f32;
+            out[i as usize] = mean_or_subdivide(plan, DVec2::new(at(k), y), means[k], work) as f32;
         }
     }
 }
 
-/// Multiplies the pixels of a row by the polynomial of the gains.
+/// Multiplies the pixels of a row by the polynomial of the throughput.
 #[inline(always)]
 fn throughput(patch: &MapPatch, powers: &[Vec<f64>], y: f64, out: &mut [f32]) {
     let t = patch.t(y);
@@ -285,9 +325,9 @@ fn throughput(patch: &MapPatch, powers: &[Vec<f64>], y: f64, out: &mut [f32]) {
     }
 }
 
-/// The jets in the picture's frame, from u and v with their derivatives s, ss, t, st, tt (s by s, t by px).
+/// The Taylor expansions in the picture's frame, from u and v with their derivatives s, ss, t, st, tt (s by s, t by px).
 #[inline(always)]
-fn jets(flip: bool, step: f64, u: [Lanes; 6], v: [Lanes; 6]) -> PackedTaylor2 {
+fn packed_taylor2(flip: bool, step: f64, u: [Lanes; 6], v: [Lanes; 6]) -> PackedTaylor2 {
     // Where x is counted to the left, u and every derivative by x change their signs.
     let f = Lanes::splat(if flip { -1.0 } else { 1.0 });
     let (step, step2) = (Lanes::splat(step), Lanes::splat(step * step));

@@ -1,8 +1,9 @@
-//! Light to film.
+//! The renderer: from an instrument to a film of radiance with ground truth.
 //!
 //! [`render`] reads from top to bottom: sampling, passes, plan and bands, accumulation, film effects. A plan (`plan`) fixes
-//! everything before the first pixel; its bands (`bands`) are filled by the certified map (`map`, `mapped`), by tracing
-//! every pixel's centre (`tile`), or by the slow and simple reference (`reference`); pixels under a border are cut (`border`).
+//! everything before the first pixel; its bands (`bands`) are filled by the certified map (`map`, `tiling`, `mapped`),
+//! by tracing every pixel's centre (`tile`), or by the slow and simple reference (`reference`); pixels under a border are
+//! clipped (`border`).
 
 pub mod checkerboard;
 mod pixel_mean;
@@ -13,6 +14,7 @@ mod band;
 mod centre_rays;
 mod truncation_error;
 mod map;
+mod tiling;
 mod plan;
 mod pixel;
 mod border;

@@ -1,26 +1,31 @@
 //! The mean radiance of one pixel from the map about its centre, or from traced parts of it.
 
 use super::film::Class;
-use super::pixel_mean::{PackedTaylor2, PixelMean, Taylor2, cover, mean_of_points};
+use super::pixel_mean::{PackedTaylor2, PixelMean, Taylor2, mean_of_points, pixel_means};
 use super::plan::Plan;
 use super::work::Work;
 use crate::accuracy::Accuracy;
 use glam::DVec2;
 
-/// A pixel that sees the board through one side all over.
-pub(super) fn whole_pixel(plan: &Plan, px: DVec2, jet: &Taylor2, work: &mut Work) -> f64 {
-    settle(plan, px, cover(&plan.pattern, &PackedTaylor2::splat(jet), &plan.less(plan.truncation_px))[0], work)
+/// The mean radiance of a pixel that sees the board through one side all over.
+pub(super) fn whole_pixel(plan: &Plan, px: DVec2, taylor: &Taylor2, work: &mut Work) -> f64 {
+    mean_or_subdivide(
+        plan,
+        px,
+        pixel_means(&plan.pattern, &PackedTaylor2::splat(taylor), &plan.less(plan.truncation_px))[0],
+        work,
+    )
 }
 
-/// The radiance of the pixel at `px` that was covered so; traced in parts where its jet does not tell it.
+/// The radiance of the pixel at `px` by its mean; traced in parts where its Taylor expansion does not tell it.
 #[inline(always)]
-pub(super) fn settle(plan: &Plan, px: DVec2, covered: PixelMean, work: &mut Work) -> f64 {
-    match covered {
-        PixelMean::Plain(value) => value,
+pub(super) fn mean_or_subdivide(plan: &Plan, px: DVec2, mean: PixelMean, work: &mut Work) -> f64 {
+    match mean {
+        PixelMean::Constant(value) => value,
         PixelMean::Edge { value, parts, off_px } => {
             work.counts.edge_pixels += 1;
             work.counts.divided_pixels += u64::from(parts > 1);
-            work.counts.capped_pixels += u64::from(off_px > plan.system.accuracy.bend_px);
+            work.counts.capped_pixels += u64::from(off_px > plan.system.accuracy().bend_px);
             work.bend_px = work.bend_px.max(off_px);
             value
         }
@@ -92,7 +97,7 @@ pub(super) const MAX_VERTICES: usize = 8;
 pub(super) fn subdivided(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
     work.counts.divided_pixels += 1;
     let mut by_parts = |depth: u32, work: &mut Work| mean_of_parts(plan, px, 2 << depth, |_| 1.0, work);
-    adaptive(&plan.system.accuracy, &mut by_parts, work)
+    adaptive(plan.system.accuracy(), &mut by_parts, work)
 }
 
 /// The last of the values at depth 0, 1, 2 ..., each of parts of half the side: until two in a row differ from those before

@@ -1,4 +1,5 @@
-//! The mean radiance of pixels whose map to the board is known to second order.
+//! The box-filtered radiance of pixels: the mean of the checkerboard over a pixel whose map to the board is known to second
+//! order.
 
 use super::checkerboard::Checkerboard;
 use crate::accuracy::Accuracy;
@@ -35,7 +36,7 @@ impl Taylor2 {
     }
 }
 
-/// [`LANES`] jets; each field holds its first and its second component.
+/// [`LANES`] Taylor expansions; each field holds its first and its second component.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PackedTaylor2 {
     pub(super) seen: [Lanes; 2],
@@ -46,11 +47,11 @@ pub(super) struct PackedTaylor2 {
     pub(super) dyy: [Lanes; 2],
 }
 
-/// How a pixel was covered.
+/// The mean radiance of a pixel, by what crosses it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum PixelMean {
     /// No line of the pattern passes through it.
-    Plain(f64),
+    Constant(f64),
     /// Some line does. How far the lines may be from their places, in px, is an estimate: the bend of the map that was
     /// left out.
     Edge { value: f64, parts: u32, off_px: f64 },
@@ -61,47 +62,47 @@ pub(super) enum PixelMean {
 /// Above this bend of the map within a pixel, in px, its second derivatives do not describe it: they change as well.
 const MOST_BEND_PX: f64 = 1e-2;
 
-/// The means of `pattern` over as many pixels.
+/// The means of `pattern` over [`LANES`] pixels.
 #[inline(always)]
-pub(super) fn cover(pattern: &Checkerboard, jets: &PackedTaylor2, accuracy: &Accuracy) -> [PixelMean; LANES] {
-    let (value, plain, line, off_px) = at_most_one_line(pattern, jets, accuracy.bend_px);
-    let mut covers = [PixelMean::TooBent; LANES];
-    for (k, cover) in covers.iter_mut().enumerate() {
-        *cover = if plain.0[k] != 0 {
-            PixelMean::Plain(value.0[k])
+pub(super) fn pixel_means(pattern: &Checkerboard, pixels: &PackedTaylor2, accuracy: &Accuracy) -> [PixelMean; LANES] {
+    let (value, constant, line, off_px) = at_most_one_line(pattern, pixels, accuracy.bend_px);
+    let mut means = [PixelMean::TooBent; LANES];
+    for (k, mean) in means.iter_mut().enumerate() {
+        *mean = if constant.0[k] != 0 {
+            PixelMean::Constant(value.0[k])
         } else if line.0[k] != 0 {
             PixelMean::Edge { value: value.0[k], parts: 1, off_px: off_px.0[k] }
         } else {
-            several_lines(pattern, &jets.lane(k), accuracy)
+            several_lines(pattern, &pixels.lane(k), accuracy)
         };
     }
-    covers
+    means
 }
 
 impl PackedTaylor2 {
-    /// One jet in every lane.
+    /// One Taylor expansion in every lane.
     #[inline(always)]
-    pub(super) fn splat(jet: &Taylor2) -> Self {
+    pub(super) fn splat(taylor: &Taylor2) -> Self {
         let splat = |v: DVec2| [Lanes::splat(v.x), Lanes::splat(v.y)];
         Self {
-            seen: splat(jet.seen),
-            dx: splat(jet.dx),
-            dy: splat(jet.dy),
-            dxx: splat(jet.dxx),
-            dxy: splat(jet.dxy),
-            dyy: splat(jet.dyy),
+            seen: splat(taylor.seen),
+            dx: splat(taylor.dx),
+            dy: splat(taylor.dy),
+            dxx: splat(taylor.dxx),
+            dxy: splat(taylor.dxy),
+            dyy: splat(taylor.dyy),
         }
     }
 
-    /// Changes one of the jets.
+    /// Changes one of the Taylor expansions.
     #[inline(always)]
-    pub(super) fn set_lane(&mut self, k: usize, jet: &Taylor2) {
-        (self.seen[0].0[k], self.seen[1].0[k]) = (jet.seen.x, jet.seen.y);
-        (self.dx[0].0[k], self.dx[1].0[k]) = (jet.dx.x, jet.dx.y);
-        (self.dy[0].0[k], self.dy[1].0[k]) = (jet.dy.x, jet.dy.y);
-        (self.dxx[0].0[k], self.dxx[1].0[k]) = (jet.dxx.x, jet.dxx.y);
-        (self.dxy[0].0[k], self.dxy[1].0[k]) = (jet.dxy.x, jet.dxy.y);
-        (self.dyy[0].0[k], self.dyy[1].0[k]) = (jet.dyy.x, jet.dyy.y);
+    pub(super) fn set_lane(&mut self, k: usize, taylor: &Taylor2) {
+        (self.seen[0].0[k], self.seen[1].0[k]) = (taylor.seen.x, taylor.seen.y);
+        (self.dx[0].0[k], self.dx[1].0[k]) = (taylor.dx.x, taylor.dx.y);
+        (self.dy[0].0[k], self.dy[1].0[k]) = (taylor.dy.x, taylor.dy.y);
+        (self.dxx[0].0[k], self.dxx[1].0[k]) = (taylor.dxx.x, taylor.dxx.y);
+        (self.dxy[0].0[k], self.dxy[1].0[k]) = (taylor.dxy.x, taylor.dxy.y);
+        (self.dyy[0].0[k], self.dyy[1].0[k]) = (taylor.dyy.x, taylor.dyy.y);
     }
 
     #[inline(always)]
@@ -154,57 +155,68 @@ fn pick(first: Mask, v: [Lanes; 2]) -> Lanes {
 /// The bend of the map enters to first order, as the integral of its component across the line along the part of the line
 /// inside the pixel; what is left is of the order of its square.
 #[inline(always)]
-fn at_most_one_line(pattern: &Checkerboard, jets: &PackedTaylor2, bend_px: f64) -> (Lanes, Mask, Mask, Lanes) {
+fn at_most_one_line(pattern: &Checkerboard, pixels: &PackedTaylor2, bend_px: f64) -> (Lanes, Mask, Mask, Lanes) {
     let (zero, half, one) = (Lanes::splat(0.0), Lanes::splat(0.5), Lanes::splat(1.0));
-    let stray = [jets.stray(0), jets.stray(1)];
-    let reach = [jets.reach(0) + stray[0], jets.reach(1) + stray[1]];
-    let squares = pattern.squares(jets.seen, reach);
+
+    // Find which lines of the pattern the pixels may touch.
+    let stray = [pixels.stray(0), pixels.stray(1)];
+    let reach = [pixels.reach(0) + stray[0], pixels.reach(1) + stray[1]];
+    let squares = pattern.squares(pixels.seen, reach);
     let touched_x = half.le(squares.offset[0].abs() + reach[0]);
     let touched_y = half.le(squares.offset[1].abs() + reach[1]);
-    let plain = squares.inside & !touched_x & !touched_y;
-    // The axis across the line, and the line's distance from the centre along it.
+    let constant = squares.inside & !touched_x & !touched_y;
+
+    // Find the axis across the line, and the line's signed distance from the centre along it.
     let upright = touched_x;
-    let (a, b) = (pick(upright, jets.dx), pick(upright, jets.dy));
+    let (a, b) = (pick(upright, pixels.dx), pick(upright, pixels.dy));
     let offset = pick(upright, squares.offset);
     let single = pick(upright, reach).lt(half + offset.abs());
     let backward = offset.lt(zero);
     let distance = half.negated_where(backward) - offset;
 
+    // Split the axes of the pixel into the steeper and the flatter one across the line.
     let steep_x = b.abs().le(a.abs());
     let (steep, flat) = (steep_x.select(a, b), steep_x.select(b, a));
     let (long, short) = (steep.abs(), flat.abs());
     let e = distance.abs();
-    // The bend moves the line by `within_px` at most, of which the first order is known. Its square is left; and where the line
-    // passes a corner of the pixel, the share changes its slope, from one to the other over the short side.
-    let within_px = jets.stray_px(stray);
+
+    // Estimate the error: the bend moves the line by `within_px` at most, of which the first order is known. Its square
+    // is left; and where the line passes a corner of the pixel, the share changes its slope, from one to the other over
+    // the short side.
+    let within_px = pixels.stray_px(stray);
     let across = pick(upright, stray);
     let at_corner = (across * across / (Lanes::splat(2.0) * long * short)).min(within_px);
     let passes_corner = (half * (long - short)).le(e + across);
     let off_px = within_px * within_px + passes_corner.select(at_corner, zero);
-    let line = squares.inside & !plain & !(touched_x & touched_y) & single & off_px.le(Lanes::splat(bend_px));
+    let line = squares.inside & !constant & !(touched_x & touched_y) & single & off_px.le(Lanes::splat(bend_px));
+
+    // Find the share of the pixel beyond the straight line.
     let inverse = one / steep;
     let rest = half * (long + short) - e;
     let corner = zero.lt(rest).select(rest * rest / (Lanes::splat(2.0) * long * short), zero);
     let share = e.le(half * (long - short)).select(half - e * inverse.abs(), corner);
 
-    // Along the line, the steep coordinate of the pixel is (distance - flat s)/steep where the flat one is s.
+    // Integrate the bend along the line, by Simpson's rule: the steep coordinate of the pixel is (distance - flat
+    // s)/steep where the flat one is s.
     let (centre, reach) = (distance / flat, half * long / short);
     let from = (centre - reach).max(-half);
     let to = (centre + reach).min(half);
-    let (xx, yy) = (pick(upright, jets.dxx), pick(upright, jets.dyy));
+    let (xx, yy) = (pick(upright, pixels.dxx), pick(upright, pixels.dyy));
     let along = LineBend {
         slope: flat * inverse,
         start: distance * inverse,
         steep2: half * steep_x.select(xx, yy),
         flat2: half * steep_x.select(yy, xx),
-        mixed: pick(upright, jets.dxy),
+        mixed: pick(upright, pixels.dxy),
     };
     let simpson = (along.bend(from) + along.bend(to)) + Lanes::splat(4.0) * along.bend(half * (from + to));
     let bent = (to - from) * simpson * inverse.abs() * Lanes::splat(1.0 / 6.0);
+
+    // Put both together and weigh the two squares by their shares.
     let crossed = from.lt(to) & zero.lt(rest);
     let beyond = share + crossed.select(bent, zero).negated_where(backward);
-    let beyond = plain.select(zero, beyond.max(zero).min(one));
-    (squares.mean + squares.contrast * (one - (beyond + beyond)), plain, line, off_px)
+    let beyond = constant.select(zero, beyond.max(zero).min(one));
+    (squares.mean + squares.contrast * (one - (beyond + beyond)), constant, line, off_px)
 }
 
 /// The second order of a map along a line through a pixel.
@@ -227,25 +239,25 @@ impl LineBend {
 }
 
 /// The mean over a pixel of any kind.
-fn several_lines(pattern: &Checkerboard, jet: &Taylor2, accuracy: &Accuracy) -> PixelMean {
-    let stray = 0.125 * (jet.dxx.abs() + 2.0 * jet.dxy.abs() + jet.dyy.abs());
-    let reach = 0.5 * (jet.dx.abs() + jet.dy.abs()) + stray;
-    if let Some(value) = pattern.constant(jet.seen, reach) {
-        return PixelMean::Plain(value);
+fn several_lines(pattern: &Checkerboard, taylor: &Taylor2, accuracy: &Accuracy) -> PixelMean {
+    let stray = 0.125 * (taylor.dxx.abs() + 2.0 * taylor.dxy.abs() + taylor.dyy.abs());
+    let reach = 0.5 * (taylor.dx.abs() + taylor.dy.abs()) + stray;
+    if let Some(value) = pattern.constant(taylor.seen, reach) {
+        return PixelMean::Constant(value);
     }
     // |J^-1| on what it strays along each axis.
-    let right = jet.dy.y.abs() * stray.x + jet.dy.x.abs() * stray.y;
-    let down = jet.dx.y.abs() * stray.x + jet.dx.x.abs() * stray.y;
-    let stray_px = right.max(down) / jet.dx.perp_dot(jet.dy).abs();
+    let right = taylor.dy.y.abs() * stray.x + taylor.dy.x.abs() * stray.y;
+    let down = taylor.dx.y.abs() * stray.x + taylor.dx.x.abs() * stray.y;
+    let stray_px = right.max(down) / taylor.dx.perp_dot(taylor.dy).abs();
     // NaN must not pass.
     if stray_px.is_nan() || stray_px > MOST_BEND_PX || accuracy.bend_px <= 0.0 {
         return PixelMean::TooBent;
     }
-    // Parts that are flat to the error asked for: in each of n x n the map strays n^-2 as far.
+    // Parts that are flat to the error allowed: in each of n x n the map strays n^-2 as far.
     let wanted = (stray_px / accuracy.bend_px).sqrt().ceil().max(1.0);
     let parts = (wanted as u32).min(accuracy.max_division);
     let off_px = stray_px / f64::from(parts * parts);
-    PixelMean::Edge { value: mean_of_parts(pattern, jet, parts), parts, off_px }
+    PixelMean::Edge { value: mean_of_parts(pattern, taylor, parts), parts, off_px }
 }
 
 /// The corners of a pixel, in the order of its polygon.
@@ -253,16 +265,16 @@ const SQUARE: [DVec2; 4] = [DVec2::new(-0.5, -0.5), DVec2::new(0.5, -0.5), DVec2
 
 /// The mean over n x n parts of the pixel, each by the tangent of the map at its centre, which is moved to where the mean
 /// of its second order lies. Mirror images are summed in pairs, so that their sums have the same bits.
-fn mean_of_parts(pattern: &Checkerboard, jet: &Taylor2, n: u32) -> f64 {
+fn mean_of_parts(pattern: &Checkerboard, taylor: &Taylor2, n: u32) -> f64 {
     let side = 1.0 / f64::from(n);
-    let shift = (jet.dxx + jet.dyy) * (side * side / 24.0);
+    let shift = (taylor.dxx + taylor.dyy) * (side * side / 24.0);
     let place = |k: u32| (f64::from(2 * k + 1) - f64::from(n)) * (0.5 * side);
     let part = |i: u32, j: u32| {
         let p = DVec2::new(place(i), place(j));
-        let bend = 0.5 * ((jet.dxx * (p.x * p.x) + jet.dyy * (p.y * p.y)) + jet.dxy * (2.0 * p.x * p.y));
-        let seen = jet.seen + (jet.dx * p.x + jet.dy * p.y) + bend + shift;
-        let right = (jet.dx + (jet.dxx * p.x + jet.dxy * p.y)) * (0.5 * side);
-        let down = (jet.dy + (jet.dxy * p.x + jet.dyy * p.y)) * (0.5 * side);
+        let bend = 0.5 * ((taylor.dxx * (p.x * p.x) + taylor.dyy * (p.y * p.y)) + taylor.dxy * (2.0 * p.x * p.y));
+        let seen = taylor.seen + (taylor.dx * p.x + taylor.dy * p.y) + bend + shift;
+        let right = (taylor.dx + (taylor.dxx * p.x + taylor.dxy * p.y)) * (0.5 * side);
+        let down = (taylor.dy + (taylor.dxy * p.x + taylor.dyy * p.y)) * (0.5 * side);
         let polygon = [seen - right - down, seen + right - down, seen + right + down, seen - right + down];
         pattern.mean_over(&polygon).unwrap_or_else(|| mean_of_points(pattern, &polygon, &SQUARE))
     };

@@ -15,12 +15,12 @@ fn pattern() -> Checkerboard {
     })
 }
 
-fn one(pattern: &Checkerboard, jet: &Taylor2, accuracy: &Accuracy) -> PixelMean {
-    cover(pattern, &PackedTaylor2::splat(jet), accuracy)[0]
+fn one(pattern: &Checkerboard, taylor: &Taylor2, accuracy: &Accuracy) -> PixelMean {
+    pixel_means(pattern, &PackedTaylor2::splat(taylor), accuracy)[0]
 }
 
 /// A pixel that spans some 0.2 squares, about `seen`, its map bent by `bend` px.
-fn jet(k: usize, seen: DVec2, bend: f64) -> Taylor2 {
+fn taylor(k: usize, seen: DVec2, bend: f64) -> Taylor2 {
     let wave = |n: usize| libm::sin((k * n) as f64);
     Taylor2 {
         seen,
@@ -40,17 +40,17 @@ fn one_line_is_wrong_by_the_square_of_the_bend() {
     for bend in [0.0, 1e-4, 1e-3, 1e-2] {
         for k in 1..4000 {
             let seen = DVec2::new(3.9 * libm::sin(0.7 * k as f64), 3.9 * libm::cos(0.3 * k as f64));
-            let jet = jet(k, seen, bend);
+            let taylor = taylor(k, seen, bend);
             // Nearly parallel steps make the pixel a line, on which "to second order" means nothing.
-            if jet.dx.perp_dot(jet.dy).abs() < 0.2 * 0.02 {
+            if taylor.dx.perp_dot(taylor.dy).abs() < 0.2 * 0.02 {
                 continue;
             }
-            let (value, plain, line, _) = at_most_one_line(&pattern, &PackedTaylor2::splat(&jet), f64::INFINITY);
-            if line.none() && plain.none() {
+            let (value, constant, line, _) = at_most_one_line(&pattern, &PackedTaylor2::splat(&taylor), f64::INFINITY);
+            if line.none() && constant.none() {
                 continue;
             }
             lines += usize::from(line.all());
-            let parts = mean_of_parts(&pattern, &jet, 16);
+            let parts = mean_of_parts(&pattern, &taylor, 16);
             // 0.8 of contrast; second order in a bend that slanting steps magnify up to 20 times; in each part of
             // 1/16 the bend is left out along the line, whose mean is right.
             let bound = 1e-13 + 0.8 * (20.0 * bend * 20.0 * bend + bend / 256.0);
@@ -66,7 +66,7 @@ fn mirrored_pixels_have_the_same_bits() {
     let flip = |v: DVec2| DVec2::new(-v.x, v.y);
     for k in 1..4000 {
         let seen = DVec2::new(4.9 * libm::sin(0.7 * k as f64), 4.9 * libm::cos(0.3 * k as f64));
-        let mut right = jet(k, seen, [0.0, 1e-5, 1e-3][k % 3]);
+        let mut right = taylor(k, seen, [0.0, 1e-5, 1e-3][k % 3]);
         if k % 5 == 0 {
             // Steps along the axes, and lines that pass through corners of pixels.
             right.dx.y = 0.0;
@@ -97,7 +97,7 @@ fn a_line_through_the_middle_leaves_half() {
         dxy: DVec2::ZERO,
         dyy: DVec2::ZERO,
     };
-    let value = |jet: &Taylor2| match one(&pattern, jet, &Accuracy::exact()) {
+    let value = |taylor: &Taylor2| match one(&pattern, taylor, &Accuracy::exact()) {
         PixelMean::Edge { value, .. } => value,
         other => panic!("{other:?}"),
     };

@@ -1,10 +1,11 @@
-//! Everything that is fixed for a picture, decided before its first pixel.
+//! The render plan: everything that is fixed for a picture, decided before its first pixel.
 
 use super::centre_rays::CentreTracer;
 use super::checkerboard::Checkerboard;
 use super::film::AccuracyReport;
-use super::map::{MapPatch, Tiling, certify};
+use super::map::MapPatch;
 use super::region::Region;
+use super::tiling::{Tiling, certify};
 use super::truncation_error;
 use super::work::Work;
 use crate::accuracy::{Accuracy, Sampling};
@@ -27,12 +28,12 @@ pub struct Plan<'a> {
     /// The board's radiance.
     pub(super) pattern: Checkerboard,
     /// How centres are traced.
-    pub(super) looker: CentreTracer<'a>,
+    pub(super) centre_tracer: CentreTracer<'a>,
     /// Rectangles that a polynomial map stands for.
     pub(super) patches: Vec<MapPatch>,
     /// Rectangles whose every pixel is traced.
     pub(super) traced: Vec<Region>,
-    /// What the jets of traced pixels are wrong by, in px: see [`third`].
+    /// What the Taylor expansions of traced pixels are wrong by, in px: see [`truncation_error`].
     pub(super) truncation_px: f64,
     /// Rays that planning took.
     pub(super) rays: u64,
@@ -46,10 +47,10 @@ pub struct Plan<'a> {
 
 impl<'a> Plan<'a> {
     /// Plans the picture of one pass of `system`, that of the instrument through the middle of its pupil: chooses the loops
-    /// and, where its accuracy asks for one, fits and checks the map.
+    /// and, where its accuracy level samples by one, fits and checks the map.
     pub fn new(system: &'a System) -> Self {
-        let sampling = system.accuracy.sampling;
-        let has_throughput = system.effects.act_by(Hook::Transport);
+        let sampling = system.accuracy().sampling;
+        let has_throughput = system.effects().act_by(Hook::Transport);
         // Transport effects need not be symmetric.
         let mirrored = sampling != Sampling::SingleRays && !has_throughput && system.is_mirror_symmetric();
         Self { has_throughput, ..Self::by(system, sampling, mirrored) }
@@ -58,26 +59,27 @@ impl<'a> Plan<'a> {
     /// A plan by a given way of sampling, of both halves or of the right one, which is then copied: the picture is the
     /// same.
     pub(super) fn by(system: &'a System, sampling: Sampling, mirrored: bool) -> Self {
-        let [width, height] = system.camera.size_px();
+        let [width, height] = system.camera().size_px();
         let first = if mirrored { width / 2 } else { 0 };
         let all = Region { columns: first..width, rows: 0..height };
-        let mut cover = match sampling {
+        let mut tiling = match sampling {
             Sampling::SingleRays | Sampling::Packets => Tiling { traced: vec![all], ..Tiling::default() },
             Sampling::Map => certify(system, first),
         };
-        let by_jets = sampling != Sampling::SingleRays && !cover.traced.is_empty();
-        let truncation_px = if by_jets { truncation_error::of_differences_px(system, &mut cover.rays) } else { 0.0 };
+        let by_differences = sampling != Sampling::SingleRays && !tiling.traced.is_empty();
+        let truncation_px =
+            if by_differences { truncation_error::of_differences_px(system, &mut tiling.rays) } else { 0.0 };
         Self {
             system,
             truncation_px,
-            pattern: Checkerboard::new(&system.board.pattern),
-            looker: CentreTracer::new(system, sampling != Sampling::SingleRays),
-            patches: cover.patches,
-            traced: cover.traced,
-            rays: cover.rays,
+            pattern: Checkerboard::new(&system.board().pattern),
+            centre_tracer: CentreTracer::new(system, sampling != Sampling::SingleRays),
+            patches: tiling.patches,
+            traced: tiling.traced,
+            rays: tiling.rays,
             mirrored,
             has_throughput: false,
-            active: system.effects.active_side(),
+            active: system.effects().active_side(),
         }
     }
 
@@ -87,7 +89,7 @@ impl<'a> Plan<'a> {
         if self.has_throughput { self.system.throughput(px) } else { 1.0 }
     }
 
-    /// Multiplies pixels of a row, the first with its centre at `start`, by their gains.
+    /// Multiplies pixels of a row, the first with its centre at `start`, by their throughput.
     pub(super) fn attenuate_row(&self, start: DVec2, row: &mut [f32], work: &mut Work) {
         work.counts.rays += row.len() as u64;
         for (i, value) in row.iter_mut().enumerate() {
@@ -101,7 +103,7 @@ impl<'a> Plan<'a> {
     /// # Errors
     /// The fate of a ray that never reaches the board.
     pub fn trace(&self, px: DVec2) -> Result<DVec2, Fate> {
-        let width = self.system.camera.size_px()[0] as f64;
+        let width = self.system.camera().size_px()[0] as f64;
         let inside = |region: &Region, px: DVec2| {
             let (columns, rows) = (&region.columns, &region.rows);
             let within = |v: f64, range: &Range<usize>| v >= range.start as f64 && v <= range.end as f64;
@@ -118,13 +120,13 @@ impl<'a> Plan<'a> {
         {
             return Ok(DVec2::new(-seen.x, seen.y) * mm);
         }
-        self.system.trace(px).map(|sight| sight.board_mm)
+        self.system.trace(px).map(|hit| hit.board_mm)
     }
 
-    /// The accuracy asked of pixels by their jets, whose third order is left out: that much less. Where nothing is left, such
+    /// The accuracy left to pixels by their Taylor expansions, whose third order is left out: that much less. Where nothing is left, such
     /// pixels are traced in parts.
     pub(super) fn less(&self, truncation_px: f64) -> Accuracy {
-        Accuracy { bend_px: self.system.accuracy.bend_px - truncation_px, ..self.system.accuracy }
+        Accuracy { bend_px: self.system.accuracy().bend_px - truncation_px, ..*self.system.accuracy() }
     }
 
     /// The account of the planning.
@@ -134,12 +136,12 @@ impl<'a> Plan<'a> {
 
     /// What the picture promises and keeps, given the bend left inside its pixels.
     pub fn account(&self, bend_px: f64) -> AccuracyReport {
-        let [width, height] = self.system.camera.size_px();
+        let [width, height] = self.system.camera().size_px();
         let sides = if self.mirrored { 2 } else { 1 };
         let mapped: usize = self.patches.iter().map(|p| p.region.columns.len() * p.region.rows.len()).sum();
-        let accuracy = &self.system.accuracy;
-        let thirds = self.patches.iter().map(|p| p.truncation_px).chain([self.truncation_px]);
-        let truncation_px = thirds.filter(|third| *third < accuracy.bend_px).fold(0.0, f64::max);
+        let accuracy = &self.system.accuracy();
+        let truncations = self.patches.iter().map(|p| p.truncation_px).chain([self.truncation_px]);
+        let truncation_px = truncations.filter(|truncation| *truncation < accuracy.bend_px).fold(0.0, f64::max);
         AccuracyReport {
             level: accuracy.level,
             target_px: accuracy.target_px,

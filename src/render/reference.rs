@@ -1,8 +1,8 @@
-//! The reference: slow and simple, to judge the other levels. It shares with them the tracing of single rays and nothing
-//! else: neither differentials nor the coverage in closed form, neither a map nor mirror images.
+//! The reference renderer: adaptive subdivision and polygon clipping, slow and simple, to judge the other levels. It shares
+//! with them the tracing of single rays and nothing else: neither differentials nor the coverage in closed form, neither a map nor mirror images.
 //!
 //! A pixel that may hold a line of the pattern, the ridge or the border of a fate is divided in four, and so is each part
-//! again, until the map in it strays from a linear one by less than is asked for: that is measured at the middles of its
+//! again, until the map in it strays from a linear one by less than the level's bound: that is measured at the middles of its
 //! sides and at its own. Then each part is two triangles on which the map is taken as linear, clipped to the squares of
 //! the board one by one (Sutherland & Hodgman 1974). A line lies within what the map strays from its place, and that is
 //! stated as the error.
@@ -34,7 +34,7 @@ struct TracedPoint {
     seen: DVec2,
 }
 
-/// What the reference needs to know.
+/// The renderer of one band.
 struct ReferenceRenderer<'a> {
     plan: &'a Plan<'a>,
     system: &'a System,
@@ -51,7 +51,7 @@ pub(super) fn render(plan: &Plan, band: &mut Band) -> Work {
     let mut reference = ReferenceRenderer {
         plan,
         system: plan.system,
-        board: &plan.system.board.pattern,
+        board: &plan.system.board().pattern,
         rays: 0,
         stray_px: 0.0,
         capped: false,
@@ -84,7 +84,7 @@ impl ReferenceRenderer<'_> {
     fn pixel(&mut self, centre: &TracedPoint, work: &mut Work) -> f64 {
         let start = centre.px - 0.5 * self.plan.active;
         let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|c| self.place(start + c * self.plan.active));
-        if let Some(value) = self.plain(&corners, centre) {
+        if let Some(value) = self.constant(&corners, centre) {
             return value;
         }
         work.counts.edge_pixels += 1;
@@ -97,15 +97,20 @@ impl ReferenceRenderer<'_> {
 
     /// The integral over a square part of a pixel with the given corners, clockwise from the top left.
     fn part(&mut self, [a, b, c, d]: [TracedPoint; 4], side: f64) -> f64 {
-        if let Some(light) = self.plain(&[a, b, c, d], &middle(&[a, b, c, d])) {
+        // Integrate a part of one radiance at once.
+        if let Some(light) = self.constant(&[a, b, c, d], &middle(&[a, b, c, d])) {
             return side * side * light;
         }
+
+        // Trace the middles of its sides and its own.
         let between = |x: &TracedPoint, y: &TracedPoint| 0.5 * (x.px + y.px);
         let [top, right, bottom, left] = [(a, b), (b, c), (c, d), (d, a)].map(|(x, y)| self.place(between(&x, &y)));
         let centre = self.place(between(&a, &c));
         let one_class = [a, b, c, d, top, right, bottom, left].iter().all(|p| p.class == centre.class);
-        let adaptive = if one_class {
-            // d seen / d px, and what it makes of where the middles are seen besides the means of the corners.
+
+        // Find whether the map may be taken as linear in its quarters.
+        let linear = if one_class {
+            // Measure how far the middles are seen from the means of the corners, in px by way of d seen / d px.
             let map = DMat2::from_cols(b.seen - a.seen, d.seen - a.seen) * (1.0 / side);
             let off = |p: &TracedPoint, x: &TracedPoint, y: &TracedPoint| {
                 (map.inverse() * (p.seen - 0.5 * (x.seen + y.seen))).length()
@@ -113,7 +118,9 @@ impl ReferenceRenderer<'_> {
             let most = off(&top, &a, &b).max(off(&right, &b, &c)).max(off(&bottom, &c, &d)).max(off(&left, &d, &a));
             // In a quarter of the part the map strays a quarter as far.
             let stray_px = 0.25 * most.max(off(&centre, &a, &c)).max(off(&centre, &b, &d));
-            let accuracy = &self.system.accuracy;
+
+            // Stop when it strays by less than the bend allowed, or at the deepest division.
+            let accuracy = &self.system.accuracy();
             let close = stray_px <= accuracy.bend_px;
             let capped = !close && 2.0 * self.plan.active > f64::from(accuracy.max_division) * side;
             if close || capped {
@@ -124,10 +131,12 @@ impl ReferenceRenderer<'_> {
         } else {
             side <= BORDER_SHARE * self.plan.active
         };
+
+        // Integrate the quarters, as two triangles each or divided again.
         let quarters =
             [[a, top, centre, left], [top, b, right, centre], [centre, right, c, bottom], [left, centre, bottom, d]];
         let quarter = |q: [TracedPoint; 4]| {
-            if adaptive {
+            if linear {
                 self.triangle([q[0], q[1], q[2]]) + self.triangle([q[0], q[2], q[3]])
             } else {
                 self.part(q, 0.5 * side)
@@ -138,7 +147,7 @@ impl ReferenceRenderer<'_> {
 
     /// The light of a pixel or a part that is the same all over: its corners and its centre see one colour, and so does a
     /// rectangle around what they see that is half as large again.
-    fn plain(&self, corners: &[TracedPoint; 4], centre: &TracedPoint) -> Option<f64> {
+    fn constant(&self, corners: &[TracedPoint; 4], centre: &TracedPoint) -> Option<f64> {
         if corners.iter().any(|c| c.class != centre.class) {
             return None;
         }
@@ -195,8 +204,8 @@ impl ReferenceRenderer<'_> {
         if a.class == b.class && b.class == c.class {
             return self.whole_triangle(&[a, b, c]);
         }
-        let one_alone = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|[_, x, y]| x.class == y.class);
-        let Some([lone, x, y]) = one_alone else { return self.by_vertices(&[a, b, c]) };
+        let one_apart = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|[_, x, y]| x.class == y.class);
+        let Some([lone, x, y]) = one_apart else { return self.by_vertices(&[a, b, c]) };
         let ([near_x, far_x], [near_y, far_y]) = (self.border(lone, x), self.border(lone, y));
         if far_x.class != x.class || far_y.class != y.class {
             return self.by_vertices(&[a, b, c]);
@@ -216,7 +225,7 @@ impl ReferenceRenderer<'_> {
         [near, far]
     }
 
-    /// The integral over a triangle by its vertices alone.
+    /// The integral over a triangle by the mean of its vertices.
     fn by_vertices(&self, vertices: &[TracedPoint; 3]) -> f64 {
         area(vertices) * vertices.iter().map(|v| self.light(v)).sum::<f64>() / 3.0
     }

@@ -1,4 +1,4 @@
-//! A picture as a renderer makes it that knows nothing of its scene: the mean of point samples.
+//! Supersampling: the mean of point samples a pixel, as a general renderer takes it that knows nothing of its scene.
 
 use super::centre_rays::{CentreTracer, Run, trace_scalar};
 use super::checkerboard::Checkerboard;
@@ -14,28 +14,34 @@ use rayon::prelude::*;
 pub enum SamplePlaces {
     /// At the centres of n x n equal parts, traced by packets.
     Grid,
-    /// Anywhere in n x n equal parts, each by itself: stratified random sampling, the same on every run.
+    /// Anywhere in n x n equal parts, independently: stratified random sampling, the same on every run.
     Jittered,
 }
 
 /// The mean of n x n point samples a pixel, each traced.
 pub fn supersampled(system: &System, n: usize, samples: SamplePlaces) -> Raster<f32> {
-    let [width, height] = system.camera.size_px();
-    let pattern = Checkerboard::new(&system.board.pattern);
-    let looker = CentreTracer::new(system, true);
+    let [width, height] = system.camera().size_px();
+    let pattern = Checkerboard::new(&system.board().pattern);
+    let centre_tracer = CentreTracer::new(system, true);
     let mut picture = Raster::filled(width, height, 0.0f32);
+
+    // Sample band by band, in parallel.
     picture.data_mut().par_chunks_mut(width * BAND_ROWS).enumerate().for_each(|(band, rows)| {
         let (mut x_mm, mut y_mm, mut class) = (vec![0.0; width], vec![0.0; width], vec![Class::Left; width]);
         let mut sums = vec![0.0; width];
         for (k, row) in rows.chunks_mut(width).enumerate() {
             let j = band * BAND_ROWS + k;
             sums.fill(0.0);
+
+            // Add one sample of each pixel at a time.
             for part in 0..n * n {
                 let corner = DVec2::new((part % n) as f64, j as f64 * n as f64 + (part / n) as f64) / n as f64;
+
+                // Trace the samples of the row.
                 match samples {
                     SamplePlaces::Grid => {
                         let start = corner + 0.5 / n as f64;
-                        looker.trace(start, Run { x_mm: &mut x_mm, y_mm: &mut y_mm, class: &mut class });
+                        centre_tracer.trace(start, Run { x_mm: &mut x_mm, y_mm: &mut y_mm, class: &mut class });
                     }
                     SamplePlaces::Jittered => {
                         for i in 0..width {
@@ -46,6 +52,8 @@ pub fn supersampled(system: &System, n: usize, samples: SamplePlaces) -> Raster<
                         }
                     }
                 }
+
+                // Add the radiance that they see.
                 for i in 0..width {
                     sums[i] += match class[i] {
                         Class::Left | Class::Right => pattern.at(DVec2::new(x_mm[i], y_mm[i])),
@@ -54,6 +62,8 @@ pub fn supersampled(system: &System, n: usize, samples: SamplePlaces) -> Raster<
                     };
                 }
             }
+
+            // Divide by the number of samples.
             for (pixel, sum) in row.iter_mut().zip(&sums) {
                 *pixel = (sum / (n * n) as f64) as f32;
             }

@@ -24,7 +24,7 @@ pub(super) fn scene(width: usize, height: usize, prism: &str, board: &str) -> Sc
 }
 
 pub(super) fn built(scene: &Scene, accuracy: Accuracy) -> System {
-    System { accuracy, ..system::build(scene).unwrap_or_else(|problem| panic!("{problem}")) }
+    system::build(scene).unwrap_or_else(|problem| panic!("{problem}")).with_accuracy(accuracy)
 }
 
 /// A wedge of air in glass, which reflects a part of the picture totally, and a board that a part of the rays never
@@ -80,14 +80,20 @@ pub(super) fn instruments(accuracy: Accuracy, scale: usize) -> Vec<(String, Syst
 }
 
 fn film(plan: &Plan) -> Film {
-    picture(plan, Outputs { truth: true }, &|_| ())
+    picture(plan, Outputs { truth: true }, &())
+}
+
+/// The ground truth of a film that has it.
+fn truth(film: &Film) -> (&[Class], &[[f32; 2]]) {
+    let expected = "the ground truth is asked for";
+    (film.class.as_ref().expect(expected).data(), film.board_mm.as_ref().expect(expected).data())
 }
 
 /// Every bit of a film.
 fn bits(film: &Film) -> (Vec<u32>, Vec<Class>, Vec<[u32; 2]>) {
     let radiance = film.radiance.data().iter().map(|v| v.to_bits()).collect();
-    let board = film.board_mm.data().iter().map(|p| p.map(f32::to_bits)).collect();
-    (radiance, film.class.data().to_vec(), board)
+    let (class, board_mm) = truth(film);
+    (radiance, class.to_vec(), board_mm.iter().map(|p| p.map(f32::to_bits)).collect())
 }
 
 #[test]
@@ -95,13 +101,13 @@ fn packets_have_the_bits_of_single_rays() {
     let mut classes = Vec::new();
     for (name, system) in instruments(Accuracy::exact(), 1) {
         let by = |packets| Plan {
-            looker: CentreTracer::new(&system, packets),
+            centre_tracer: CentreTracer::new(&system, packets),
             ..Plan::by(&system, Sampling::Packets, false)
         };
         let (single, packets) = (film(&by(false)), film(&by(true)));
         assert!(bits(&single) == bits(&packets), "{name}");
         assert_eq!(single.counts, packets.counts, "{name}");
-        classes.extend(single.class.data().iter().map(|c| *c as u8));
+        classes.extend(truth(&single).0.iter().map(|c| *c as u8));
     }
     classes.sort_unstable();
     classes.dedup();
@@ -114,12 +120,12 @@ fn packets_see_the_very_positions_of_single_rays() {
     use super::centre_rays::{Run, trace_scalar};
     use glam::DVec2;
     for (name, system) in instruments(Accuracy::exact(), 1) {
-        let [width, height] = system.camera.size_px();
-        let looker = CentreTracer::new(&system, true);
+        let [width, height] = system.camera().size_px();
+        let centre_tracer = CentreTracer::new(&system, true);
         for j in (0..height).step_by(7) {
             let start = DVec2::new(0.25, j as f64 + 0.375);
             let (mut x, mut y, mut class) = (vec![0.0; width], vec![0.0; width], vec![Class::Left; width]);
-            looker.trace(start, Run { x_mm: &mut x, y_mm: &mut y, class: &mut class });
+            centre_tracer.trace(start, Run { x_mm: &mut x, y_mm: &mut y, class: &mut class });
             for i in 0..width {
                 let (seen, own) = trace_scalar(&system, start + DVec2::new(i as f64, 0.0));
                 let equal = (x[i].to_bits(), y[i].to_bits(), class[i]) == (seen.x.to_bits(), seen.y.to_bits(), own);
@@ -135,16 +141,15 @@ fn strips_make_the_picture() {
     let mut subdivided = 0;
     for accuracy in [Accuracy::draft(), Accuracy::exact()] {
         for (name, system) in instruments(accuracy, 2) {
-            let whole = render(&system, &|_| ());
+            let whole = render(&system, &());
             let (mut radiance, mut class, mut board_mm, mut heights) = (vec![], vec![], vec![], vec![]);
-            let (counts, account) = by_bands(&Plan::new(&system), 2, &|_| (), &mut |strip| {
+            let (counts, account) = by_bands(&Plan::new(&system), 2, &(), &mut |strip| {
                 heights.push(strip.radiance.height());
                 radiance.extend_from_slice(strip.radiance.data());
-                class.extend_from_slice(strip.class.data());
-                board_mm.extend_from_slice(strip.board_mm.data());
+                class.extend_from_slice(strip.class.expect("strips have it").data());
+                board_mm.extend_from_slice(strip.board_mm.expect("strips have it").data());
             });
-            assert!(radiance == whole.radiance.data() && class == whole.class.data(), "{name}");
-            assert!(board_mm == whole.board_mm.data(), "{name}");
+            assert!(radiance == whole.radiance.data() && (&class[..], &board_mm[..]) == truth(&whole), "{name}");
             assert_eq!((counts, account), (whole.counts, whole.account), "{name}");
             let (last, others) = heights.split_last().expect("a picture has rows");
             assert!(others.iter().all(|h| *h == 2 * STRIP_ROWS) && *last <= 2 * STRIP_ROWS, "{heights:?}");
@@ -175,7 +180,7 @@ fn the_map_covers_the_sensor_once() {
     let mut mapped = 0;
     for (name, system) in instruments(Accuracy::standard(), 3) {
         let plan = Plan::new(&system);
-        let [width, height] = system.camera.size_px();
+        let [width, height] = system.camera().size_px();
         let mut times = vec![0; width * height];
         for region in plan.patches.iter().map(|p| &p.region).chain(&plan.traced) {
             for (i, j) in region.rows.clone().flat_map(|j| region.columns.clone().map(move |i| (i, j))) {
@@ -198,9 +203,9 @@ fn the_certified_map_shows_what_is_traced() {
     for ((name, exact), (_, mapped)) in exact.iter().zip(instruments(Accuracy::standard(), 3)) {
         let plan = Plan::new(&mapped);
         assert!(plan.patches.iter().all(|patch| patch.error_px <= 1e-8), "{name}");
-        let (traced, found) = (render(exact, &|_| ()), film(&plan));
+        let (traced, found) = (render(exact, &()), film(&plan));
         assert!(traced.class == found.class, "{name}");
-        for (a, b) in traced.board_mm.data().iter().flatten().zip(found.board_mm.data().iter().flatten()) {
+        for (a, b) in truth(&traced).1.iter().flatten().zip(truth(&found).1.iter().flatten()) {
             // f32 keeps 24 bits, and 1e-8 px are at most 2e-8 mm on these boards.
             assert!((a - b).abs() <= 2.0 * f32::EPSILON * a.abs() + 2e-8, "{a} {b}\n{name}");
         }
@@ -217,7 +222,7 @@ fn any_number_of_threads_makes_the_same_picture() {
     for (name, system) in instruments(Accuracy::exact(), 1) {
         let by = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
-            pool.install(|| render(&system, &|_| ()))
+            pool.install(|| render(&system, &()))
         };
         let (one, three) = (by(1), by(3));
         assert!(bits(&one) == bits(&three) && one.counts == three.counts, "{name}");
@@ -227,12 +232,12 @@ fn any_number_of_threads_makes_the_same_picture() {
 /// Each channel is the mean by its own shares.
 #[test]
 fn colours_are_the_passes_by_their_shares() {
-    use crate::effect::{Effects, ThinLens, Variant, thin_lens::Aperture};
+    use crate::effect::{Effects, Lens, ThinLens, Variant, thin_lens::Aperture};
     use glam::DVec2;
     let scene = scene(66, 38, "kind = \"none\"", &format!("{BOARD}\nposition_mm = [0.0, 0.0, 1000.0]"));
     let lens = ThinLens::new(2.0, 500.0, Aperture::Circle, 35.0);
-    let effects = Effects { thin_lens: Some(lens), ..Effects::default() };
-    let system = System { effects, ..built(&scene, Accuracy::exact()) };
+    let effects = Effects { lens: Lens::Thin(lens), ..Effects::default() };
+    let system = built(&scene, Accuracy::exact()).with_effects(&effects);
     let variant = |x: f64, grey, colour| Variant {
         pupil: DVec2::new(x, 0.0),
         slopes: [DVec2::ZERO; 2],
@@ -241,7 +246,7 @@ fn colours_are_the_passes_by_their_shares() {
         colour: Some(colour),
     };
     let variants = [variant(-3.0, 0.25, [1.0, 0.0, 0.5]), variant(3.0, 0.75, [0.0, 1.0, 0.5])];
-    let summed = crate::render::accumulate::mean(&system, &|_| variants.to_vec(), Outputs { truth: false }, &|_| ());
+    let summed = crate::render::accumulate::mean(&system, &|_| variants.to_vec(), Outputs { truth: false }, &());
     let [a, b] = variants.map(|variant| film(&Plan::new(&system.variant(&variant))).radiance);
     assert!(a != b);
     let colour = summed.colour.expect("every variant has colours");
@@ -262,10 +267,10 @@ fn the_map_of_gains_gains_what_is_traced() {
     let mut fitted = 0;
     let exact = instruments(Accuracy::exact(), 3);
     for ((name, exact), (_, mapped)) in exact.into_iter().zip(instruments(Accuracy::standard(), 3)) {
-        let [exact, mapped] = [exact, mapped].map(|system| System { effects: effects.clone(), ..system });
+        let [exact, mapped] = [exact, mapped].map(|system| system.with_effects(&effects));
         let plan = Plan::new(&mapped);
         fitted += plan.patches.iter().filter(|patch| patch.throughput.is_some()).count();
-        let (traced, found) = (render(&exact, &|_| ()), film(&plan));
+        let (traced, found) = (render(&exact, &()), film(&plan));
         for (k, (a, b)) in traced.radiance.data().iter().zip(found.radiance.data()).enumerate() {
             // As without gains, which are at most 1.5 here.
             assert!((a - b).abs() <= 3e-6, "{k}: {a} {b}\n{name}");

@@ -1,11 +1,11 @@
-//! The pixels of a region, each centre traced.
+//! Pixels by traced centre rays, tile by tile: the map about each centre is taken from differences of its neighbours.
 
 use super::band::Band;
 use super::border::border_pixel;
 use super::centre_rays::Run;
 use super::film::Class;
-use super::pixel::{ended_ray_radiance, settle, whole_pixel};
-use super::pixel_mean::{PackedTaylor2, Taylor2, cover};
+use super::pixel::{ended_ray_radiance, mean_or_subdivide, whole_pixel};
+use super::pixel_mean::{PackedTaylor2, Taylor2, pixel_means};
 use super::plan::Plan;
 use super::region::Region;
 use super::work::Work;
@@ -37,32 +37,45 @@ pub(super) fn render(plan: &Plan, region: &Region, band: &mut Band) -> Work {
 }
 
 fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
+    // Trace the centres of the tile and of one pixel around it.
     let centres = trace(plan, rect);
     work.counts.rays += centres.class.len() as u64;
     let stride = centres.stride;
     let first = centres.class[0];
     let one_side = first.side().is_some() && centres.class.iter().all(|c| *c == first);
-    let (mut special, mut border) = (Vec::new(), Vec::new());
+
+    // Fill row by row.
+    let (mut edge_pixels, mut border) = (Vec::new(), Vec::new());
     for (j, y) in rect.rows.clone().enumerate() {
         let at = (j + 1) * stride + 1;
         let start = (y - band.first_row) * band.width + rect.columns.start;
         let row = &mut band.radiance[start..start + rect.columns.len()];
         let start_px = DVec2::new(rect.columns.start as f64 + 0.5, y as f64 + 0.5);
-        special.clear();
+        edge_pixels.clear();
         border.clear();
+
+        // List the pixels beside a border.
         if !one_side {
             border.extend((0..row.len() as u32).filter(|&i| !centres.is_amid_its_side(at + i as usize)));
         }
-        widest(Plain { plan, centres: &centres, at, row, special: &mut special });
-        special.retain(|i| border.binary_search(i).is_err());
-        widest(Edges { plan, centres: &centres, at, start: start_px, row, special: &special, work });
+
+        // Fill the pixels within one square, then integrate those on lines of the pattern.
+        widest(ConstantPixels { plan, centres: &centres, at, row, edge_pixels: &mut edge_pixels });
+        edge_pixels.retain(|i| border.binary_search(i).is_err());
+        widest(EdgePixels { plan, centres: &centres, at, start: start_px, row, edge_pixels: &edge_pixels, work });
+
+        // Apply the throughput of transport effects.
         if plan.has_throughput {
             plan.attenuate_row(start_px, row, work);
         }
+
+        // Integrate the pixels beside a border one by one.
         for &i in &border {
             let px = start_px + DVec2::new(f64::from(i), 0.0);
             row[i as usize] = pixel(plan, px, &centres, at + i as usize, work) as f32;
         }
+
+        // Store the ground truth.
         if let Some(truth) = &mut band.truth {
             for i in 0..rect.columns.len() {
                 truth.class[start + i] = centres.class[at + i];
@@ -82,39 +95,39 @@ fn trace(plan: &Plan, rect: &Region) -> Centres {
         let start = DVec2::new(rect.columns.start as f64 - 0.5, (rect.rows.start + j) as f64 - 0.5);
         let span = j * stride..(j + 1) * stride;
         let (x_mm, y_mm) = (&mut centres.x_mm[span.clone()], &mut centres.y_mm[span.clone()]);
-        plan.looker.trace(start, Run { x_mm, y_mm, class: &mut centres.class[span] });
+        plan.centre_tracer.trace(start, Run { x_mm, y_mm, class: &mut centres.class[span] });
     }
     centres
 }
 
 /// A kernel that fills the pixels of a row that no line of the pattern can touch, and lists the others;
 /// all see through one side.
-struct Plain<'a> {
+struct ConstantPixels<'a> {
     plan: &'a Plan<'a>,
     centres: &'a Centres,
     at: usize,
     row: &'a mut [f32],
-    special: &'a mut Vec<u32>,
+    edge_pixels: &'a mut Vec<u32>,
 }
 
-impl Kernel for Plain<'_> {
+impl Kernel for ConstantPixels<'_> {
     type Out = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self { plan, centres, at, row, special } = self;
+        let Self { plan, centres, at, row, edge_pixels } = self;
         let scale = Lanes::splat(plan.pattern.squares_per_mm());
         let n = row.len();
         for first in (0..n).step_by(LANES) {
             let (x_mm, reach_x) = around(&centres.x_mm, at + first, centres.stride);
             let (y_mm, reach_y) = around(&centres.y_mm, at + first, centres.stride);
             let reach = [reach_x * scale, reach_y * scale];
-            let (value, plain) = plan.pattern.squares([x_mm * scale, y_mm * scale], reach).plain(reach);
+            let (value, constant) = plan.pattern.squares([x_mm * scale, y_mm * scale], reach).constant_off_lines(reach);
             value.store(&mut row[first..]);
-            if !plain.all() {
+            if !constant.all() {
                 for k in 0..LANES.min(n - first) {
-                    if plain.0[k] == 0 {
-                        special.push((first + k) as u32);
+                    if constant.0[k] == 0 {
+                        edge_pixels.push((first + k) as u32);
                     }
                 }
             }
@@ -138,34 +151,35 @@ fn around(v: &[f64], at: usize, stride: usize) -> (Lanes, Lanes) {
     (own, half * (half * ((right - left).abs() + (below - above).abs())) + bend)
 }
 
-/// A kernel that covers the listed pixels of a row, all of which see through one side.
-struct Edges<'a> {
+/// A kernel that integrates the listed pixels of a row, all of which see through one side.
+struct EdgePixels<'a> {
     plan: &'a Plan<'a>,
     centres: &'a Centres,
     at: usize,
     /// The centre of the row's first pixel.
     start: DVec2,
     row: &'a mut [f32],
-    special: &'a [u32],
+    edge_pixels: &'a [u32],
     work: &'a mut Work,
 }
 
-impl Kernel for Edges<'_> {
+impl Kernel for EdgePixels<'_> {
     type Out = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self { plan, centres, at, start, row, special, work } = self;
+        let Self { plan, centres, at, start, row, edge_pixels, work } = self;
         let accuracy = plan.less(plan.truncation_px);
-        for few in special.chunks(LANES) {
-            let jet = |i: u32| centres.jet(at + i as usize, plan.pattern.squares_per_mm()).by_steps_of(plan.active);
-            let mut jets = PackedTaylor2::splat(&jet(few[0]));
+        for few in edge_pixels.chunks(LANES) {
+            let taylor =
+                |i: u32| centres.taylor2(at + i as usize, plan.pattern.squares_per_mm()).by_steps_of(plan.active);
+            let mut packed = PackedTaylor2::splat(&taylor(few[0]));
             for (k, &i) in few.iter().enumerate().skip(1) {
-                jets.set_lane(k, &jet(i));
+                packed.set_lane(k, &taylor(i));
             }
-            let covers = cover(&plan.pattern, &jets, &accuracy);
+            let means = pixel_means(&plan.pattern, &packed, &accuracy);
             for (k, &i) in few.iter().enumerate() {
-                row[i as usize] = settle(plan, start + DVec2::new(f64::from(i), 0.0), covers[k], work) as f32;
+                row[i as usize] = mean_or_subdivide(plan, start + DVec2::new(f64::from(i), 0.0), means[k], work) as f32;
             }
         }
     }
@@ -180,8 +194,8 @@ fn pixel(plan: &Plan, px: DVec2, centres: &Centres, at: usize, work: &mut Work) 
     if own.side().is_none() {
         return ended_ray_radiance(plan, own) * plan.throughput(px);
     }
-    let jet = centres.jet(at, plan.pattern.squares_per_mm()).by_steps_of(plan.active);
-    whole_pixel(plan, px, &jet, work) * plan.throughput(px)
+    let taylor = centres.taylor2(at, plan.pattern.squares_per_mm()).by_steps_of(plan.active);
+    whole_pixel(plan, px, &taylor, work) * plan.throughput(px)
 }
 
 impl Centres {
@@ -199,7 +213,7 @@ impl Centres {
     /// The map about the centre of index `at`, by differences of its neighbours; written so that mirror images have the
     /// same bits.
     #[inline(always)]
-    fn jet(&self, at: usize, squares_per_mm: f64) -> Taylor2 {
+    fn taylor2(&self, at: usize, squares_per_mm: f64) -> Taylor2 {
         let see = |k: usize| DVec2::new(self.x_mm[k], self.y_mm[k]) * squares_per_mm;
         let [above, below] = [at - self.stride, at + self.stride];
         let seen = see(at);

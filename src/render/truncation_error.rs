@@ -1,4 +1,4 @@
-//! The third order of the map, which the jets of pixels leave out.
+//! The truncation error of the Taylor expansions of pixels: the third order of the map, which they leave out.
 
 use crate::system::System;
 use glam::{DMat2, DVec2};
@@ -6,18 +6,18 @@ use glam::{DMat2, DVec2};
 /// Places along each side of the sensor at which it is estimated.
 const PLACES: usize = 7;
 
-/// What a jet from differences of neighbours is wrong by inside a pixel, in px, at most: from third differences of traced
-/// positions all over the sensor. The differences of a jet hold a sixth of the third derivative, of which a pixel's side
+/// What a Taylor expansion from differences of neighbours is wrong by inside a pixel, in px, at most: from third differences of traced
+/// positions all over the sensor. The differences of a Taylor expansion hold a sixth of the third derivative, of which a pixel's side
 /// is reached by half; with the third order itself that is at most a twelfth.
 pub(super) fn of_differences_px(system: &System, rays: &mut u64) -> f64 {
-    let size = DVec2::from(system.camera.size_px().map(|n| n as f64));
+    let size = DVec2::from(system.camera().size_px().map(|n| n as f64));
     let place = |k: usize| (k as f64 + 0.5) / PLACES as f64;
     let mut worst: f64 = 0.0;
     for k in 0..PLACES * PLACES {
         let px = size * DVec2::new(place(k % PLACES), place(k / PLACES));
         *rays += 6;
-        let Ok(sight) = system.trace(px) else { continue };
-        let map = |step: DVec2| system.footprint_through(px + step, sight.side).map(|f| f.jacobian);
+        let Ok(hit) = system.trace(px) else { continue };
+        let map = |step: DVec2| system.footprint_through(px + step, hit.side).map(|f| f.jacobian);
         let Ok(here) = map(DVec2::ZERO) else { continue };
         let second = |step: DVec2| Some((map(step).ok()? - here * 2.0) + map(-step).ok()?);
         let (Some(xx), Some(yy)) = (second(DVec2::X), second(DVec2::Y)) else { continue };

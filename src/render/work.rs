@@ -1,4 +1,4 @@
-//! What a part of a picture took, and how far it keeps to its promise.
+//! Counters of a part of a picture: the work it took, and the bend left inside its pixels.
 
 use super::film::Counts;
 

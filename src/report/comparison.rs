@@ -21,7 +21,13 @@ pub fn report(scene: &Scene, comparison: &Comparison) -> json::Report {
 /// The entry of a judged prism, with the seconds that each step took.
 pub fn entry(judged: &JudgedDesign, timing_s: BTreeMap<String, f64>) -> Design {
     let JudgedDesign { name, scene, system, film, judgement, .. } = judged;
-    let own = design::entry(name, judgement, &fates(&film.class), timing_s, scene.camera.pitch_mm);
+    let own = design::entry(
+        name,
+        judgement,
+        &film.class.as_ref().map(fates).unwrap_or_default(),
+        timing_s,
+        scene.camera.pitch_mm,
+    );
     Design {
         accuracy: Some(design::accuracy(&film.account, &film.counts)),
         error_budget: judged.budget.as_ref().map(budget::entry),

@@ -50,10 +50,11 @@ pub fn entry(
 /// The entry with what is known of a picture that `system`, the instrument of `scene`, made itself: the light of its truth,
 /// and what smears its edges.
 pub fn of_own_picture(entry: Design, scene: &Scene, system: &System) -> Design {
-    let smears = system.effects.acting().filter(|row| row.hook == Hook::Ray && system.effects.variants(0).len() > 1);
+    let smears =
+        system.effects().acting().filter(|row| row.hook == Hook::Ray && system.effects().variants(0).len() > 1);
     Design {
         truth_light: Some(light_name(scene, system)),
-        smeared_by: smears.map(|row| row.key.to_owned()).collect(),
+        smeared_by: smears.map(|row| row.key().to_owned()).collect(),
         ..entry
     }
 }

@@ -6,6 +6,7 @@ use crate::analysis::fates::fates;
 use crate::error::Error;
 use crate::io::exr::Channel;
 use crate::io::{Notes, exr, png};
+use crate::progress::Observer;
 use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
 use crate::render::{AccuracyReport, Counts, Film, Strip, render_strips};
@@ -108,22 +109,25 @@ fn notes(scene: &Scene, system: &System, sampled: bool) -> String {
 
 /// Radiance and, for each pixel's centre, what it sees through the prism.
 fn channels(system: &System, strip: &Strip) -> Vec<Channel> {
-    let truth = |value: &dyn Fn([f32; 2]) -> f64| {
-        let pixels = strip.board_mm.data().iter().zip(strip.class.data());
-        let data =
-            pixels.map(|(&mm, &class)| if class.side().is_some() { value(mm) as f32 } else { f32::NAN }).collect();
-        Raster::from_data(strip.board_mm.width(), strip.board_mm.height(), data)
-    };
-    let world = |axis: usize| truth(&|mm| system.board.world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
-    let mut channels = vec![
-        Channel::f32("Y", strip.radiance.clone()),
-        Channel::f32("board.U", truth(&|mm| f64::from(mm[0]))),
-        Channel::f32("board.V", truth(&|mm| f64::from(mm[1]))),
-        Channel::f32("P.X", world(0)),
-        Channel::f32("P.Y", world(1)),
-        Channel::f32("P.Z", world(2)),
-        Channel::u32("class", strip.class.map(|class| class as u32)),
-    ];
+    let mut channels = vec![Channel::f32("Y", strip.radiance.clone())];
+    if let (Some(classes), Some(board_mm)) = (&strip.class, &strip.board_mm) {
+        let truth = |value: &dyn Fn([f32; 2]) -> f64| {
+            let pixels = board_mm.data().iter().zip(classes.data());
+            let data =
+                pixels.map(|(&mm, &class)| if class.side().is_some() { value(mm) as f32 } else { f32::NAN }).collect();
+            Raster::from_data(board_mm.width(), board_mm.height(), data)
+        };
+        let world =
+            |axis: usize| truth(&|mm| system.board().world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
+        channels.extend([
+            Channel::f32("board.U", truth(&|mm| f64::from(mm[0]))),
+            Channel::f32("board.V", truth(&|mm| f64::from(mm[1]))),
+            Channel::f32("P.X", world(0)),
+            Channel::f32("P.Y", world(1)),
+            Channel::f32("P.Z", world(2)),
+            Channel::u32("class", classes.map(|class| class as u32)),
+        ]);
+    }
     if let Some(colour) = &strip.colour {
         for (k, name) in ["R", "G", "B"].into_iter().enumerate() {
             channels.push(Channel::f32(name, colour.map(|pixel| pixel[k])));
@@ -149,7 +153,7 @@ pub struct Written {
 }
 
 /// Renders the picture of `scene`, whose instrument is `system`, strip by strip into all the files at once, as [`write()`]: of
-/// each file a thread writes one strip while the next is made, so that few strips are held at a time. `progress` hears how
+/// each file a thread writes one strip while the next is made, so that few strips are held at a time. `observer` hears how
 /// many more pixels are done.
 ///
 /// # Errors
@@ -158,7 +162,7 @@ pub fn render_to_files(
     paths: &[PathBuf],
     scene: &Scene,
     system: &System,
-    progress: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> Result<Written, Error> {
     std::thread::scope(|scope| {
         let writers: Vec<_> = paths
@@ -169,8 +173,8 @@ pub fn render_to_files(
             })
             .collect();
         let mut all_fates = BTreeMap::new();
-        let (counts, account) = render_strips(system, progress, &mut |strip| {
-            fates(&strip.class).into_iter().for_each(|(fate, n)| *all_fates.entry(fate).or_insert(0) += n);
+        let (counts, account) = render_strips(system, observer, &mut |strip| {
+            strip.class.iter().flat_map(fates).for_each(|(fate, n)| *all_fates.entry(fate).or_insert(0) += n);
             let strip = Arc::new(strip);
             for (strips, _) in &writers {
                 // A writer that takes no more has met a problem, which is told below.

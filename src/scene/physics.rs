@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 
 /// Judge how camera, prism and board stand to each other.
 pub(super) fn check(document: &Document, scene: &Scene) -> Result<(), Error> {
-    let camera = &Lens { camera: scene.camera, telecentric: scene.effects.telecentric };
+    let camera = &FieldRays { camera: scene.camera, telecentric: scene.effects.lens.telecentric().copied() };
     let back = match &scene.prism {
         PrismSpec::Flat(prism) => Some(biprism(document, camera, prism, false)?),
         PrismSpec::Freeform(prism, _) => Some(biprism(document, camera, prism, true)?),
@@ -23,9 +23,9 @@ pub(super) fn check(document: &Document, scene: &Scene) -> Result<(), Error> {
     board(document, scene, back.as_ref())
 }
 
-/// The camera, and its telecentric lens where it has one.
+/// The chief rays of the field: the camera, and its telecentric lens where it has one.
 #[derive(Clone, Copy)]
-struct Lens {
+struct FieldRays {
     camera: CameraSpec,
     telecentric: Option<Telecentric>,
 }
@@ -44,7 +44,7 @@ struct Faces<'a> {
     slope: f64,
 }
 
-fn biprism(document: &Document, camera: &Lens, prism: &BiprismSpec, designed: bool) -> Result<Back, Error> {
+fn biprism(document: &Document, camera: &FieldRays, prism: &BiprismSpec, designed: bool) -> Result<Back, Error> {
     let prism_from_world = prism.body.world_from_prism.inverse();
     let angle_rad = match prism.facet_angle_rad {
         Some(angle) => angle,
@@ -57,7 +57,7 @@ fn biprism(document: &Document, camera: &Lens, prism: &BiprismSpec, designed: bo
     Ok(Back { prism_from_world, z_mm: prism.ridge_distance_mm + prism.thickness_mm })
 }
 
-fn pinhole_is_in_front(document: &Document, camera: &Lens, faces: &Faces) -> Result<(), Error> {
+fn pinhole_is_in_front(document: &Document, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
     let distance = faces.prism.ridge_distance_mm;
     let pinhole = faces.prism_from_world.point(camera.camera.position_mm);
     if pinhole.z < distance + pinhole.x.abs() * faces.slope {
@@ -73,7 +73,7 @@ fn pinhole_is_in_front(document: &Document, camera: &Lens, faces: &Faces) -> Res
 }
 
 /// The depth of a facet is a ratio of linear functions of the sensor's point, so it is greatest at a corner.
-fn facets_end_before_base(document: &Document, camera: &Lens, faces: &Faces) -> Result<(), Error> {
+fn facets_end_before_base(document: &Document, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
     let (distance, thickness) = (faces.prism.ridge_distance_mm, faces.prism.thickness_mm);
     let (base_z, degrees) = (distance + thickness, faces.angle_rad.to_degrees());
     for ray in field(camera, 1, 1) {
@@ -99,7 +99,7 @@ fn facets_end_before_base(document: &Document, camera: &Lens, faces: &Faces) -> 
 }
 
 /// A design starts from the middle ray of each half image; a flat prism is worth a picture if any ray passes.
-fn light_passes(document: &Document, camera: &Lens, faces: &Faces, designed: bool) -> Result<(), Error> {
+fn light_passes(document: &Document, camera: &FieldRays, faces: &Faces, designed: bool) -> Result<(), Error> {
     const CELLS: (usize, usize) = (16, 8);
     let body = &faces.prism.body;
     let passes = |ray: Ray| {
@@ -126,7 +126,7 @@ fn light_passes(document: &Document, camera: &Lens, faces: &Faces, designed: boo
 }
 
 /// alpha of the design paper's Eq. 5, corrected, for the direction delta of the middle of a half image.
-fn parallel_angle(document: &Document, camera: &Lens, prism: &BiprismSpec) -> Result<f64, Error> {
+fn parallel_angle(document: &Document, camera: &FieldRays, prism: &BiprismSpec) -> Result<f64, Error> {
     let angle = straightening_facet_rad(prism.body.index / prism.body.outer_index, camera.camera.half_centre_rad());
     if let Some(angle) = angle.filter(|angle| *angle < FACET_DEG.to_radians()) {
         return Ok(angle);
@@ -138,7 +138,7 @@ fn parallel_angle(document: &Document, camera: &Lens, prism: &BiprismSpec) -> Re
     Err(document.problem(document.span("prism.index"), rule, "give `facet_angle_deg`, or another `index`"))
 }
 
-fn polynomial(document: &Document, camera: &Lens, prism: &PolynomialSpec) -> Result<Back, Error> {
+fn polynomial(document: &Document, camera: &FieldRays, prism: &PolynomialSpec) -> Result<Back, Error> {
     let middle = |domain: crate::geom::Rect| -> DVec2 { (domain.min + domain.max) / 2.0 };
     let prism_from_world = prism.body.world_from_prism.inverse();
     let (f, b) = (middle(prism.front.domain), middle(prism.back.domain));
@@ -195,20 +195,20 @@ fn board(document: &Document, scene: &Scene, back: Option<&Back>) -> Result<(), 
 }
 
 /// The rays of a grid of `columns` x `rows` cells over the whole sensor, borders included, in the world.
-fn field(camera: &Lens, columns: usize, rows: usize) -> impl Iterator<Item = Ray> {
+fn field(camera: &FieldRays, columns: usize, rows: usize) -> impl Iterator<Item = Ray> {
     let camera = *camera;
     (0..=rows)
         .flat_map(move |j| (0..=columns).map(move |i| ray(&camera, i as f64 / columns as f64, j as f64 / rows as f64)))
 }
 
 /// The rays of the middles of the two half images.
-fn half_centres(camera: &Lens) -> impl Iterator<Item = Ray> {
+fn half_centres(camera: &FieldRays) -> impl Iterator<Item = Ray> {
     let camera = *camera;
     [0.25, 0.75].into_iter().map(move |u| ray(&camera, u, 0.5))
 }
 
 /// The ray of the sensor's point (u, v), each from 0 to 1.
-fn ray(&Lens { camera, telecentric }: &Lens, u: f64, v: f64) -> Ray {
+fn ray(&FieldRays { camera, telecentric }: &FieldRays, u: f64, v: f64) -> Ray {
     let place = DVec2::new((u - 0.5) * camera.width_px as f64, (v - 0.5) * camera.height_px as f64) * camera.pitch_mm;
     let origin = camera.position_mm;
     match telecentric {
@@ -278,7 +278,7 @@ mod tests {
         let document = Document::parse(include_str!("../../scenes/paper.toml"), "paper").unwrap();
         let scene = super::super::check::scene(&document, document.values().unwrap(), None).unwrap();
         let PrismSpec::Freeform(prism, _) = &scene.prism else { panic!("the paper has a freeform prism") };
-        let angle = parallel_angle(&document, &Lens { camera: scene.camera, telecentric: None }, prism).unwrap();
+        let angle = parallel_angle(&document, &FieldRays { camera: scene.camera, telecentric: None }, prism).unwrap();
         // The paper's 8.85 deg, to the digits of the recomputation.
         assert!((angle.to_degrees() - 8.85428).abs() < 5e-6);
     }

@@ -1,4 +1,4 @@
-//! Errors of a surface's figure: what is added to its height.
+//! Figure error: the departure of a surface as built from its nominal height.
 
 use crate::num::bernstein::MAX_DEGREE;
 use crate::num::poly2::{Jet, Poly2};
@@ -56,18 +56,23 @@ pub type ZernikeTerm = (usize, i32, f64);
 /// +y (ANSI Z80.28; Born & Wolf, Principles of Optics, 9.2.1). `None` where a term has no |m| <= n, n - |m| even and
 /// n <= 20.
 pub fn zernike(radius_mm: f64, terms: &[ZernikeTerm]) -> Option<Poly2> {
+    // Add term by term.
     let mut table = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
     for &(n, m, c) in terms {
         let order = m.unsigned_abs() as usize;
         if n > MAX_DEGREE || order > n || (n - order) % 2 == 1 {
             return None;
         }
+
+        // Sum up the radial polynomial, scaled to a root mean square of 1.
         let norm = (if m == 0 { n as f64 + 1.0 } else { 2.0 * (n as f64 + 1.0) }).sqrt();
         for s in 0..=(n - order) / 2 {
             let sign = if s % 2 == 1 { -1.0 } else { 1.0 };
             let radial = sign * factorial(n - s)
                 / (factorial(s) * factorial((n + order) / 2 - s) * factorial((n - order) / 2 - s));
-            // rho^(n - 2s) cos or sin: (x^2 + y^2)^k times the real or imaginary part of (x + i y)^order.
+
+            // Expand rho^(n - 2s) cos or sin in x and y: (x^2 + y^2)^k times the real or imaginary part of (x + i
+            // y)^order.
             let k = (n - order) / 2 - s;
             for a in 0..=k {
                 for b in 0..=order {

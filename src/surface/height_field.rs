@@ -1,4 +1,4 @@
-//! Surfaces as heights over a plane, and surfaces moved or out of figure.
+//! Height fields: surfaces as heights over a plane, and the intersection with those that are moved or have a figure error.
 
 use super::hit::Hit;
 use super::polynomial::{MAX_STEPS, is_met};
@@ -8,7 +8,7 @@ use crate::num::poly2::Jet;
 use crate::optics::fate::Fate;
 use glam::{DVec2, DVec3};
 
-/// From where a vertical ray looks for a surface, in mm.
+/// From where a vertical ray starts towards a surface, in mm.
 const FAR_BELOW_MM: f64 = -1e6;
 
 impl Surface {

@@ -1,8 +1,8 @@
-//! Where a ray meets a surface.
+//! The hit: the intersection of a ray with a surface.
 
 use glam::DVec3;
 
-/// Where a ray meets a surface.
+/// The intersection of a ray with a surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
     /// Distance along the ray, in mm.

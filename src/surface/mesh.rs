@@ -1,4 +1,4 @@
-//! A surface as triangles, as renderers and modellers have it.
+//! Triangle meshes: a surface as triangles, as renderers and modellers have it.
 //!
 //! The boxes of an f32 hierarchy only propose triangles; each is met in f64 by a watertight test (Woop, Benthin & Wald,
 //! "Watertight Ray/Triangle Intersection", 2013), so that no ray slips between two triangles that share an edge.
@@ -151,10 +151,13 @@ impl Mesh {
     /// # Errors
     /// [`Fate::Missed`].
     pub fn intersect(&self, ray: &Ray) -> Result<Hit, Fate> {
-        // The f32 of the hierarchy is finest near its own origin. A ray that runs back towards -z starts where it is.
+        // Start near the mesh: the f32 of the hierarchy is finest near its own origin. A ray that runs back towards -z
+        // starts where it is.
         let ahead = ((self.first_z - ray.origin.z) / ray.direction.z).max(0.0);
         let ahead = if ahead.is_finite() && ray.direction.z > 0.0 { ahead } else { 0.0 };
         let near = Ray { origin: ray.at(ahead), direction: ray.direction };
+
+        // Traverse the hierarchy, and intersect the triangles that it proposes.
         let axes = ShearAxes::new(near.direction);
         let mut best: Option<(f64, usize, [f64; 3])> = None;
         let proposal = obvhs::ray::Ray::new_inf(near.origin.as_vec3a(), near.direction.as_vec3a());
@@ -172,6 +175,8 @@ impl Mesh {
                 _ => f32::INFINITY,
             }
         });
+
+        // Take the normal of the triangle, or blend those of its corners.
         let (t, id, weights) = best.ok_or(Fate::Missed)?;
         let normal = match self.normals {
             Normals::Flat => self.plane(id),

@@ -1,4 +1,7 @@
-//! TODO room
+//! Surfaces: the shapes that a ray can intersect, without their media.
+//!
+//! Each gives the first hit of a ray (`intersect`), its normal, and how the normal changes along the surface: planes, polynomial
+//! surfaces, triangle meshes, and any of them moved or with a figure error added to its height.
 
 pub mod face;
 pub mod shape;

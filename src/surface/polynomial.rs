@@ -1,4 +1,4 @@
-//! Polynomial sheets, and where a ray meets them.
+//! Polynomial surfaces z(x, y), and their intersection with a ray.
 
 use super::hit::Hit;
 use crate::geom::{Ray, Rect};
@@ -46,15 +46,18 @@ pub(super) fn turned(v: DVec3, mirrored: bool) -> DVec3 {
 }
 
 impl PolynomialSurface {
-    /// The sheet `patch`, mirrored in x = 0 where asked.
+    /// The sheet `patch`; its mirror image in x = 0 where `mirrored`.
     pub fn new(patch: &PolynomialPatch, mirrored: bool) -> Self {
+        // Bound the scaled coordinates over the domain.
         let PolynomialPatch { sag, domain } = patch;
         let reach =
             |min: f64, max: f64, centre: f64, scale: f64| (min - centre).abs().max((max - centre).abs()) / scale;
         let [sx, sy] = sag.scale();
         let u = reach(domain.min.x, domain.max.x, sag.centre()[0], sx);
         let v = reach(domain.min.y, domain.max.y, sag.centre()[1], sy);
-        // |X^m Y^n| <= u^m v^n over the domain, so the sums of the terms' derivatives bound the slope, and their own the height.
+
+        // Bound slope and height. |X^m Y^n| <= u^m v^n over the domain, so the sums of the terms' derivatives bound the
+        // slope, and their own the height.
         let power = |base: f64, n: usize| (0..n).fold(1.0, |p, _| p * base);
         let (mut slope_x, mut slope_y, mut constant, mut departure) = (0.0, 0.0, 0.0, 0.0);
         for (m, n, c) in sag.terms() {
@@ -73,6 +76,8 @@ impl PolynomialSurface {
         let steepest = DVec2::new(slope_x, slope_y).length();
         // A little more than the bound: the sum is rounded, and a plate lies in its own bound.
         let departure = departure * (1.0 + 1e-12) + 1e-12 * constant.abs();
+
+        // Take the tangent plane at the centre, from which Newton's method starts.
         let [x0, y0] = sag.centre();
         let (z, zx, zy) = sag.gradient(x0, y0);
         let heights = [constant - departure, constant + departure];
@@ -164,6 +169,7 @@ impl PolynomialSurface {
     /// The first crossing of the ray (in the sheet's own frame) over the domain, nearly, and the length of its way
     /// there. Along the ray the sheet is a polynomial of one variable, and none of its roots can be overlooked.
     fn first_crossing(&self, ray: &Ray) -> Result<(f64, f64), Fate> {
+        // Clip the ray to the box about the sheet.
         let (mut near, mut far) = (0.0f64, f64::INFINITY);
         for (o, d, min, max) in [
             (ray.origin.x, ray.direction.x, self.domain.min.x, self.domain.max.x),
@@ -183,11 +189,15 @@ impl PolynomialSurface {
         if !(near <= far && far.is_finite()) {
             return Err(Fate::Missed);
         }
+
+        // Write the gap between ray and sheet along it as a polynomial in Bernstein form.
         let (a, b) = (ray.at(near), ray.at(far));
         let sag = self.sag.along([a.x, a.y], [b.x, b.y]);
         // A sheet of degree 0 has a gap of degree 1.
         let sag = if sag.degree() == 0 { Bernstein::line([sag.value(0.0); 2], 1) } else { sag };
         let gap = Bernstein::line([-a.z, -b.z], sag.degree()).plus(&sag);
+
+        // Take its first root.
         let share = gap.first_root().ok_or(Fate::Missed)?;
         Ok((near + (far - near) * share, far - near))
     }

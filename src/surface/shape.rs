@@ -1,4 +1,4 @@
-//! Shapes that a ray can meet, in the frame of the prism.
+//! Refracting shapes in the frame of the prism, and their common intersection and normal.
 
 use super::figure_error::FigureError;
 use super::hit::Hit;

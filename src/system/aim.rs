@@ -50,7 +50,7 @@ impl<'a> Aimer<'a> {
     /// Whether `px` lies on the sensor and really looks through `side`, in light of the wavelength with the largest share.
     pub fn sees(&self, px: DVec2, side: Side) -> bool {
         let system = self.main_light();
-        let [width, height] = system.camera.size_px().map(|n| n as f64);
+        let [width, height] = system.camera().size_px().map(|n| n as f64);
         let inside = px.cmpge(DVec2::ZERO).all() && px.cmple(DVec2::new(width, height)).all();
         inside && system.trace(px).is_ok_and(|sight| sight.side == side)
     }
@@ -76,7 +76,7 @@ impl<'a> Aimer<'a> {
 
 impl<'a> OneLight<'a> {
     fn new(share: f64, system: Cow<'a, System>) -> Self {
-        let [width, height] = system.camera.size_px().map(|n| n as f64);
+        let [width, height] = system.camera().size_px().map(|n| n as f64);
         let starts = Side::ALL.map(|side| {
             let first = if side == Side::Left { 0.0 } else { 0.5 * width };
             let along = |k: usize| k as f64 / (STARTS - 1) as f64;
@@ -102,7 +102,7 @@ impl<'a> OneLight<'a> {
                 return Err(Fate::NotConverged);
             }
             let mut step = wanted;
-            let done = step.length() <= self.system.accuracy.aim_px;
+            let done = step.length() <= self.system.accuracy().aim_px;
             loop {
                 match self.system.footprint_through(px + step, side) {
                     // Below the step asked for, rounding decides which gap is smaller.
@@ -112,7 +112,7 @@ impl<'a> OneLight<'a> {
                     }
                     // No step improves. Close by, that is the floor of rounding; far off, it is no answer: a place
                     // where the map folds over, or the rim of what the side lets through.
-                    _ if step.length() < 1e-3 * self.system.accuracy.aim_px => {
+                    _ if step.length() < 1e-3 * self.system.accuracy().aim_px => {
                         return if wanted.length() <= ROUNDING_PX { Ok(px) } else { Err(Fate::NotConverged) };
                     }
                     _ => step *= 0.5,

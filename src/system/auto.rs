@@ -1,15 +1,15 @@
 //! Which effects are worth their time: what each changes at most, against what the scene says may be left out.
 
-use super::bounds::{Bound, OF_REFLECTION, bound};
+use super::bounds::{Bound, bound};
 use super::instrument::System;
-use crate::effect::{Bounding, EffectRow, Effects};
+use crate::effect::{Bounding, EffectId, EffectRow, Effects, TABLE};
 use crate::scene::Scene;
 
 /// What becomes of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Verdict {
-    /// Its key.
-    pub effect: &'static str,
+    /// Which effect.
+    pub effect: EffectId,
     /// What it changes at most; `None` where no bound is known.
     pub bound: Option<Bound>,
     /// Whether it is simulated.
@@ -21,7 +21,7 @@ pub struct Verdict {
 /// What becomes of every effect that acts in a scene, whose instrument without effects is `ideal`; all are kept where the
 /// scene asks for all of them.
 ///
-/// The effects are gone through from the weakest on, what reflects after all that stands on it, and left out as long as
+/// The effects are gone through from the weakest on, what others need after all of them, and left out as long as
 /// all that are left out change no more than the threshold even if their changes add up.
 pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
     let effects = &scene.effects;
@@ -31,24 +31,28 @@ pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
             (_, Bounding::Never(why)) => why,
             _ => "no bound of its change is known",
         };
-        Verdict { effect: row.key, bound: bound(ideal, scene, row), kept: true, why }
+        Verdict { effect: row.id, bound: bound(ideal, scene, row), kept: true, why }
     };
     let mut all: Vec<Verdict> = effects.acting().map(verdict).collect();
     let Some(threshold) = effects.auto else { return all };
     let share = |bound: Bound| threshold.share(bound.grey, bound.px);
     let mut order: Vec<usize> = (0..all.len()).collect();
     let own = |k: usize| all[k].bound.map_or(f64::INFINITY, share);
-    let of_reflection = |k: &usize| OF_REFLECTION.contains(&all[*k].effect);
-    let reflection = order.iter().copied().filter(of_reflection).map(own).fold(0.0, f64::max);
-    // Reflection is judged after all that stands on it.
-    let place = |k: usize| if all[k].effect == "fresnel" { (own(k).max(reflection), 1) } else { (own(k), 0) };
+    let stands_on = |effect: EffectId, base: EffectId| effect.row().needs == Some(base);
+    // What others stand on is judged after all of them.
+    let place = |k: usize| {
+        let base = all[k].effect;
+        let others = order.iter().copied().filter(|other| stands_on(all[*other].effect, base)).map(own);
+        let is_base = TABLE.iter().any(|row| row.needs == Some(base));
+        (others.fold(own(k), f64::max), u8::from(is_base))
+    };
     let weights: Vec<(f64, u8)> = order.iter().map(|k| place(*k)).collect();
     order.sort_by(|a, b| weights[*a].0.total_cmp(&weights[*b].0).then(weights[*a].1.cmp(&weights[*b].1)));
     let mut left_out = Bound { grey: 0.0, px: 0.0 };
     for k in order {
         let Some(bound) = all[k].bound else { continue };
         let together = Bound { grey: left_out.grey + bound.grey, px: left_out.px + bound.px };
-        let needed = all[k].effect == "fresnel" && all.iter().any(|v| v.kept && OF_REFLECTION.contains(&v.effect));
+        let needed = all.iter().any(|v| v.kept && stands_on(v.effect, all[k].effect));
         let (kept, why) = match () {
             () if share(bound) > 1.0 => (true, "may change more than the threshold"),
             () if needed => (true, "another effect that is kept stands on it"),
@@ -67,6 +71,6 @@ pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
 pub fn settled(verdicts: &[Verdict], scene: &Scene) -> Effects {
     match scene.effects.auto {
         None => scene.effects.clone(),
-        Some(_) => scene.effects.only(|row| verdicts.iter().any(|verdict| verdict.effect == row.key && verdict.kept)),
+        Some(_) => scene.effects.only(|row| verdicts.iter().any(|verdict| verdict.effect == row.id && verdict.kept)),
     }
 }

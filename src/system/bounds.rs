@@ -19,7 +19,7 @@
 use super::instrument::System;
 use crate::effect::clipping::Clipping;
 use crate::effect::diffraction::encircled_energy;
-use crate::effect::{Bounding, EffectRow, Effects, Variant};
+use crate::effect::{Bounding, EffectId, EffectRow, Effects, Variant};
 use crate::prism::side::Side;
 use crate::scene::{BoardSpec, Scene};
 use glam::DVec2;
@@ -36,8 +36,6 @@ const ROWS: usize = 5;
 const MOST_VARIANTS: usize = 2048;
 /// Halvings of the width when a border is sought in a row.
 const HALVINGS: usize = 40;
-/// Effects that are made of what surfaces reflect, and so stand on `fresnel`.
-pub(super) const OF_REFLECTION: [&str; 2] = ["coating", "ghosts"];
 /// Places of the grid stay this far inside the picture, in px.
 const INSET_PX: f64 = 1e-6;
 
@@ -53,13 +51,11 @@ pub struct Bound {
 /// What an effect of `scene`, whose instrument without effects is `ideal`, changes at most; `None` where that is not known.
 pub(super) fn bound(ideal: &System, scene: &Scene, row: &EffectRow) -> Option<Bound> {
     let effects = &scene.effects;
-    let of_reflection = OF_REFLECTION.contains(&row.key);
     // Another camera is another picture: what it sees is what the others change.
-    let stands_on = |other: &EffectRow| {
-        other.key != row.key && (other.key == "telecentric" || (of_reflection && other.key == "fresnel"))
-    };
-    let without = ideal.with_effects(&effects.only(stands_on), &scene.camera);
-    let with = ideal.with_effects(&effects.only(|other| other.key == row.key || stands_on(other)), &scene.camera);
+    let stands_on =
+        |other: &EffectRow| other.id != row.id && (other.id == EffectId::Telecentric || row.needs == Some(other.id));
+    let without = ideal.with_effects(&effects.only(stands_on));
+    let with = ideal.with_effects(&effects.only(|other| other.id == row.id || stands_on(other)));
     let light = RadianceRange::of(&without);
     let found = match row.bounding {
         Bounding::Factors => Some(factors(&without, &with, light)),
@@ -90,12 +86,12 @@ struct RadianceRange {
 
 impl RadianceRange {
     fn of(system: &System) -> Self {
-        let board = &system.board.pattern;
+        let board = &system.board().pattern;
         let all = [board.black, board.white, board.background];
         let (low, high) = all.iter().fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));
         let edge = (board.white - board.black).abs();
         let mean = 0.5 * (board.black + board.white);
-        let ridge = if system.prism.is_some() { 1.0 } else { 0.0 };
+        let ridge = if system.prism().is_some() { 1.0 } else { 0.0 };
         Self { brightest: high, contrast: high - low, edge, mean, lines: lines(system, board), ridge }
     }
 
@@ -125,12 +121,12 @@ fn lines(system: &System, board: &BoardSpec) -> f64 {
         (largest + step).floor() + 1.0
     };
     let families = widest(|span| span.x) + widest(|span| span.y);
-    if system.prism.is_some() { 2.0 * families } else { families }
+    if system.prism().is_some() { 2.0 * families } else { families }
 }
 
 /// Places over the picture, row by row.
 fn grid(system: &System, [columns, rows]: [usize; 2]) -> Vec<DVec2> {
-    let [width, height] = system.camera.size_px().map(|n| n as f64);
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
     let place = |i: usize, n: usize, side: f64| (side * i as f64 / (n - 1) as f64).clamp(INSET_PX, side - INSET_PX);
     let row = |j: usize| (0..columns).map(move |i| DVec2::new(place(i, columns, width), place(j, rows, height)));
     (0..rows).flat_map(row).collect()
@@ -196,7 +192,7 @@ fn variants(effects: &Effects) -> Option<Vec<Variant>> {
 
 /// Rows of the picture in which the ridge is sought.
 fn rows(system: &System) -> impl Iterator<Item = f64> + use<> {
-    let height = system.camera.size_px()[1] as f64;
+    let height = system.camera().size_px()[1] as f64;
     (0..ROWS).map(move |k| (height * k as f64 / (ROWS - 1) as f64).clamp(INSET_PX, height - INSET_PX))
 }
 
@@ -216,7 +212,7 @@ fn ridge_moved(a: &System, b: &System) -> Option<f64> {
 
 /// Where the image of the ridge crosses a row: `None` where rays end, `Some(None)` where one side is seen all along.
 fn ridge(system: &System, y: f64) -> Option<Option<f64>> {
-    let width = system.camera.size_px()[0] as f64;
+    let width = system.camera().size_px()[0] as f64;
     let side = |x: f64| system.trace(DVec2::new(x, y)).ok().map(|sight| sight.side);
     let (mut a, mut b) = (INSET_PX, width - INSET_PX);
     let (left, right) = (side(a)?, side(b)?);
@@ -233,11 +229,12 @@ fn ridge(system: &System, y: f64) -> Option<Option<f64>> {
 /// Rims and stops, with the pupil and all else that lets rays stray; a ground ridge by its width.
 fn borders(without: &System, ideal: &System, scene: &Scene, light: RadianceRange) -> Option<Bound> {
     let clipping = scene.effects.clipping?;
-    let others = scene.effects.only(|row| matches!(row.bounding, Bounding::Displacements) || row.key == "telecentric");
+    let others =
+        scene.effects.only(|row| matches!(row.bounding, Bounding::Displacements) || row.id == EffectId::Telecentric);
     let rims = Clipping { chamfer_mm: 0.0, ..clipping };
     if !rims.is_nothing() {
         let effects = Effects { clipping: Some(rims), ..others.clone() };
-        let system = ideal.with_effects(&effects, &scene.camera);
+        let system = ideal.with_effects(&effects);
         // Nothing is clipped where the least margin along the border of the picture is more than its largest step there.
         let clear = |variant: &Variant| {
             let system = system.variant(variant);
@@ -259,7 +256,7 @@ fn borders(without: &System, ideal: &System, scene: &Scene, light: RadianceRange
 /// Places along the border of the picture, around it.
 fn outline(system: &System) -> Vec<DVec2> {
     const STEPS: usize = 128;
-    let [width, height] = system.camera.size_px().map(|n| n as f64);
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
     let corners = [DVec2::ZERO, DVec2::new(width, 0.0), DVec2::new(width, height), DVec2::new(0.0, height)];
     let inside = |p: DVec2| p.clamp(DVec2::splat(INSET_PX), DVec2::new(width, height) - INSET_PX);
     let side =

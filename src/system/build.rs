@@ -1,13 +1,16 @@
 //! From a scene to its instrument.
 
 use super::auto;
-use super::board::Board;
-use super::camera::Camera;
 use super::instrument::System;
+use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::Effects;
 use crate::error::Error;
+use crate::geom::Rect;
 use crate::prism::biprism::Prism;
-use crate::scene::Scene;
+use crate::scene::{BiprismSpec, CameraSpec, CloudSpec, PolynomialSpec, PrismSpec, Scene};
+use crate::surface::mesh::Mesh;
+use crate::surface::shape::{PolynomialSurface, Surface};
+use glam::DVec3;
 use std::sync::Arc;
 
 /// Builds the instrument, designing the prism first where the scene asks for that, without the effects that the scene says
@@ -19,7 +22,7 @@ pub fn build(scene: &Scene) -> Result<System, Error> {
     let ideal = ideal(scene)?;
     // To bound what every effect changes takes as long as a small picture.
     let verdicts = if scene.effects.auto.is_some() { auto::verdicts(&ideal, scene) } else { Vec::new() };
-    Ok(ideal.with_effects(&auto::settled(&verdicts, scene), &scene.camera))
+    Ok(ideal.with_effects(&auto::settled(&verdicts, scene)))
 }
 
 /// The instrument of a scene without its effects, large enough for all of them.
@@ -27,14 +30,71 @@ pub fn build(scene: &Scene) -> Result<System, Error> {
 /// # Errors
 /// As [`build`].
 pub fn ideal(scene: &Scene) -> Result<System, Error> {
-    let prism = Prism::build(&scene.prism, &scene.camera, &scene.effects)?;
-    Ok(System {
-        camera: Camera::new(&scene.camera, None),
-        designed: prism.clone().map(Arc::new),
-        prism,
-        board: Board::new(&scene.board),
-        stop: None,
-        accuracy: scene.accuracy,
-        effects: Effects::default(),
-    })
+    let prism = prism(&scene.prism, &scene.camera, &scene.effects)?;
+    Ok(System::ideal(scene, prism))
+}
+
+/// The prism of a scene as it is meant to be; `None` where the scene has none. A designed one is made larger than the
+/// rays of the design on every side, so that rays that stray from them by `effects` find glass as well.
+///
+/// # Errors
+/// When a design is asked for that does not exist.
+fn prism(prism: &PrismSpec, camera: &CameraSpec, effects: &Effects) -> Result<Option<Prism>, Error> {
+    match prism {
+        PrismSpec::None => Ok(None),
+        PrismSpec::Flat(spec) => flat(spec, camera).map(Some),
+        PrismSpec::Freeform(flat, settings) => {
+            let input = DesignInput {
+                camera: *camera,
+                prism: *flat,
+                settings: *settings,
+                virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
+            };
+            let mut prism = design::freeform(&input)?.prism(flat.body);
+            let reach_mm = |domain: Rect| domain.min.abs().max(domain.max.abs()).length();
+            let reach_mm = reach_mm(prism.front.domain).max(reach_mm(prism.back.domain));
+            let spare_mm = effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index);
+            for patch in [&mut prism.front, &mut prism.back] {
+                patch.domain = patch.domain.grown(spare_mm);
+            }
+            Ok(Some(polynomial(&prism)))
+        }
+        PrismSpec::Polynomial(p) => Ok(Some(polynomial(p))),
+        PrismSpec::PointCloud(clouds) => {
+            let patch = |cloud: &CloudSpec| Ok(design::fit::fit(&cloud.points_mm, cloud.degree, None)?.patch);
+            let (front, back) = (patch(&clouds.front)?, patch(&clouds.back)?);
+            Ok(Some(polynomial(&PolynomialSpec { body: clouds.body, front, back })))
+        }
+        PrismSpec::Mesh(m) => {
+            let meshes = [&m.front, &m.back].map(|t| Arc::new(Mesh::new(t.clone(), m.normals)));
+            let side = |mirrored| meshes.clone().map(|mesh| Surface::Mesh { mesh, mirrored });
+            Ok(Some(Prism::new(&m.body, [side(true), side(false)])))
+        }
+    }
+}
+
+fn flat(flat: &BiprismSpec, camera: &CameraSpec) -> Result<Prism, Error> {
+    let (sin, cos) = libm::sincos(facet_angle_rad(flat, camera)?);
+    let ridge = DVec3::new(0.0, 0.0, flat.ridge_distance_mm);
+    let base =
+        Surface::Plane { point: DVec3::new(0.0, 0.0, flat.ridge_distance_mm + flat.thickness_mm), normal: DVec3::Z };
+    // The facet z = D + |x| tan(alpha) has the gradient (-sign(x) sin(alpha), 0, cos(alpha)).
+    let facet = |sign: f64| Surface::Plane { point: ridge, normal: DVec3::new(-sign * sin, 0.0, cos) };
+    Ok(Prism::new(&flat.body, [[facet(-1.0), base.clone()], [facet(1.0), base]]))
+}
+
+fn polynomial(p: &PolynomialSpec) -> Prism {
+    let side = |mirrored| [&p.front, &p.back].map(|patch| Surface::Freeform(PolynomialSurface::new(patch, mirrored)));
+    Prism::new(&p.body, [side(true), side(false)])
+}
+
+/// The facet angle that the scene states, or else the angle of Eq. 5.
+///
+/// # Errors
+/// When Eq. 5 has no solution for these media and this camera.
+fn facet_angle_rad(flat: &BiprismSpec, camera: &CameraSpec) -> Result<f64, Error> {
+    match flat.facet_angle_rad {
+        Some(angle) => Ok(angle),
+        None => design::angle::facet_angle_rad(flat.body.index / flat.body.outer_index, camera.half_centre_rad()),
+    }
 }

@@ -3,7 +3,7 @@
 use super::instrument::System;
 use crate::effect::Ghosts;
 use crate::optics::polarisation::{Beam, PolarisationState};
-use crate::prism::reflections::{Exit, GlassBody, Limits};
+use crate::prism::reflections::{Exit, GlassBody, Limits, ReflectionTracer};
 use glam::DVec2;
 
 impl System {
@@ -38,7 +38,8 @@ impl System {
         }
         let limits = Limits { bounces: ghosts.bounces, least_power: ghosts.least_power };
         let start = Beam::new(ray.direction, light);
-        prism.follow(&ray, start, body, limits, self.accuracy.surface_residual_mm, &mut |exit: &Exit| {
+        let tracer = ReflectionTracer { prism, body, limits, residual_mm: self.accuracy.surface_residual_mm };
+        tracer.trace(&ray, start, &mut |exit: &Exit| {
             // The light that is never reflected is the picture itself.
             if exit.bounces > 0 {
                 tell(exit);
@@ -68,14 +69,15 @@ mod tests {
     fn straight_light_takes_the_way_of_the_picture() {
         for prism in ["kind = \"flat\"", "kind = \"flat\"\ntilt_deg = [3, -2, 5]", "kind = \"freeform\""] {
             let system = system(prism);
-            let prism = system.prism.as_ref().unwrap();
+            let prism = system.prism().unwrap();
             let limits = Limits { bounces: 0, least_power: 0.0 };
+            let tracer = ReflectionTracer { prism, body: system.body().unwrap(), limits, residual_mm: 1e-12 };
             for k in 0..500 {
                 let px = DVec2::new(0.384 * f64::from(k), 54.0 + 53.0 * libm::sin(f64::from(k)));
-                let ray = system.camera.ray(px);
+                let ray = system.camera().ray(px);
                 let mut found = Vec::new();
                 let start = Beam::new(ray.direction, PolarisationState::Unpolarised);
-                prism.follow(&ray, start, system.body().unwrap(), limits, 1e-12, &mut |exit| found.push(*exit));
+                tracer.trace(&ray, start, &mut |exit| found.push(*exit));
                 let (wanted, side) = system.exit_ray(px).unwrap();
                 assert_eq!(found.len(), 1, "{px}");
                 assert_eq!((found[0].ray, found[0].last.side), (wanted, side), "{px}");
@@ -88,14 +90,15 @@ mod tests {
     fn ghosts_are_weak_and_all_light_is_accounted_for() {
         for (prism, flat) in [("kind = \"flat\"", true), ("kind = \"freeform\"", false)] {
             let system = system(prism);
-            let prism = system.prism.as_ref().unwrap();
+            let prism = system.prism().unwrap();
             for k in 0..200 {
                 let px = DVec2::new(0.96 * f64::from(k), 54.0 + 53.0 * libm::cos(f64::from(k)));
-                let ray = system.camera.ray(px);
+                let ray = system.camera().ray(px);
                 let start = Beam::new(ray.direction, PolarisationState::Unpolarised);
                 let limits = Limits { bounces: 6, least_power: 1e-12 };
+                let tracer = ReflectionTracer { prism, body: system.body().unwrap(), limits, residual_mm: 1e-12 };
                 let mut ghost = 0.0;
-                let account = prism.follow(&ray, start, system.body().unwrap(), limits, 1e-12, &mut |exit| {
+                let account = tracer.trace(&ray, start, &mut |exit| {
                     if exit.bounces > 0 && exit.last.face == Face::Back {
                         ghost += exit.power;
                     }

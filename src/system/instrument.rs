@@ -14,25 +14,26 @@ use crate::scene;
 use glam::{DMat2, DVec2};
 use std::sync::Arc;
 
-/// The instrument of one scene.
+/// The instrument of one scene. Camera, prism and stop are always those that its effects make of the ideal camera and of the
+/// prism as it is meant to be.
 #[derive(Debug, Clone, PartialEq)]
 pub struct System {
+    /// The camera as the scene states it.
+    pub(super) camera_spec: scene::CameraSpec,
     /// The camera.
-    pub camera: Camera,
+    pub(super) camera: Camera,
     /// The glass as it is made and mounted, if there is any.
-    pub prism: Option<Prism>,
+    pub(super) prism: Option<Prism>,
     /// The glass as it is meant to be.
-    pub designed: Option<Arc<Prism>>,
+    pub(super) designed: Option<Arc<Prism>>,
     /// The board.
-    pub board: Board,
+    pub(super) board: Board,
     /// An opening before the camera, through which all rays must go.
-    pub stop: Option<Opening>,
+    pub(super) stop: Option<Opening>,
     /// What is asked of each ray.
-    pub accuracy: Accuracy,
-    /// What the picture shows besides geometry. Effects of the instrument are built into camera, prism and stop; of the
-    /// others rays do not know: what is traced, seen and aimed at here goes through the middle of the pupil, in light of the
-    /// scene's own index.
-    pub effects: Effects,
+    pub(super) accuracy: Accuracy,
+    /// What the picture shows besides geometry.
+    pub(super) effects: Effects,
 }
 
 /// What a pixel position sees.
@@ -54,24 +55,104 @@ pub struct Footprint {
 }
 
 impl System {
-    /// This ideal instrument, whose camera is `camera`, with `effects`.
+    /// The ideal instrument: without effects, and with the glass as it is meant to be.
+    pub(super) fn ideal(scene: &scene::Scene, designed: Option<Prism>) -> Self {
+        Self {
+            camera_spec: scene.camera,
+            camera: Camera::new(&scene.camera, None),
+            designed: designed.clone().map(Arc::new),
+            prism: designed,
+            board: Board::new(&scene.board),
+            stop: None,
+            accuracy: scene.accuracy,
+            effects: Effects::default(),
+        }
+    }
+
+    /// The camera.
+    #[inline(always)]
+    pub fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// The glass as it is made and mounted, if there is any.
+    #[inline(always)]
+    pub fn prism(&self) -> Option<&Prism> {
+        self.prism.as_ref()
+    }
+
+    /// The glass as it is meant to be, if there is any.
+    pub fn designed(&self) -> Option<&Prism> {
+        self.designed.as_deref()
+    }
+
+    /// The board.
+    #[inline(always)]
+    pub fn board(&self) -> &Board {
+        &self.board
+    }
+
+    /// An opening before the camera, through which all rays must go.
+    pub fn stop(&self) -> Option<&Opening> {
+        self.stop.as_ref()
+    }
+
+    /// What is asked of each ray.
+    #[inline(always)]
+    pub fn accuracy(&self) -> &Accuracy {
+        &self.accuracy
+    }
+
+    /// What the picture shows besides geometry. Effects of the instrument are built into camera, prism and stop; of the
+    /// others rays do not know: what is traced, seen and aimed at here goes through the middle of the pupil, in light of the
+    /// scene's own index.
+    #[inline(always)]
+    pub fn effects(&self) -> &Effects {
+        &self.effects
+    }
+
+    /// This instrument with `effects` in place of its own: the prism as they make it of the one that is meant, with camera
+    /// and stop to them.
     #[must_use]
-    pub fn with_effects(&self, effects: &Effects, camera: &scene::CameraSpec) -> Self {
+    pub fn with_effects(&self, effects: &Effects) -> Self {
         let stop = effects.clipping.and_then(|clipping| clipping.stop);
         Self {
-            camera: Camera::new(camera, effects.telecentric.as_ref()),
-            prism: self.prism.as_ref().map(|prism| prism.with_effects(effects)),
-            stop: stop.map(|stop| Opening::new(&stop, camera)),
+            camera: Camera::new(&self.camera_spec, effects.lens.telecentric()),
+            prism: self.designed.as_ref().map(|prism| prism.with_effects(effects)),
+            stop: stop.map(|stop| Opening::new(&stop, &self.camera_spec)),
             effects: effects.clone(),
             ..self.clone()
         }
     }
 
-    /// This instrument without effects, whose camera is `camera`: central, with the glass as it is meant to be, and no stop.
+    /// This instrument without effects: central, with the glass as it is meant to be, and no stop.
     #[must_use]
-    pub fn without_effects(&self, camera: &scene::CameraSpec) -> Self {
-        let ideal = Self { prism: self.designed.as_deref().cloned(), ..self.clone() };
-        ideal.with_effects(&Effects::default(), camera)
+    pub fn without_effects(&self) -> Self {
+        self.with_effects(&Effects::default())
+    }
+
+    /// This instrument with another camera before the same glass.
+    #[must_use]
+    pub fn with_camera(&self, camera: &scene::CameraSpec) -> Self {
+        Self { camera_spec: *camera, ..self.clone() }.with_effects(&self.effects)
+    }
+
+    /// This instrument before another board.
+    #[must_use]
+    pub fn with_board(&self, board: &scene::BoardSpec) -> Self {
+        Self { board: Board::new(board), ..self.clone() }
+    }
+
+    /// This instrument with something else asked of each ray.
+    #[must_use]
+    pub fn with_accuracy(&self, accuracy: Accuracy) -> Self {
+        Self { accuracy, ..self.clone() }
+    }
+
+    /// This instrument with other random numbers, by other seeds; itself for 0.
+    #[must_use]
+    pub fn redrawn(&self, replicate: u64) -> Self {
+        Self { effects: self.effects.redrawn(replicate), ..self.clone() }
     }
 
     /// Whether the picture is its own mirror image, bit for bit: camera, prism and board have the plane x = 0 as their

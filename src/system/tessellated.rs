@@ -27,7 +27,7 @@ impl<'a> Tessellated<'a> {
     /// back together. `None` without a prism, of one that is a mesh already or out of shape, or where a ray on the way of
     /// the right half ends.
     pub fn new(system: &'a System, triangles: usize, normals: Normals) -> Option<Self> {
-        let prism = system.prism.as_ref()?;
+        let prism = system.prism()?;
         let cells = ((triangles as f64 / 4.0).sqrt().round() as usize).max(1);
         let used = used_part(system)?;
         let mesh = |face: Face| {
@@ -64,25 +64,25 @@ impl<'a> Tessellated<'a> {
     /// # Errors
     /// The fate of a ray that never reaches the board.
     pub fn trace(&self, px: DVec2) -> Result<DVec2, Fate> {
-        let ray = self.system.camera.ray(px);
-        let prism = self.system.prism.as_ref().ok_or(Fate::Missed)?;
+        let ray = self.system.camera().ray(px);
+        let prism = self.system.prism().ok_or(Fate::Missed)?;
         let out = prism.pass_shapes(&ray, Side::Right, |face, ray| self.meshes[face as usize].intersect(ray))?;
-        self.system.board.intersect(&out).map(|(board_mm, _)| board_mm)
+        self.system.board().intersect(&out).map(|(board_mm, _)| board_mm)
     }
 }
 
 /// Where the rays of the right half's outline meet front and back, in the prism's frame.
 fn used_part(system: &System) -> Option<[Rect; 2]> {
-    let prism = system.prism.as_ref()?;
-    let [width, height] = system.camera.size_px().map(|n| n as f64);
+    let prism = system.prism()?;
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
     let place = |k: usize| k as f64 / (PROBES - 1) as f64;
     let nothing = Rect { min: DVec2::INFINITY, max: DVec2::NEG_INFINITY };
     let mut used = [nothing; 2];
     for (i, j) in (0..PROBES).flat_map(|j| (0..PROBES).map(move |i| (i, j))) {
         let px = DVec2::new(0.5 * width * (1.0 + place(i)), height * place(j));
         let mut met = [DVec2::ZERO; 2];
-        let out = prism.pass_shapes(&system.camera.ray(px), Side::Right, |face, ray| {
-            let meeting = prism.surface(Side::Right, face).intersect(ray, system.accuracy.surface_residual_mm)?;
+        let out = prism.pass_shapes(&system.camera().ray(px), Side::Right, |face, ray| {
+            let meeting = prism.surface(Side::Right, face).intersect(ray, system.accuracy().surface_residual_mm)?;
             met[face as usize] = ray.at(meeting.t_mm).truncate();
             Ok(meeting)
         });

@@ -2,7 +2,7 @@
 
 use super::instrument::System;
 use crate::effect::dispersion::Wavelength;
-use crate::effect::{Effects, Variant};
+use crate::effect::{Effects, Lens, Variant};
 use std::borrow::Cow;
 
 impl System {
@@ -35,10 +35,10 @@ impl System {
     /// The instrument of one variant.
     #[must_use]
     pub fn variant(&self, variant: &Variant) -> Self {
-        let camera = match (&self.effects.thin_lens, &self.effects.telecentric) {
-            (Some(lens), _) => self.camera.through(lens, variant.pupil),
-            (None, Some(lens)) => self.camera.along(lens, variant.pupil),
-            (None, None) => self.camera,
+        let camera = match &self.effects.lens {
+            Lens::Thin(lens) => self.camera.through(lens, variant.pupil),
+            Lens::Telecentric(lens) => self.camera.along(lens, variant.pupil),
+            Lens::Pinhole => self.camera,
         };
         let prism = self.prism.as_ref().map(|prism| {
             let prism = prism.with_slopes(variant.slopes);

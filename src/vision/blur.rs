@@ -1,4 +1,4 @@
-//! The blur of a picture, from fits of some corners in which it is free.
+//! Blur estimation: the median of fits of some corners in which the blur is free.
 
 use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, fit};
@@ -21,7 +21,7 @@ pub(super) const MAYBE_SHARP_PX: f64 = 0.3;
 /// wider window.
 const HALF_PX: f64 = 12.0;
 const NEAR_SIGMA_PX: f64 = 1.2;
-/// How often a blur that is wider than was thought is looked at again.
+/// How often a blur that is wider than was thought is estimated again.
 const ROUNDS: usize = 4;
 /// A fit is done when corner, edges and blurs move by less than this, in px.
 const STEP_PX: f64 = 1e-3;
@@ -30,19 +30,20 @@ const STEP_PX: f64 = 1e-3;
 const SHARP_STEP_PX: f64 = 1e-5;
 const SHARP_STEPS: usize = 20;
 
-/// The blur across the column and the row lines, in px: medians over the corners at `places`. `None` where no corner
+/// The blur across the column and the row lines, in px: medians over the corners at `sites`. `None` where no corner
 /// could be fitted.
-pub(super) fn estimate(sight: &Candidates<'_>, places: &[CornerSite], settings: &Settings) -> Option<[f64; 2]> {
-    let few: Vec<CornerSite> = places.iter().copied().step_by(FIRST_OF).collect();
-    let (first, agree) = medians(sight, &few, settings, [FIRST_SIGMA_PX; 2])?;
-    let (places, sigma) = if agree { (&few[..], first) } else { (places, medians(sight, places, settings, first)?.0) };
+pub(super) fn estimate(candidates: &Candidates<'_>, sites: &[CornerSite], settings: &Settings) -> Option<[f64; 2]> {
+    let few: Vec<CornerSite> = sites.iter().copied().step_by(FIRST_OF).collect();
+    let (first, agree) = medians(candidates, &few, settings, [FIRST_SIGMA_PX; 2])?;
+    let (sites, sigma) =
+        if agree { (&few[..], first) } else { (sites, medians(candidates, sites, settings, first)?.0) };
     if sigma[0].max(sigma[1]) >= MAYBE_SHARP_PX {
         return Some(sigma);
     }
     let squares = |sigma: [f64; 2]| -> f64 {
         let effort =
             Effort { free_blur: false, steps: SHARP_STEPS, tolerance_px: SHARP_STEP_PX, most_sigma_px: f64::INFINITY };
-        let fits = fits(sight, places, settings, HALF_PX, [sigma, sigma], &effort);
+        let fits = fits(candidates, sites, settings, HALF_PX, [sigma, sigma], &effort);
         fits.iter().flatten().map(|f| f.residual * f.residual).sum()
     };
     Some(if squares([0.0; 2]) <= squares(sigma) { [0.0; 2] } else { sigma })
@@ -51,28 +52,29 @@ pub(super) fn estimate(sight: &Candidates<'_>, places: &[CornerSite], settings: 
 /// Fits corners in windows of at most `half_px` to each side, from the first of two blurs, the pixels near an edge
 /// chosen for the second.
 fn fits(
-    sight: &Candidates<'_>,
-    places: &[CornerSite],
+    candidates: &Candidates<'_>,
+    sites: &[CornerSite],
     settings: &Settings,
     half_px: f64,
     [start, near]: [[f64; 2]; 2],
     effort: &Effort,
 ) -> Vec<Option<CornerFit>> {
-    let run = |place: &CornerSite| {
-        let half = settings.window.min(half_px / place.step_px());
-        let pixels = gather(sight.image, sight.valid.as_ref(), &place.frame(near, half, FIRST_MARGIN_PX));
-        fit(&pixels, &place.model(start, settings.light), &Effort { most_sigma_px: 0.5 * place.step_px(), ..*effort })
+    let run = |site: &CornerSite| {
+        let half = settings.window.min(half_px / site.step_px());
+        let pixels = gather(candidates.image, candidates.valid.as_ref(), &site.frame(near, half, FIRST_MARGIN_PX));
+        fit(&pixels, &site.model(start, settings.light), &Effort { most_sigma_px: 0.5 * site.step_px(), ..*effort })
     };
-    places.par_iter().map(run).collect()
+    sites.par_iter().map(run).collect()
 }
 
 /// The medians of the blurs of free fits that start from `sigma`, and whether the fits agree.
 fn medians(
-    sight: &Candidates<'_>,
-    places: &[CornerSite],
+    candidates: &Candidates<'_>,
+    sites: &[CornerSite],
     settings: &Settings,
     mut sigma: [f64; 2],
 ) -> Option<([f64; 2], bool)> {
+    // Start from a window that suits the blur.
     let effort = Effort { free_blur: true, steps: 15, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
     let mut agree = false;
     let (mut half_px, mut near_px) = if sigma[0].max(sigma[1]) < NEAR_SIGMA_PX {
@@ -81,7 +83,10 @@ fn medians(
         (f64::INFINITY, 2.0 * sigma[0].max(sigma[1]))
     };
     for _ in 0..ROUNDS {
-        let fits = fits(sight, places, settings, half_px, [sigma, [near_px; 2]], &effort);
+        // Fit the corners with free blurs.
+        let fits = fits(candidates, sites, settings, half_px, [sigma, [near_px; 2]], &effort);
+
+        // Take the medians, and see whether the quartiles agree with them.
         agree = true;
         for (k, sigma) in sigma.iter_mut().enumerate() {
             let found: Vec<f64> = fits.iter().flatten().map(|f| f.model.sigma_px[k]).collect();
@@ -89,6 +94,8 @@ fn medians(
             *sigma = middle?;
             agree &= high? - low? <= AGREEMENT * *sigma;
         }
+
+        // Widen the window where the blur turns out wider than it was chosen for.
         let widest = sigma[0].max(sigma[1]);
         if widest < near_px {
             break;

@@ -1,4 +1,4 @@
-//! A crossing of two edges that may be a corner.
+//! A corner candidate: a crossing of two edges.
 
 use super::ring_test::Ring;
 use glam::DVec2;

@@ -1,4 +1,4 @@
-//! The first third of the way: from a picture to the places where two edges cross.
+//! Corner candidates: peaks of the saddle response that pass the ring test.
 
 use super::candidate::Candidate;
 use super::detection::{Reason, Rejected};
@@ -8,14 +8,14 @@ use crate::raster::Raster;
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// Peaks weaker than this share of the median of the strongest 20 crossings are not looked at.
+/// Peaks weaker than this share of the median of the strongest 20 crossings are not tested.
 const LEAST_STRENGTH: f32 = 0.06;
 /// How many of the strongest crossings set that scale.
 const STRONGEST: usize = 20;
-/// Peaks that are looked at, at most: a picture of noise has one in every 50 px.
+/// Peaks that are tested, at most: a picture of noise has one in every 50 px.
 const MOST_PEAKS: usize = 50_000;
 
-/// A picture and the crossings seen in it.
+/// A picture and the crossings found in it.
 #[derive(Debug)]
 pub struct Candidates<'a> {
     /// The picture itself, in its own unit.
@@ -25,31 +25,31 @@ pub struct Candidates<'a> {
     /// The picture scaled to 0..1 and without holes; `None` for a picture of one value.
     pub(super) prepared: Option<Raster<f32>>,
     /// Crossings of two edges, strongest first.
-    pub(super) candidates: Vec<Candidate>,
-    /// What looked like one and is none.
+    pub(super) list: Vec<Candidate>,
+    /// Peaks that are none.
     pub(super) rejected: Vec<Rejected>,
 }
 
 impl Candidates<'_> {
-    /// How many crossings were seen.
+    /// How many crossings were found.
     pub fn crossings(&self) -> usize {
-        self.candidates.len()
+        self.list.len()
     }
 }
 
-/// Looks for crossings of two edges. Pixels where `mask` is false or whose value is not finite do not count.
+/// Finds crossings of two edges. Pixels where `mask` is false or whose value is not finite do not count.
 ///
 /// # Panics
 /// When the mask has another size than the picture.
-pub fn look<'a>(image: &'a Raster<f32>, mask: Option<&Raster<bool>>) -> Candidates<'a> {
+pub fn find_candidates<'a>(image: &'a Raster<f32>, mask: Option<&Raster<bool>>) -> Candidates<'a> {
     if let Some(mask) = mask {
         assert_eq!((mask.width(), mask.height()), (image.width(), image.height()), "mask and picture differ in size");
     }
     let valid = valid(image, mask);
     let prepared = prepare(image, valid.as_ref());
     let mut rejected = Vec::new();
-    let candidates = prepared.as_ref().map_or_else(Vec::new, |p| candidates(p, valid.as_ref(), &mut rejected));
-    Candidates { image, valid, prepared, candidates, rejected }
+    let list = prepared.as_ref().map_or_else(Vec::new, |p| candidates(p, valid.as_ref(), &mut rejected));
+    Candidates { image, valid, prepared, list, rejected }
 }
 
 /// Which pixels count, or `None` where all do.
@@ -66,7 +66,7 @@ fn valid(image: &Raster<f32>, mask: Option<&Raster<bool>>) -> Option<Raster<bool
 
 /// The picture scaled to 0..1, each pixel that does not count replaced by the nearest one of its row that does.
 fn prepare(image: &Raster<f32>, valid: Option<&Raster<bool>>) -> Option<Raster<f32>> {
-    // Lanes of extremes; a pixel that does not count enters as nothing.
+    // Find the darkest and the brightest pixel that counts, in lanes.
     let mut lanes = [(f32::INFINITY, f32::NEG_INFINITY); 16];
     let mut enter = |values: &[f32]| {
         for (lane, &v) in lanes.iter_mut().zip(values) {
@@ -81,11 +81,15 @@ fn prepare(image: &Raster<f32>, valid: Option<&Raster<bool>>) -> Option<Raster<f
         }
     }
     let (low, high) = lanes.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(v.0), h.max(v.1)));
+
+    // Scale the picture to 0..1.
     let scale = 1.0 / (high - low);
     if !(scale.is_normal() && scale > 0.0) {
         return None;
     }
     let mut prepared = image.map(|v| (v - low) * scale);
+
+    // Fill its holes.
     if let Some(valid) = valid {
         let width = image.width();
         for (row, counts) in prepared.data_mut().chunks_exact_mut(width).zip(valid.data().chunks_exact(width)) {
@@ -110,24 +114,30 @@ fn fill(row: &mut [f32], counts: &[bool]) {
 
 /// The crossings of two edges: peaks of the saddle response that pass the ring test.
 fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, rejected: &mut Vec<Rejected>) -> Vec<Candidate> {
+    // Find the peaks of the saddle response, strongest first.
     let mut peaks = peaks(prepared);
     peaks.truncate(MOST_PEAKS);
-    let test = RingTest::new();
-    let look = |peak: &Peak| (*peak, test.test(prepared, peak.position));
-    // The strongest crossings, not the strongest peaks, set the scale: a hot pixel is a strong peak.
+    let ring_test = RingTest::new();
+    let test_peak = |peak: &Peak| (*peak, ring_test.test(prepared, peak.position));
+
+    // Set the scale by the strongest crossings, not the strongest peaks: a hot pixel is a strong peak.
     let strongest: Vec<f32> = peaks
         .iter()
-        .map(look)
+        .map(test_peak)
         .filter(|(_, ring)| ring.is_some())
         .map(|(peak, _)| peak.strength)
         .take(STRONGEST)
         .collect();
     let Some(&middle) = strongest.get(strongest.len() / 2) else { return Vec::new() };
     let count = peaks.partition_point(|p| p.strength >= LEAST_STRENGTH * middle);
-    let looked: Vec<(Peak, Option<Ring>)> = peaks[..count].par_iter().map(look).collect();
+
+    // Test the ring around every peak that is strong enough.
+    let tested: Vec<(Peak, Option<Ring>)> = peaks[..count].par_iter().map(test_peak).collect();
+
+    // Keep the crossings whose ring lies inside the picture and the mask.
     let size = DVec2::new(prepared.width() as f64, prepared.height() as f64);
     let mut candidates = Vec::new();
-    for (peak, ring) in looked {
+    for (peak, ring) in tested {
         let position = peak.position;
         let inside = (position - RADIUS_PX).min_element() >= 0.0
             && (size - position - RADIUS_PX).min_element() >= 0.0

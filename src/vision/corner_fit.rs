@@ -1,16 +1,16 @@
-//! The fit of one corner: two curved, blurred edges seen by square pixels under light that varies linearly.
+//! The fit of one corner by Gauss-Newton: two curved, blurred edges seen by square pixels under light that varies linearly.
 //!
 //! With r the pixel's centre from the corner, and for each edge k its normal n, tangent t and curvature kappa,
 //!
 //! ```text
 //! d_k = n.r + kappa/2 ((t.r)^2 + s_k^2 + 1/12) + g_k    signed distance, with what blur and pixel do to a bent edge
 //!                                                     and in light that varies (`equations`)
-//! p   = mean of sign(d_0) sign(d_1)                   E0 E1 and a correction where both edges are near (`crossing`)
+//! p   = mean of sign(d_0) sign(d_1)                   E0 E1 and a correction where both edges are near (`corner_pixel_model`)
 //! I   = (m0 + mx x + my y) + (A0 + Ax x + Ay y) p
 //! ```
 //!
-//! solved by Gauss-Newton over the corner, the two directions, the six numbers of the light and, where it is asked
-//! for, the two blurs. The curvatures come from the grid: left free they would cost half as much error again.
+//! solved over the corner, the two directions, the six numbers of the light and, where they are free, the two blurs. The
+//! curvatures come from the lattice: left free they would cost half as much error again.
 
 use super::corner_model::{Effort, LIGHT, Model, PARAMETERS, Right};
 use super::edge_spread::Profile;
@@ -43,6 +43,7 @@ fn profiles(model: &Model) -> [Profile; 2] {
 
 /// Fits a corner, or `None` where the pixels do not determine one.
 pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<CornerFit> {
+    // Start from the given model, with light of its own where none is known.
     let mut model = *start;
     let active = if effort.free_blur { PARAMETERS } else { WITHOUT_BLUR };
     let mut ready = profiles(&model);
@@ -53,6 +54,8 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Cor
     if left <= 0.0 {
         return None;
     }
+
+    // Take Gauss-Newton steps.
     for number in 1..=effort.steps {
         let Equations { normal, right, squares } = equations(window, &model, &ready, active);
         let factor = normal.cholesky()?;
@@ -61,6 +64,8 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Cor
             return None;
         }
         let last_step_px = model.advance(&step, effort);
+
+        // End with residual and covariance.
         if last_step_px < effort.tolerance_px || number == effort.steps {
             // The sum of squares after the step, as the linear model foretells it.
             let variance = ((squares - step.dot(&right)) / left).max(0.0);
@@ -69,7 +74,9 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Cor
             let covariance_px2 = DMat2::from_cols_array(&[x[6], x[7], x[7], y[7]]) * variance;
             return Some(CornerFit { model, covariance_px2, residual: variance.sqrt(), last_step_px });
         }
-        // A sharp profile costs nothing and depends strongly on the direction of an edge along the pixels.
+
+        // Follow the edges' directions and blurs with their profiles. A sharp one costs nothing and depends strongly on
+        // the direction of an edge along the pixels.
         if effort.free_blur || matches!(ready, [Profile::Sharp(_), Profile::Sharp(_)]) {
             ready = profiles(&model);
         }

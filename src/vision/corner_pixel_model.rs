@@ -1,4 +1,4 @@
-//! What a pixel sees where two edges cross: more than the product of what it sees of each.
+//! The pixel response at a crossing of two edges: the product of the two edge responses, and a correction.
 //!
 //! Pixel and blur average over the product of the two patterns at once. Over a pixel at distances d0 and d1 from edges
 //! with normals n0 and n1 the mean of sign(d0) sign(d1) is E0 E1 plus a correction, which vanishes for edges along the
@@ -37,7 +37,7 @@ const HERMITE: [(f64, f64); 5] = [
 /// One edge at one pixel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EdgeSide {
-    /// What the pixel sees of this edge alone.
+    /// The pixel's response to this edge without the other.
     pub(super) edge: Edge,
     /// Signed distance, in px.
     pub(super) distance: f64,
@@ -104,16 +104,18 @@ impl CornerPixelModel {
         let [e0, e1] = [&sides[0].edge, &sides[1].edge];
         let product =
             CornerPattern { value: e0.value * e1.value, by_distance: [e0.slope * e1.value, e0.value * e1.slope] };
-        // Where one edge is far, the other is alone.
+        // Where one edge is far, the response is that of the other.
         if e0.slope == 0.0 || e1.slope == 0.0 { product } else { self.corrected(product, sides) }
     }
 
     fn corrected(&self, product: CornerPattern, sides: &[EdgeSide; 2]) -> CornerPattern {
+        // Add the pixel's own part of the correction, and find what its variance adds to the blur's.
         let distances = [sides[0].distance, sides[1].distance];
         let normals = [sides[0].normal, sides[1].normal];
         let sigma = self.mean_sigma;
         let cosine = normals[0].dot(normals[1]);
-        // What the pixel adds, and its share of the covariance of the two distances, over the cosine ..
+
+        // The part over the square pixel, and its share of the covariance of the two distances, over the cosine.
         let (pixel, variance) = match &self.pixel {
             Pixel::Sharp => return CornerPattern { value: product.value + excess(normals, distances), ..product },
             Pixel::Nodes => {
@@ -125,7 +127,8 @@ impl CornerPixelModel {
             Pixel::Lattice(lattice) => (lattice.blurred(distances, cosine, sigma), 0.0),
             Pixel::Smooth => (0.0, PIXEL_VARIANCE),
         };
-        // .. and what the blur does.
+
+        // Add the blur's part: a bivariate normal integral of the correlation of the two distances.
         let covariance = cosine * (sigma * sigma + variance);
         let [v0, v1] = self.sigma.map(|s| s * s + PIXEL_VARIANCE);
         let correlation = covariance / (v0 * v1).sqrt();
@@ -155,14 +158,16 @@ impl ExcessLattice {
 
     /// The excess under a Gaussian of the plane, whose parts along two normals have the given cosine as correlation.
     fn blurred(&self, distances: [f64; 2], cosine: f64, sigma: f64) -> f64 {
+        // Tabulate the Gaussian along each distance.
         let free = (1.0 - cosine * cosine).max(1e-3);
         let rate = 0.5 / (sigma * sigma * free);
         let offset = |k: usize, i: usize| (distances[k] - Self::place(self.reach[k], i)).clamp(-9.0, 9.0);
         let falls = [0, 1].map(|k| -> [f64; NODES] {
             std::array::from_fn(|i| libm::exp(-rate * free * offset(k, i) * offset(k, i)))
         });
-        // exp(-rate (a^2 - 2 c a b + b^2)) = exp(-rate free a^2) exp(-rate (b - c a)^2): the first is a table, the second
-        // falls off about a moved centre.
+
+        // Sum the excess under the Gaussian. exp(-rate (a^2 - 2 c a b + b^2)) = exp(-rate free a^2) exp(-rate (b - c
+        // a)^2): the first is a table, the second falls off about a moved centre.
         let mut sum = 0.0;
         for i in 0..NODES {
             let a = offset(0, i);
@@ -229,11 +234,13 @@ fn excess(normals: [DVec2; 2], distances: [f64; 2]) -> f64 {
 
 /// The area of the unit square around the origin where n.r + d > 0 for both edges.
 fn common_area(normals: [DVec2; 2], distances: [f64; 2]) -> f64 {
-    // Each half-plane cuts at most one vertex more into a convex polygon.
+    // Start from the unit square: each half-plane cuts at most one vertex more into a convex polygon.
     let mut polygon = [DVec2::ZERO; 8];
     let corners = [DVec2::new(-0.5, -0.5), DVec2::new(0.5, -0.5), DVec2::new(0.5, 0.5), DVec2::new(-0.5, 0.5)];
     polygon[..4].copy_from_slice(&corners);
     let mut count = 4;
+
+    // Clip the polygon to each half-plane (Sutherland & Hodgman 1974).
     for (normal, distance) in normals.into_iter().zip(distances) {
         let source = polygon;
         let mut kept = 0;
@@ -251,6 +258,8 @@ fn common_area(normals: [DVec2; 2], distances: [f64; 2]) -> f64 {
         }
         count = kept;
     }
+
+    // Sum up its area.
     let twice: f64 = (0..count).map(|k| polygon[k].perp_dot(polygon[(k + 1) % count])).sum();
     0.5 * twice
 }

@@ -61,7 +61,7 @@ fn ways(nodes: &[LineCorner], own: usize) -> Vec<f64> {
     way
 }
 
-/// The line at the node `own` as the positions show it, or `None` where it is alone.
+/// The line at the node `own` as the positions show it, or `None` where it is the only one.
 pub(super) fn line(nodes: &[LineCorner], own: usize) -> Option<LatticeLine> {
     let power = match nodes.len() {
         0..=1 => return None,
@@ -123,8 +123,9 @@ struct BendRows {
 }
 
 impl BendRows {
-    /// `None` where a node was not fitted or is alone.
+    /// `None` where a node was not fitted or is the only one.
     fn new(nodes: &[LineCorner], own: usize) -> Option<Self> {
+        // Take the frame of the tangent at the node, and scale the way along the line to -1..1.
         let tangents: Vec<Tangent> = nodes.iter().map(|n| n.tangent).collect::<Option<_>>()?;
         if nodes.len() < 2 {
             return None;
@@ -132,11 +133,14 @@ impl BendRows {
         let (centre, along) = (nodes[own].position, tangents[own].unit);
         let way = ways(nodes, own);
         let (middle, scale) = (0.5 * (way[0] + way[way.len() - 1]), 0.5 * (way[way.len() - 1] - way[0]));
-        // The bend where only its square matters: the turn from the node before to the node after.
+
+        // Estimate the bend where only its square matters: the turn from the node before to the node after.
         let bends = |i: usize| {
             let (a, b) = (i.saturating_sub(1), (i + 1).min(nodes.len() - 1));
             tangents[a].unit.perp_dot(tangents[b].unit) / (way[b] - way[a])
         };
+
+        // Make two rows a node: its position and its direction, over their standard deviations.
         let pair = |(i, ((node, tangent), t)): (usize, ((&LineCorner, &Tangent), &f64))| {
             let powers = powers((t - middle) / scale);
             let sigma = tangent.sigma_px.max(LEAST_SIGMA_PX);

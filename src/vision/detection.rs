@@ -1,4 +1,4 @@
-//! What the detector found: corners, and candidates that it turned down with the reason.
+//! The detector's result: corners, and rejected candidates with the reason.
 
 use glam::{DMat2, DVec2};
 

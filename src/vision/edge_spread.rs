@@ -1,4 +1,4 @@
-//! What a square pixel sees of a straight edge that a Gaussian blurs: exact, and as a table.
+//! The edge spread function of a square pixel under a Gaussian blur: exact, and as a table.
 //!
 //! With unit normal n, a = |nx|/2, b = |ny|/2 and blur s, the bright share of a pixel at signed distance d is
 //!
@@ -119,14 +119,19 @@ pub(super) enum Profile {
 impl Profile {
     /// The profile for a unit normal and a blur in px.
     pub(super) fn new(normal: DVec2, sigma_px: f64) -> Self {
+        // Take the closed form of a sharp edge.
         let shape = EdgeShape::new(normal, sigma_px);
         if sigma_px < SHARP_PX {
             return Self::Sharp(shape);
         }
+
+        // Size the table to the reach of the edge.
         let gauss = Gauss::new();
         let density = CELLS_PER_SIGMA / sigma_px;
         let half = (shape.reach() * density).ceil() as usize;
-        // E and its rise over a cell at distances 0, 1, .. half cells; E is odd by construction, not only to rounding.
+
+        // Evaluate E and its rise over a cell at distances 0, 1, .. half cells; E is odd by construction, not only to
+        // rounding.
         let node = |i: usize| match i {
             _ if i == half => (1.0, 0.0),
             0 => (0.0, shape.exact(gauss, 0.0).slope / density),
@@ -135,6 +140,8 @@ impl Profile {
                 (edge.value, edge.slope / density)
             }
         };
+
+        // Interpolate by cubics from node to node, both ways from the middle.
         let mut cells = vec![[0.0; 4]; 2 * half + 2];
         cells[0] = [-1.0, 0.0, 0.0, 0.0];
         cells[2 * half + 1] = [1.0, 0.0, 0.0, 0.0];

@@ -1,4 +1,4 @@
-//! The normal equations of the fit of a corner: pixels near both edges one by one, strips and flat parts by their sums.
+//! The normal equations of the corner fit: pixels near both edges one by one, strips and flat parts by their sums.
 
 use super::corner_model::{LIGHT, Model, PARAMETERS, Right};
 use super::corner_pixel_model::{CornerPattern, CornerPixelModel, EdgeSide};
@@ -53,11 +53,14 @@ impl Ready {
 
 /// The equations over the first `active` parameters; the others stand still.
 pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2], active: usize) -> Equations {
+    // Clear the sums; parameters that stand still keep the identity.
     let ready = Ready::new(model);
     let mut sum = Equations { normal: Normal::identity(), right: Right::zeros(), squares: 0.0 };
     for i in 0..active {
         sum.normal[(i, i)] = 0.0;
     }
+
+    // Add the pixels near both edges.
     let mut columns = [[0.0f64; CHUNK]; PARAMETERS + 1];
     let crossing = CornerPixelModel::new(ready.normals, model.sigma_px);
     for chunk in window.listed.chunks(CHUNK) {
@@ -73,12 +76,24 @@ pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2],
         }
         sum.squares += dot(difference, difference);
     }
+
+    // Add the strips and the flat parts by their sums.
     for (k, strip) in window.strips.iter().enumerate() {
-        add_strip(&mut sum, strip, model, &ready, &profiles[k], k, active);
+        let edge = EdgeModel {
+            profile: &profiles[k],
+            normal: ready.normals[k],
+            tangent: ready.tangents[k],
+            curvature: model.curvature[k],
+            shift_px: ready.shifts_px[k],
+            free_blur: active == PARAMETERS,
+        };
+        add_strip(&mut sum, strip, model, &edge, k, active);
     }
     for (sums, sign) in window.flat.iter().zip([1.0, -1.0]) {
         add_flat(&mut sum, sums, sign, &model.light);
     }
+
+    // Mirror the lower triangle.
     for i in 0..active {
         for j in 0..i {
             sum.normal[(j, i)] = sum.normal[(i, j)];
@@ -109,8 +124,10 @@ fn differentiate(
     crossing: &CornerPixelModel,
     columns: &mut [[f64; CHUNK]; PARAMETERS + 1],
 ) {
+    // Prepare the coupling of each edge's bend with the other's blur.
     let Ready { normals, tangents, shifts_px } = ready;
     let [s0, s1] = model.sigma_px;
+
     // E over a Gaussian x of x^2 sign(d + x) is s^2 E + s^4 E'': the second part is what the mean shift leaves out
     // where the other edge is near. (For a sharp picture s^4 is nothing.)
     let cross = normals[0].perp_dot(normals[1]);
@@ -118,8 +135,11 @@ fn differentiate(
         0.5 * model.curvature[0] * cross * cross * s1 * s1 * s1 * s1,
         0.5 * model.curvature[1] * cross * cross * s0 * s0 * s0 * s0,
     ];
+
+    // Differentiate pixel by pixel.
     let [m0, mx, my, a0, ax, ay] = model.light;
     for (lane, pixel) in pixels.iter().enumerate() {
+        // Evaluate both edges at the pixel.
         let r = DVec2::new(pixel.x, pixel.y) - model.corner;
         let edge = |k: usize| {
             let (along, across) = (tangents[k].dot(r), normals[k].dot(r));
@@ -131,9 +151,13 @@ fn differentiate(
         };
         let (side0, corner0, angle0) = edge(0);
         let (side1, corner1, angle1) = edge(1);
+
+        // Evaluate the pattern, and its derivatives by the two distances.
         let (e0, e1) = (side0.edge, side1.edge);
         let CornerPattern { value, by_distance } = crossing.pattern(&[side0, side1]);
         let pattern = value + bent[0] * e0.slope * e1.bend + bent[1] * e0.bend * e1.slope;
+
+        // Write the derivatives by light, corner, directions and blurs, and the difference.
         let w = pixel.root_weight;
         let contrast = (a0 + ax * pixel.x + ay * pixel.y) * w;
         let [by0, by1] = by_distance.map(|d| contrast * d);
@@ -164,61 +188,27 @@ fn moments([n, x, y, xx, xy, yy]: [f64; 6]) -> [[f64; 3]; 3] {
     [[n, x, y], [x, xx, xy], [y, xy, yy]]
 }
 
-/// Adds a strip of pixels near edge `k` alone.
-fn add_strip(
-    sum: &mut Equations,
-    strip: &EdgeStrip,
-    model: &Model,
-    ready: &Ready,
-    profile: &Profile,
-    k: usize,
-    active: usize,
-) {
-    let edge = EdgeModel {
-        profile,
-        normal: ready.normals[k],
-        tangent: ready.tangents[k],
-        curvature: model.curvature[k],
-        shift_px: ready.shifts_px[k],
-        free_blur: active == PARAMETERS,
-    };
-    let StripSums { edge: by_edge, edge_squared, edge_light, turns, squares } = strip_sums(strip, model, &edge);
-    // The model is linear in the light: what is left of the picture follows from the same sums.
-    let mut own = [[0.0; LIGHT]; LIGHT];
-    let blocks = [moments(strip.sums.moments), moments(by_edge), moments(edge_squared)];
-    for i in 0..3 {
-        for j in 0..3 {
-            own[i][j] = blocks[0][i][j];
-            own[i + 3][j] = blocks[1][i][j];
-            own[i][j + 3] = blocks[1][i][j];
-            own[i + 3][j + 3] = blocks[2][i][j];
-        }
-    }
-    let picture = [strip.sums.light, edge_light].concat();
-    let times_light = |row: &[f64]| row.iter().zip(&model.light).map(|(a, b)| a * b).sum::<f64>();
-    sum.squares += strip.sums.square;
-    for i in 0..LIGHT {
-        let modelled = times_light(&own[i]);
-        sum.squares += model.light[i] * (modelled - 2.0 * picture[i]);
-        sum.right[i] += picture[i] - modelled;
-        for (j, value) in own[i][..=i].iter().enumerate() {
-            sum.normal[(i, j)] += value;
-        }
-    }
-    // Corner, direction and blur as combinations of T, T t and the blur's column.
-    let (n, bend) = (ready.normals[k], ready.tangents[k] * model.curvature[k]);
+/// Adds a strip of pixels near edge `k` only.
+fn add_strip(sum: &mut Equations, strip: &EdgeStrip, model: &Model, edge: &EdgeModel, k: usize, active: usize) {
+    let sums = strip_sums(strip, model, edge);
+    add_strip_light(sum, &strip.sums, &sums, &model.light);
+
+    // Write corner, direction and blur as combinations of T, T t and the blur's column.
+    let (n, bend) = (edge.normal, edge.tangent * model.curvature[k]);
     let combinations = [
         (LIGHT, [-n.x, -bend.x, 0.0]),
         (LIGHT + 1, [-n.y, -bend.y, 0.0]),
         (LIGHT + 2 + k, [0.0, 1.0, 0.0]),
         (LIGHT + 4 + k, [0.0, 0.0, 1.0]),
     ];
-    let [t00, t01, t11, t20, t21, t22] = squares;
+    let [t00, t01, t11, t20, t21, t22] = sums.squares;
     let square = [[t00, t01, t20], [t01, t11, t21], [t20, t21, t22]];
     let dot3 = |a: &[f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+
+    // Add the rows of those that are solved for, with the light and with each other.
     for &(row, ref own) in combinations.iter().filter(|(row, _)| *row < active) {
-        let column: [f64; 7] = std::array::from_fn(|i| dot3(own, turns.map(|t| t[i])));
-        sum.right[row] += column[LIGHT] - times_light(&column[..LIGHT]);
+        let column: [f64; 7] = std::array::from_fn(|i| dot3(own, sums.turns.map(|t| t[i])));
+        sum.right[row] += column[LIGHT] - times_light(&column[..LIGHT], &model.light);
         for (i, value) in column[..LIGHT].iter().enumerate() {
             sum.normal[(row, i)] += value;
         }
@@ -227,6 +217,37 @@ fn add_strip(
             sum.normal[(row, *other)] += dot3(combination, products);
         }
     }
+}
+
+/// Adds what a strip says of the light. The model is linear in it: the differences follow from the same sums.
+fn add_strip_light(sum: &mut Equations, flat: &PixelSums, sums: &StripSums, light: &[f64; LIGHT]) {
+    // Put the moments of 1, E and E^2 together.
+    let mut own = [[0.0; LIGHT]; LIGHT];
+    let blocks = [moments(flat.moments), moments(sums.edge), moments(sums.edge_squared)];
+    for i in 0..3 {
+        for j in 0..3 {
+            own[i][j] = blocks[0][i][j];
+            own[i + 3][j] = blocks[1][i][j];
+            own[i][j + 3] = blocks[1][i][j];
+            own[i + 3][j + 3] = blocks[2][i][j];
+        }
+    }
+
+    // Add them to the equations.
+    let picture = [flat.light, sums.edge_light].concat();
+    sum.squares += flat.square;
+    for i in 0..LIGHT {
+        let modelled = times_light(&own[i], light);
+        sum.squares += light[i] * (modelled - 2.0 * picture[i]);
+        sum.right[i] += picture[i] - modelled;
+        for (j, value) in own[i][..=i].iter().enumerate() {
+            sum.normal[(i, j)] += value;
+        }
+    }
+}
+
+fn times_light(row: &[f64], light: &[f64; LIGHT]) -> f64 {
+    row.iter().zip(light).map(|(a, b)| a * b).sum()
 }
 
 /// Adds pixels where the pattern is `sign` everywhere.

@@ -1,4 +1,4 @@
-//! From a lattice of rough crossings to measured corners: the blur, a first fit, pruning, and the last fit.
+//! Corner measurement on a lattice of candidates: estimate the blur, fit, prune, and fit again.
 
 use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, MAYBE_SHARP_PX};
 use super::candidates::Candidates;
@@ -32,7 +32,7 @@ const DUE: (f64, f64) = (2e-4, 0.2);
 /// would be of 1e-5 px.
 const LAST_STEP_PX: f64 = 2e-3;
 /// Under a blur below this, in px, that range is as narrow as the blur, and an edge on the border of its pixels comes
-/// nearer by a share at each step only, since without blur its slope is a wider pixel's (`profile`): there the step itself
+/// nearer by a share at each step only, since without blur its slope is a wider pixel's (`edge_spread`): there the step itself
 /// must be as small.
 const NARROW_SIGMA_PX: f64 = 0.1;
 const NARROW_STEP_PX: f64 = 1e-5;
@@ -48,42 +48,93 @@ const MOST_KINK: (f64, f64) = (0.6, 0.12);
 const MOST_RESIDUAL: (f64, f64) = (3.0, 0.012);
 
 /// Measures the corners of the largest lattice.
-pub fn measure(sight: &Candidates<'_>, lattices: Lattices, settings: &Settings) -> Detection {
-    let mut rejected = sight.rejected.clone();
-    let mut lattices = lattices.0.into_iter();
-    let largest = lattices.next().unwrap_or_default();
-    let mut reasons = vec![Some(Reason::NoGrid); sight.candidates.len()];
-    lattices.flat_map(Lattice::into_values).for_each(|k| reasons[k] = Some(Reason::OtherGrid));
-    largest.values().for_each(|&k| reasons[k] = None);
-    let unplaced = sight.candidates.iter().zip(reasons);
-    rejected.extend(unplaced.filter_map(|(c, reason)| Some(Rejected { position_px: c.position, reason: reason? })));
+pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Settings) -> Detection {
+    // Take the largest lattice, and reject the candidates outside it.
+    let mut rejected = candidates.rejected.clone();
+    let largest = take_largest(candidates, lattices, &mut rejected);
     if largest.is_empty() {
         return Detection { corners: Vec::new(), rejected, sigma_px: None };
     }
-    let positions: Vec<DVec2> = sight.candidates.iter().map(|c| c.position).collect();
+    let positions: Vec<DVec2> = candidates.list.iter().map(|c| c.position).collect();
     let lattice = normalise(&largest, |k| positions[k]);
     let mut grid = Grid::new(lattice, positions);
+
+    // Estimate the blur from some corners.
     let mut sigma_px = match settings.blur {
         Blur::Known(sigma_px) => Some([sigma_px.max(0.0); 2]),
-        Blur::Common | Blur::PerCorner => estimate_blur(sight, &grid, settings),
+        Blur::Common | Blur::PerCorner => estimate_blur(candidates, &grid, settings),
     };
     let mut start_sigma = sigma_px.unwrap_or([FIRST_SIGMA_PX; 2]);
-    let moved = |fit: &CornerFit| fit.model.corner.length() > MOST_MOVE_PX;
 
-    // First fit: a smaller window, from the crossings.
+    // Fit all corners in small windows, and drop those that make kinks in their lines.
+    first_fits(candidates, &mut grid, &mut rejected, start_sigma, settings);
+    prune_kinks(&mut grid, &mut rejected);
+
+    // Estimate a blur far narrower than a pixel again: it shows in few pixels, and hangs on the bends, which are known now.
+    if !matches!(settings.blur, Blur::Known(_)) && start_sigma[0].max(start_sigma[1]) < MAYBE_SHARP_PX {
+        sigma_px = estimate_blur(candidates, &grid, settings).or(sigma_px);
+        start_sigma = sigma_px.unwrap_or(start_sigma);
+    }
+
+    // Fit the corners that are left in full windows.
+    let last = last_fits(candidates, &mut grid, &mut rejected, start_sigma, settings);
+    if grid.lattice.len() < settings.min_corners || !is_broad(&grid.lattice) {
+        rejected.extend(
+            grid.lattice.values().map(|&k| Rejected { position_px: grid.positions[k], reason: Reason::NoGrid }),
+        );
+        return Detection { corners: Vec::new(), rejected, sigma_px: None };
+    }
+
+    // Number the corners from column and row 0.
+    let fits: std::collections::BTreeMap<usize, CornerFit> =
+        last.into_iter().filter_map(|(_, k, _, fit)| Some((k, fit.ok()?))).collect();
+    let lattice = from_zero(&grid.lattice);
+    let corners =
+        lattice.iter().filter_map(|(&index, k)| Some(corner(index, grid.positions[*k], fits.get(k)?))).collect();
+    Detection { corners, rejected, sigma_px }
+}
+
+/// The largest lattice; the candidates outside it are rejected.
+fn take_largest(candidates: &Candidates<'_>, lattices: Lattices, rejected: &mut Vec<Rejected>) -> Lattice {
+    let mut lattices = lattices.0.into_iter();
+    let largest = lattices.next().unwrap_or_default();
+    let mut reasons = vec![Some(Reason::NoGrid); candidates.list.len()];
+    lattices.flat_map(Lattice::into_values).for_each(|k| reasons[k] = Some(Reason::OtherGrid));
+    largest.values().for_each(|&k| reasons[k] = None);
+    let outside = candidates.list.iter().zip(reasons);
+    rejected.extend(outside.filter_map(|(c, reason)| Some(Rejected { position_px: c.position, reason: reason? })));
+    largest
+}
+
+/// Whether a fit ended too far from its candidate.
+fn moved(fit: &CornerFit) -> bool {
+    fit.model.corner.length() > MOST_MOVE_PX
+}
+
+/// First fits: small windows, from the candidates, in rounds until the bends of the lines have settled.
+fn first_fits(
+    candidates: &Candidates<'_>,
+    grid: &mut Grid,
+    rejected: &mut Vec<Rejected>,
+    start_sigma: [f64; 2],
+    settings: &Settings,
+) {
     let effort = Effort { free_blur: false, steps: 8, tolerance_px: FIRST_STEP_PX, most_sigma_px: f64::INFINITY };
     for _ in 0..ROUNDS {
+        // Fit the corners that were not fitted yet, or that the new bends would move.
         let due = |[shift, sigma]: [f64; 2]| shift > DUE.0.max(DUE.1 * sigma);
-        let first = fit_all(sight, &grid, |place| {
-            let half = settings.window.min(FIRST_HALF.0.max(FIRST_HALF.1 / place.step_px()));
-            place.due_px.is_none_or(due).then(|| {
-                (place.frame(start_sigma, half, FIRST_MARGIN_PX), place.model(start_sigma, settings.light), effort)
+        let first = fit_all(candidates, grid, |site| {
+            let half = settings.window.min(FIRST_HALF.0.max(FIRST_HALF.1 / site.step_px()));
+            site.due_px.is_none_or(due).then(|| {
+                (site.frame(start_sigma, half, FIRST_MARGIN_PX), site.model(start_sigma, settings.light), effort)
             })
         });
         if first.is_empty() {
             break;
         }
-        prune(&mut grid, &mut rejected, &first, |fit, typical| {
+
+        // Drop the corners that moved too far or whose contrast is weak, and choose the powers of the lines anew.
+        prune(grid, rejected, &first, |fit, typical| {
             let contrast = fit.model.light[3].abs();
             if moved(fit) {
                 Some(Reason::Moved)
@@ -95,14 +146,17 @@ pub fn measure(sight: &Candidates<'_>, lattices: Lattices, settings: &Settings) 
         });
         grid.choose_powers();
     }
-    prune_kinks(&mut grid, &mut rejected);
-    // A blur far narrower than a pixel shows in few pixels, and what it is hangs on the bends, which are known now.
-    if !matches!(settings.blur, Blur::Known(_)) && start_sigma[0].max(start_sigma[1]) < MAYBE_SHARP_PX {
-        sigma_px = estimate_blur(sight, &grid, settings).or(sigma_px);
-        start_sigma = sigma_px.unwrap_or(start_sigma);
-    }
+}
 
-    // Last fit: the full window, curvatures from the first fit's positions.
+/// Last fits: full windows, with the bends from the positions of the first fits.
+fn last_fits(
+    candidates: &Candidates<'_>,
+    grid: &mut Grid,
+    rejected: &mut Vec<Rejected>,
+    start_sigma: [f64; 2],
+    settings: &Settings,
+) -> Vec<Outcome> {
+    // Choose the steps and the tolerance by the blur: free, narrow or wide.
     let free_blur = settings.blur == Blur::PerCorner;
     let narrow = start_sigma[0].min(start_sigma[1]) < NARROW_SIGMA_PX;
     let (steps, tolerance_px) = match (free_blur, narrow) {
@@ -110,16 +164,19 @@ pub fn measure(sight: &Candidates<'_>, lattices: Lattices, settings: &Settings) 
         (false, true) => (LAST_STEPS[1], NARROW_STEP_PX),
         (false, false) => (LAST_STEPS[0], LAST_STEP_PX),
     };
-    let effort = Effort { free_blur, steps, tolerance_px, ..effort };
-    let last = fit_all(sight, &grid, |place| {
-        let effort = Effort { most_sigma_px: 0.5 * place.step_px(), ..effort };
+
+    // Fit every corner.
+    let last = fit_all(candidates, grid, |site| {
+        let effort = Effort { free_blur, steps, tolerance_px, most_sigma_px: 0.5 * site.step_px() };
         Some((
-            place.frame(start_sigma, settings.window, LAST_MARGIN_PX),
-            place.model(start_sigma, settings.light),
+            site.frame(start_sigma, settings.window, LAST_MARGIN_PX),
+            site.model(start_sigma, settings.light),
             effort,
         ))
     });
-    prune(&mut grid, &mut rejected, &last, |fit, typical| {
+
+    // Drop the corners whose fit did not converge, moved too far, or leaves too large a residual.
+    prune(grid, rejected, &last, |fit, typical| {
         let limit = (MOST_RESIDUAL.0 * typical.residual).max(MOST_RESIDUAL.1 * fit.model.light[3].abs());
         if fit.last_step_px > 0.05 {
             Some(Reason::NotConverged)
@@ -131,18 +188,7 @@ pub fn measure(sight: &Candidates<'_>, lattices: Lattices, settings: &Settings) 
             None
         }
     });
-    if grid.lattice.len() < settings.min_corners || !is_broad(&grid.lattice) {
-        rejected.extend(
-            grid.lattice.values().map(|&k| Rejected { position_px: grid.positions[k], reason: Reason::NoGrid }),
-        );
-        return Detection { corners: Vec::new(), rejected, sigma_px: None };
-    }
-    let fits: std::collections::BTreeMap<usize, CornerFit> =
-        last.into_iter().filter_map(|(_, k, _, fit)| Some((k, fit.ok()?))).collect();
-    let lattice = from_zero(&grid.lattice);
-    let corners =
-        lattice.iter().filter_map(|(&index, k)| Some(corner(index, grid.positions[*k], fits.get(k)?))).collect();
-    Detection { corners, rejected, sigma_px }
+    last
 }
 
 fn corner(index: [i32; 2], position_px: DVec2, fit: &CornerFit) -> Corner {
@@ -164,30 +210,30 @@ type Outcome = ([i32; 2], usize, f64, Result<CornerFit, Reason>);
 
 /// Fits those corners of the lattice that `setup` wants, in its order whatever the number of threads.
 fn fit_all(
-    sight: &Candidates<'_>,
+    candidates: &Candidates<'_>,
     grid: &Grid,
     setup: impl Fn(&CornerSite) -> Option<(WindowFrame, Model, Effort)> + Sync,
 ) -> Vec<Outcome> {
     let cells: Vec<([i32; 2], usize)> = grid.lattice.iter().map(|(&cell, &k)| (cell, k)).collect();
     let one = |&(cell, k): &([i32; 2], usize)| {
-        let Some(place) = grid.place(cell) else { return Some((cell, k, 0.0, Err(Reason::NoGrid))) };
-        let (frame, model, effort) = setup(&place)?;
-        Some((cell, k, frame.half, fit_one(sight, &place, &frame, &model, &effort)))
+        let Some(site) = grid.site(cell) else { return Some((cell, k, 0.0, Err(Reason::NoGrid))) };
+        let (frame, model, effort) = setup(&site)?;
+        Some((cell, k, frame.half, fit_one(candidates, &site, &frame, &model, &effort)))
     };
     cells.par_iter().map(one).collect::<Vec<_>>().into_iter().flatten().collect()
 }
 
 fn fit_one(
-    sight: &Candidates<'_>,
-    place: &CornerSite,
+    candidates: &Candidates<'_>,
+    site: &CornerSite,
     frame: &WindowFrame,
     model: &Model,
     effort: &Effort,
 ) -> Result<CornerFit, Reason> {
-    if place.spacing_px() < LEAST_SPACING * model.sigma_px[0].max(model.sigma_px[1]) {
+    if site.spacing_px() < LEAST_SPACING * model.sigma_px[0].max(model.sigma_px[1]) {
         return Err(Reason::Blurred);
     }
-    let window = gather(sight.image, sight.valid.as_ref(), frame);
+    let window = gather(candidates.image, candidates.valid.as_ref(), frame);
     if window.visible < crate::vision::settings::LEAST_VISIBLE {
         return Err(Reason::Cut);
     }
@@ -223,10 +269,13 @@ fn prune(
 
 /// Drops corners that make a kink in a line: the second difference there is unlike that of the corners beside it.
 fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
+    // Take second differences along lines.
     let second = |cell: IVec2, direction: IVec2| {
         let at = |c: IVec2| grid.lattice.get(&c.to_array()).map(|&k| grid.positions[k]);
         Some(at(cell - direction)? + at(cell + direction)? - 2.0 * at(cell)?)
     };
+
+    // Compare each with those of the parallel lines beside it.
     let kinked = |cell: IVec2| {
         [IVec2::X, IVec2::Y].into_iter().any(|direction| {
             let Some(own) = second(cell, direction) else { return false };
@@ -243,6 +292,8 @@ fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
             (own - expected).length() > 2.0 * MOST_KINK.0.max(MOST_KINK.1 * step)
         })
     };
+
+    // Drop the corners that differ.
     let cells: Vec<[i32; 2]> = grid.lattice.keys().copied().filter(|&cell| kinked(IVec2::from_array(cell))).collect();
     for cell in cells {
         if let Some(k) = grid.lattice.remove(&cell) {
@@ -252,7 +303,7 @@ fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
 }
 
 /// The blur across the column and the row lines, in px: medians of free fits to some corners spread over the lattice.
-fn estimate_blur(sight: &Candidates<'_>, grid: &Grid, settings: &Settings) -> Option<[f64; 2]> {
+fn estimate_blur(candidates: &Candidates<'_>, grid: &Grid, settings: &Settings) -> Option<[f64; 2]> {
     let inner: Lattice = grid
         .lattice
         .iter()
@@ -263,5 +314,5 @@ fn estimate_blur(sight: &Candidates<'_>, grid: &Grid, settings: &Settings) -> Op
         .collect();
     let stride = inner.len().div_ceil(PILOTS).max(1);
     let pilots = inner.keys().step_by(stride);
-    blur::estimate(sight, &pilots.filter_map(|&cell| grid.place(cell)).collect::<Vec<CornerSite>>(), settings)
+    blur::estimate(candidates, &pilots.filter_map(|&cell| grid.site(cell)).collect::<Vec<CornerSite>>(), settings)
 }

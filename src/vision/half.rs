@@ -1,4 +1,4 @@
-//! The two halves of a picture that a biprism makes: cut apart before anything is detected, so that no window and no
+//! The two halves of a biprism's picture: cut apart before anything is detected, so that no window and no
 //! grid reaches over the seam.
 
 use crate::raster::Raster;

@@ -1,5 +1,5 @@
-//! From loose crossings to a lattice: growth from a seed, each new corner predicted from its neighbours alone, so that
-//! no global model of the picture is needed and bending does not matter.
+//! Lattice growth: from candidates to a lattice by growth from a seed, each new corner predicted from its neighbours only, so
+//! that no global model of the picture is needed and bending does not matter.
 
 use super::candidate::Candidate;
 use super::candidates::Candidates;
@@ -15,15 +15,15 @@ const PREDICTION_TOLERANCE: f64 = 0.28;
 const OPPOSITE: f64 = -0.5;
 /// The weakest contrast of a corner against the neighbour it is reached from.
 const AMPLITUDE_SHARE: f64 = 0.25;
-/// A seed's neighbour lies within 32 deg of the arm it is looked for along (cosine): blur turns the arms of a slanted
+/// A seed's neighbour lies within 32 deg of the arm it is sought along (cosine): blur turns the arms of a slanted
 /// crossing.
 const ARM_COSINE: f64 = 0.85;
 /// Opposite neighbours of a seed differ in distance by at most this share of their mean.
 const ARM_IMBALANCE: f64 = 0.35;
-/// How far a seed looks for its neighbours, in px, one radius after another.
+/// How far a seed's neighbours are sought, in px, one radius after another.
 const SEED_RADII_PX: [f64; 6] = [16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
 
-/// Where along the way from a corner to its neighbour the edge between them is looked at.
+/// Where along the way from a corner to its neighbour the edge between them is sampled.
 const EDGE_PLACES: [f64; 5] = [0.3, 0.4, 0.5, 0.6, 0.7];
 /// How far to both sides of the edge, as a share of the step and at least in px: near enough that a way slanting over
 /// squares has both sides in one square for the most part.
@@ -50,9 +50,9 @@ impl Lattices {
 }
 
 /// Grows lattices from the crossings of a picture.
-pub fn grow(sight: &Candidates<'_>, settings: &Settings) -> Lattices {
-    let Some(image) = &sight.prepared else { return Lattices(Vec::new()) };
-    let candidates = &sight.candidates;
+pub fn grow(candidates: &Candidates<'_>, settings: &Settings) -> Lattices {
+    let Some(image) = &candidates.prepared else { return Lattices(Vec::new()) };
+    let candidates = &candidates.list;
     let field = GrowthField { image, candidates, buckets: Buckets::new(candidates) };
     let mut used = vec![false; candidates.len()];
     let mut lattices: Vec<Lattice> = Vec::new();

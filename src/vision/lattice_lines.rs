@@ -1,4 +1,4 @@
-//! What the lattice says of one corner: where its edges run, how they bend, and how far its neighbours are.
+//! The lattice about one corner: direction and curvature of its two lines, and the steps to its neighbours.
 
 use super::corner_fit::CornerFit;
 use super::corner_model::Model;
@@ -9,7 +9,7 @@ use super::pixel_sums::WindowFrame;
 use super::settings::UnevenLight;
 use glam::{DMat2, DVec2, IVec2};
 
-/// Corners on a line from which on its own bend is believed, where it is known from positions alone.
+/// Corners on a line from which on its own bend is believed, where only their positions are known.
 const LONG_LINE: usize = 6;
 /// Corners on a line from which on its own bend is believed, where its corners were fitted.
 const OWN_LINE: usize = 3;
@@ -88,7 +88,7 @@ impl Grid {
         self.fitted[number] = Some(FittedCorner { model: fit.model.about_corner(), covariance_px2, half_px });
     }
 
-    /// The lattice line through a cell, as positions alone show it. Where it is too short to show its bend, the parallel
+    /// The lattice line through a cell, as positions show it without directions. Where it is too short to show its bend, the parallel
     /// lines beside it show theirs.
     fn straight_line(&self, cell: IVec2, direction: IVec2) -> Option<LatticeLine> {
         let own = |cell: IVec2| {
@@ -118,6 +118,7 @@ impl Grid {
 
     /// The corners along a line around a cell, in order, and the place of the cell's own among them.
     fn nodes(&self, cell: IVec2, direction: IVec2) -> Option<(Vec<LineCorner>, usize)> {
+        // Describe one corner of the line.
         let axis = usize::from(direction == IVec2::Y);
         let node = |offset: i32| {
             let &number = self.lattice.get(&(cell + direction * offset).to_array())?;
@@ -129,6 +130,8 @@ impl Grid {
             });
             Some(LineCorner { position: self.positions[number], tangent })
         };
+
+        // Walk outwards on both sides in turn, each side until its first gap.
         let mut nodes = std::collections::VecDeque::from([node(0)?]);
         // Outwards on both sides in turn, each side until its first gap.
         let mut own = 0;
@@ -201,7 +204,7 @@ impl Grid {
         own(cell).or_else(|| NEIGHBOURS.into_iter().find_map(|n| own(cell + n)))
     }
 
-    pub(super) fn place(&self, cell: [i32; 2]) -> Option<CornerSite> {
+    pub(super) fn site(&self, cell: [i32; 2]) -> Option<CornerSite> {
         let number = *self.lattice.get(&cell)?;
         let cell = IVec2::from_array(cell);
         let steps = DMat2::from_cols(self.step(cell, IVec2::X)?, self.step(cell, IVec2::Y)?);

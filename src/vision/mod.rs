@@ -1,13 +1,15 @@
-//! The measuring eye: a picture in, corners out. It knows nothing of the simulator, so it works on a photograph too.
+//! The corner detector: finds and measures checkerboard corners in a picture. It knows nothing of the simulator, so it works
+//! on a photograph too.
 //!
 //! ```text
-//! picture --response: saddle maxima--> peaks --ring: bright, dark, bright, dark--> candidates --grid: growth--> lattice
-//!   --measure: blur, first fit, pruning, last fit--> corners, each with its covariance
+//! picture --response: saddle maxima--> peaks --ring_test: bright, dark, bright, dark--> candidates
+//!   --lattice_growth--> lattice --fit_all: blur, first fit, pruning, last fit--> corners, each with its covariance
 //! ```
 //!
-//! Each corner is fitted with the model that a camera's pixels obey: two edges, bent as the grid says, under a Gaussian
-//! blur and a square pixel, with light that varies linearly (`refine`). Without noise it errs by less than 0.001 px
-//! RMS over a picture, and by 0.0018 px at the worst corner of 70 kinds of picture (`tests/vision`); with noise it reaches the Cramer-Rao bound, and its covariance says so.
+//! Each corner is fitted with the model that a camera's pixels obey: two edges, bent as the lattice says, under a Gaussian
+//! blur and a square pixel, with light that varies linearly (`corner_fit`). Without noise it errs by less than 0.001 px
+//! RMS over a picture, and by 0.0018 px at the worst corner of 70 kinds of picture (`tests/vision`); with noise it
+//! reaches the Cramer-Rao bound, and its covariance says so.
 //!
 //! # What counts as sufficiently visible
 //! A corner is looked for where the ring of 4.5 px around it lies in the picture and outside every mask, and where at
@@ -53,20 +55,20 @@ pub use settings::{Blur, LEAST_VISIBLE, Settings, UnevenLight};
 
 use crate::raster::Raster;
 
-pub use candidates::{Candidates, look};
+pub use candidates::{Candidates, find_candidates};
 pub use fit_all::measure;
 pub use lattice_growth::{LatticeCorner, Lattices, grow, upright};
 
 /// Finds and measures the corners of the largest checkerboard in a picture of linear radiance.
 ///
 /// Pixels where `mask` is false or whose value is not finite do not count. The answer is the same, bit for bit, for any
-/// number of threads. Any picture is taken: where there is no board the answer is empty. It is [`look()`], [`grow()`] and
+/// number of threads. Any picture is taken: where there is no board the answer is empty. It is [`find_candidates()`], [`grow()`] and
 /// [`measure()`] in turn.
 ///
 /// # Panics
 /// When the mask has another size than the picture.
 pub fn detect(image: &Raster<f32>, mask: Option<&Raster<bool>>, settings: &Settings) -> Detection {
-    let sight = look(image, mask);
-    let lattices = grow(&sight, settings);
-    measure(&sight, lattices, settings)
+    let candidates = find_candidates(image, mask);
+    let lattices = grow(&candidates, settings);
+    measure(&candidates, lattices, settings)
 }

@@ -1,4 +1,4 @@
-//! Weighted sums over pixels of one constant pattern value.
+//! Moments of the flat pixels of a window: weighted sums over pixels of one constant pattern value.
 
 use glam::{DMat2, DVec2};
 

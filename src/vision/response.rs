@@ -1,4 +1,4 @@
-//! Where two edges may cross: local maxima of a saddle response on the smoothed picture.
+//! The saddle response: its local maxima on the smoothed picture are where two edges may cross.
 //!
 //! The response is S = Ixy^2 - Ixx Iyy - (Ixx + Iyy)^2 / 8 on a Gaussian of 1.5 px: minus the determinant of the
 //! Hessian, less a share of its trace, which vanishes at the crossing of two edges and not at blobs and ends of lines.
@@ -51,11 +51,14 @@ fn half_kernel() -> [f32; TAPS + 1] {
 
 /// The peaks in the rows `[first, last)`.
 fn band_peaks(image: &Raster<f32>, kernel: &[f32; TAPS + 1], first: usize, last: usize) -> Vec<Peak> {
+    // Find the rows that the band needs.
     let (width, height) = (image.width(), image.height());
     // The response is wanted REACH rows further than the band, the smoothed picture one row further still.
     let response_first = first.saturating_sub(REACH).max(1);
     let response_last = (last + REACH).min(height - 1);
     let smooth_first = response_first - 1;
+
+    // Smooth the picture by a separable Gaussian, its border repeated outside.
     let mut smooth = vec![0.0f32; (response_last + 1 - smooth_first) * width];
     let mut padded = vec![0.0f32; width + 2 * TAPS];
     for (row, out) in (smooth_first..=response_last).zip(smooth.chunks_exact_mut(width)) {
@@ -66,7 +69,9 @@ fn band_peaks(image: &Raster<f32>, kernel: &[f32; TAPS + 1], first: usize, last:
         smooth_columns(&padded, kernel, out);
     }
     let line = |row: usize| &smooth[(row - smooth_first) * width..(row - smooth_first + 1) * width];
-    // Zeros to both sides stand for what lies outside: no peak is beaten by them.
+
+    // Compute the response, with zeros to both sides for what lies outside: no peak is beaten by them. Compute the
+    // largest of seven along each row.
     let stride = width + 2 * REACH;
     let mut response = vec![0.0f32; (response_last - response_first) * stride];
     let mut along = response.clone();
@@ -76,14 +81,19 @@ fn band_peaks(image: &Raster<f32>, kernel: &[f32; TAPS + 1], first: usize, last:
         saddle(line(row - 1), line(row), line(row + 1), &mut out[REACH + 1..REACH + width - 1]);
         largest_of_seven(out, &mut pairs, &mut along[k * stride..][..width]);
     }
+
+    // Find the local maxima.
     let mut peaks = Vec::new();
     let mut largest = vec![0.0f32; width];
     for row in first.max(1)..last.min(height - 1) {
+        // Take the largest of seven rows.
         let near = row.saturating_sub(REACH).max(response_first)..(row + REACH + 1).min(response_last);
         largest.fill(FLOOR);
         for other in near.clone() {
             larger_of(&mut largest, &along[(other - response_first) * stride..]);
         }
+
+        // Keep what reaches it, and refine its position.
         let response_of = |row: usize| &response[(row - response_first) * stride..(row - response_first + 1) * stride];
         let here = &response_of(row)[REACH..REACH + width];
         for column in maxima(&here[1..width - 1], &largest[1..width - 1]).map(|x| x + 1) {
@@ -102,7 +112,7 @@ fn band_peaks(image: &Raster<f32>, kernel: &[f32; TAPS + 1], first: usize, last:
     peaks
 }
 
-/// Where a value is not below its limit. Whole runs are looked at first, in lanes: a branch at each value would be
+/// Where a value is not below its limit. Whole runs are compared first, in lanes: a branch at each value would be
 /// guessed wrong at every other pixel of a noisy picture.
 fn maxima<'a>(values: &'a [f32], limits: &'a [f32]) -> impl Iterator<Item = usize> + 'a {
     const RUN: usize = 8;

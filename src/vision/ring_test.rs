@@ -1,4 +1,4 @@
-//! Does the picture around a point alternate bright, dark, bright, dark? The ring test, by the harmonics of a circle.
+//! The ring test: whether the picture around a point alternates bright, dark, bright, dark, by the harmonics of a circle.
 
 use crate::raster::Raster;
 use glam::DVec2;

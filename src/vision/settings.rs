@@ -1,4 +1,4 @@
-//! The choices of the corner detector.
+//! Settings of the corner detector.
 
 /// The least visible share of a corner's window.
 pub const LEAST_VISIBLE: f64 = 0.5;
@@ -27,7 +27,7 @@ pub enum UnevenLight {
     InCamera,
 }
 
-/// The choices of [`detect`](super::detect).
+/// Settings of [`detect`](super::detect).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Half the window of a corner as a share of the step to its neighbours, in 0.1..=0.5. A larger one is less noisy;

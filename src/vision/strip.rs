@@ -1,4 +1,4 @@
-//! The pixels near one edge alone, and the sums over them that a fit needs.
+//! Edge strips: the pixels near one edge only, and the sums over them that the corner fit needs.
 //!
 //! There the pattern is p = sign E(d), with the sign of the other edge, and the derivatives of the model by corner and
 //! direction are combinations of two columns: T = A sign E'(d), and T t with t the way along the edge. So the normal
@@ -158,6 +158,7 @@ fn add<const N: usize>(sums: &mut [f64], a: &Column, by: [&Column; N]) {
 }
 
 fn add_chunk(sums: &mut StripSums, [x, y, value, weight, sign]: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) {
+    // Measure the distance to the edge, and the way along it.
     let (mut along, mut distance) = ([0.0; CHUNK], [0.0; CHUNK]);
     for i in 0..CHUNK {
         let (dx, dy) = (x[i] - model.corner.x, y[i] - model.corner.y);
@@ -165,11 +166,15 @@ fn add_chunk(sums: &mut StripSums, [x, y, value, weight, sign]: &[Column; 5], mo
         along[i] = t;
         distance[i] = edge.normal.x * dx + edge.normal.y * dy + 0.5 * edge.curvature * t * t + edge.shift_px;
     }
+
+    // Evaluate the edge response.
     let (mut e, mut slope, mut bend) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
     for i in 0..CHUNK {
         let seen = edge.profile.at(distance[i]);
         (e[i], slope[i], bend[i]) = (seen.value, seen.slope, seen.bend);
     }
+
+    // Give it the sign of the other edge, and form the column T of the model's derivatives.
     let [_, _, _, a0, ax, ay] = model.light;
     let (mut contrast, mut turn) = ([0.0; CHUNK], [0.0; CHUNK]);
     for i in 0..CHUNK {
@@ -177,11 +182,15 @@ fn add_chunk(sums: &mut StripSums, [x, y, value, weight, sign]: &[Column; 5], mo
         contrast[i] = (a0 + ax * x[i] + ay * y[i]) * sign[i];
         turn[i] = contrast[i] * slope[i];
     }
+
+    // Sum up the moments of the pattern.
     let (xx, xy, yy) = (product(x, x), product(x, y), product(y, y));
     let weighted = product(&e, weight);
     add(&mut sums.edge, &weighted, [&ONE, x, y, &xx, &xy, &yy]);
     add(&mut sums.edge_squared, &product(&weighted, &e), [&ONE, x, y, &xx, &xy, &yy]);
     add(&mut sums.edge_light, &product(&weighted, value), [&ONE, x, y]);
+
+    // Sum up the products of T and T t with the light and the pattern.
     let far = product(&turn, &along);
     let mut add_turn = |k: usize, column: &Column| {
         let weighted = product(column, weight);
@@ -191,6 +200,8 @@ fn add_chunk(sums: &mut StripSums, [x, y, value, weight, sign]: &[Column; 5], mo
         weighted
     };
     let weighted = [add_turn(0, &turn), add_turn(1, &far)];
+
+    // Sum up the products of the blur's column.
     if edge.free_blur {
         let mut column = [0.0; CHUNK];
         for i in 0..CHUNK {
@@ -199,6 +210,8 @@ fn add_chunk(sums: &mut StripSums, [x, y, value, weight, sign]: &[Column; 5], mo
         let weighted = add_turn(2, &column);
         add(&mut sums.squares[3..], &weighted, [&turn, &far, &column]);
     }
+
+    // Sum up the products of T and T t with each other.
     add(&mut sums.squares[..2], &weighted[0], [&turn, &far]);
     add(&mut sums.squares[2..3], &weighted[1], [&far]);
 }

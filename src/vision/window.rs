@@ -1,6 +1,6 @@
-//! The pixels a corner is fitted to. Far from both edges a pixel tells only of the light, and nothing of the corner:
-//! such pixels enter as twelve sums. Near one edge alone it knows nothing of the other: such pixels make two strips.
-//! The few near both are listed one by one.
+//! The window of a corner: the pixels that it is fitted to, sorted by the edges that they are near. Pixels far from both
+//! edges depend only on the light and enter as twelve sums; pixels near one edge only make two strips; the few near both
+//! are listed one by one.
 
 use super::pixel_sums::{PixelSums, WindowFrame};
 use super::strip::EdgeStrip;
@@ -26,7 +26,7 @@ pub(super) struct ListedPixel {
 pub(super) struct Window {
     /// Pixels near both edges.
     pub(super) listed: Vec<ListedPixel>,
-    /// Pixels near the first edge alone, and near the second.
+    /// Pixels near the first edge only, and near the second only.
     pub(super) strips: [EdgeStrip; 2],
     /// The others, where the product of the two signed distances is positive, and where it is negative.
     pub(super) flat: [PixelSums; 2],
@@ -69,42 +69,94 @@ impl EdgeBand {
     }
 }
 
+/// The borders of a window in the picture: its four sides, and the bands of its two edges.
+struct WindowBorders<'a> {
+    frame: &'a WindowFrame,
+    /// Rows of the inverse of the steps: local coordinates are linear in x and y.
+    rows: [DVec2; 2],
+    /// Local units per px, straight across the window's sides.
+    rates: [f64; 2],
+    /// Pixels beyond `outer` lie outside the window, those within `inner` wholly inside.
+    outer: [EdgeBand; 2],
+    inner: [EdgeBand; 2],
+    /// Pixels near an edge.
+    edges: [EdgeBand; 2],
+}
+
+impl<'a> WindowBorders<'a> {
+    fn new(frame: &'a WindowFrame) -> Self {
+        let inverse = frame.steps.inverse();
+        let rows = [inverse.row(0), inverse.row(1)];
+        let rates = rows.map(|r| r.length());
+        let sides = |margin: f64| [0, 1].map(|k| EdgeBand::new(rows[k], frame.half + margin * rates[k]));
+        let (outer, inner) = (sides(0.5), sides(-0.5));
+        let edges = [0, 1].map(|k| EdgeBand::new(frame.normals[k], frame.bands_px[k]));
+        Self { frame, rows, rates, outer, inner, edges }
+    }
+
+    /// The pixels of a row of `width` whose centres lie in an open interval of x. (A cast cuts off what is below 0 and behind
+    /// the point.)
+    #[inline(always)]
+    fn pixels(&self, width: usize, [low, high]: [f64; 2]) -> Range<usize> {
+        let first = ((low + self.frame.centre.x + 0.5) as usize).min(width);
+        let end = high + self.frame.centre.x - 0.5;
+        let whole = end as usize;
+        let end = whole.saturating_add(usize::from((whole as f64) < end));
+        first..end.min(width).max(first)
+    }
+
+    /// The pixels of a row of `width` at `y` that lie in both bands.
+    #[inline(always)]
+    fn in_both(&self, width: usize, [a, b]: &[EdgeBand; 2], y: f64) -> Range<usize> {
+        let (a, b) = (a.at(y), b.at(y));
+        self.pixels(width, [a[0].max(b[0]), a[1].min(b[1])])
+    }
+
+    /// The weight of a pixel that a side of the window cuts.
+    #[inline(always)]
+    fn weight(&self, x: f64, y: f64) -> f64 {
+        let depth = |k: usize| (self.frame.half - self.rows[k].dot(DVec2::new(x, y)).abs()) / self.rates[k] + 0.5;
+        depth(0).min(depth(1)).clamp(0.0, 1.0)
+    }
+}
+
 /// Gathers the window's pixels; those outside the picture and those that `valid` excludes do not count.
 pub(super) fn gather(image: &Raster<f32>, valid: Option<&Raster<bool>>, frame: &WindowFrame) -> Window {
     let mut window = Window::default();
-    let inverse = frame.steps.inverse();
-    // Rows of the inverse: local coordinates are linear in x and y.
-    let rows = [inverse.row(0), inverse.row(1)];
-    // Local units per px, straight across the window's sides.
-    let rates = rows.map(|r| r.length());
-    let sides = |margin: f64| [0, 1].map(|k| EdgeBand::new(rows[k], frame.half + margin * rates[k]));
-    let (outer, inner) = (sides(0.5), sides(-0.5));
-    let edges = [0, 1].map(|k| EdgeBand::new(frame.normals[k], frame.bands_px[k]));
+
+    // Gather row by row.
+    let borders = WindowBorders::new(frame);
     let reach = frame.half * (frame.steps.x_axis.abs() + frame.steps.y_axis.abs()) + 2.0;
     let clamp = |v: f64, most: usize| v.clamp(0.0, most as f64) as usize;
     let first_row = clamp((frame.centre.y - reach.y).floor(), image.height());
     let last_row = clamp((frame.centre.y + reach.y).ceil(), image.height());
-    // The pixels of a row whose centres lie in an open interval of x. (A cast cuts off what is below 0 and behind the
-    // point.)
-    let pixels = |[low, high]: [f64; 2]| -> Range<usize> {
-        let first = ((low + frame.centre.x + 0.5) as usize).min(image.width());
-        let end = high + frame.centre.x - 0.5;
-        let whole = end as usize;
-        let end = whole.saturating_add(usize::from((whole as f64) < end));
-        first..end.min(image.width()).max(first)
-    };
-    let both = |[a, b]: &[EdgeBand; 2], y: f64| {
-        let (a, b) = (a.at(y), b.at(y));
-        pixels([a[0].max(b[0]), a[1].min(b[1])])
-    };
     for j in first_row..last_row {
+        window.add_image_row(image, valid, &borders, j);
+    }
+
+    // Sum up the strips, and compare the weight with that of an uncut window.
+    window.strips.iter_mut().for_each(EdgeStrip::finish);
+    let area = 4.0 * frame.half * frame.half * frame.steps.determinant().abs();
+    window.visible = window.weight / area;
+    window
+}
+
+impl Window {
+    /// Adds the pixels of row `j` of the picture.
+    #[inline]
+    fn add_image_row(&mut self, image: &Raster<f32>, valid: Option<&Raster<bool>>, borders: &WindowBorders, j: usize) {
+        let frame = borders.frame;
         let y = j as f64 + 0.5 - frame.centre.y;
-        let outer = both(&outer, y);
+
+        // Find the runs of pixels in the window, wholly inside it, and near each edge.
+        let outer = borders.in_both(image.width(), &borders.outer, y);
         if outer.is_empty() {
-            continue;
+            return;
         }
-        let inner = both(&inner, y);
-        let edges = edges.map(|band| pixels(band.at(y)));
+        let inner = borders.in_both(image.width(), &borders.inner, y);
+        let edges = borders.edges.map(|band| borders.pixels(image.width(), band.at(y)));
+
+        // Cut the row where one of them begins or ends.
         let mut cuts = [
             outer.start,
             inner.start,
@@ -117,6 +169,8 @@ pub(super) fn gather(image: &Raster<f32>, valid: Option<&Raster<bool>>, frame: &
         ]
         .map(|i| i.clamp(outer.start, outer.end));
         cuts.sort_unstable();
+
+        // Add the parts: whole ones at once, cut or masked ones pixel by pixel.
         for part in cuts.windows(2).map(|w| w[0]..w[1]).filter(|r| !r.is_empty()) {
             let i = part.start;
             let x = i as f64 + 0.5 - frame.centre.x;
@@ -125,34 +179,26 @@ pub(super) fn gather(image: &Raster<f32>, valid: Option<&Raster<bool>>, frame: &
             let whole = inner.contains(&i);
             let row = &image.row(j)[part];
             if whole && valid.is_none() {
-                window.weight += row.len() as f64;
-                window.add_run(near, side, row, [x, y]);
+                self.weight += row.len() as f64;
+                self.add_run(near, side, row, [x, y]);
                 continue;
             }
             for (k, &value) in row.iter().enumerate() {
                 let x = x + k as f64;
-                let weight = if valid.is_some_and(|v| !v.get(i + k, j)) {
-                    0.0
-                } else if whole {
-                    1.0
-                } else {
-                    let depth = |k: usize| (frame.half - rows[k].dot(DVec2::new(x, y)).abs()) / rates[k] + 0.5;
-                    depth(0).min(depth(1)).clamp(0.0, 1.0)
+                let counts = valid.is_none_or(|v| v.get(i + k, j));
+                let weight = match counts {
+                    false => 0.0,
+                    true if whole => 1.0,
+                    true => borders.weight(x, y),
                 };
                 if weight > 0.0 {
-                    window.weight += weight;
-                    window.add(near, side, [x, y, f64::from(value)], weight);
+                    self.weight += weight;
+                    self.add(near, side, [x, y, f64::from(value)], weight);
                 }
             }
         }
     }
-    window.strips.iter_mut().for_each(EdgeStrip::finish);
-    let area = 4.0 * frame.half * frame.half * frame.steps.determinant().abs();
-    window.visible = window.weight / area;
-    window
-}
 
-impl Window {
     /// Adds a pixel that is near some of the edges, on one side of each.
     fn add(&mut self, near: [bool; 2], side: [bool; 2], [x, y, value]: [f64; 3], weight: f64) {
         match near {
@@ -184,7 +230,8 @@ fn sign(positive: bool) -> f64 {
 
 /// Adds a row of pixels of weight 1, the first at `x`.
 fn add_row(sums: &mut PixelSums, row: &[f32], x: f64, y: f64) {
-    // Four lanes, summed in a fixed order: a plain sum could not use the processor's lanes.
+    // Sum up value, first moment and square in four lanes and in a fixed order: a plain sum could not use the
+    // processor's lanes.
     let (mut light, mut first, mut square) = ([0.0f64; 4], [0.0f64; 4], [0.0f64; 4]);
     let chunks = row.chunks_exact(4);
     let rest = chunks.remainder();
@@ -204,6 +251,8 @@ fn add_row(sums: &mut PixelSums, row: &[f32], x: f64, y: f64) {
         first[lane] += value * place[lane];
         square[lane] += value * value;
     }
+
+    // Move the first moment from the run's start to the window's centre.
     let sum = |v: [f64; 4]| (v[0] + v[1]) + (v[2] + v[3]);
     let (light, first) = (sum(light), sum(first));
     let n = row.len() as f64;
@@ -232,7 +281,7 @@ mod tests {
         Raster::from_data(50, 60, (0..3000).map(|k| ((k * 7919) % 1009) as f32 / 1009.0).collect())
     }
 
-    /// Every pixel looked at on its own: listed pixels, those near one edge, and the sums, in the order of [`Window`].
+    /// Every pixel sorted singly: listed pixels, those near one edge, and the sums, in the order of [`Window`].
     fn plain(image: &Raster<f32>, frame: &WindowFrame) -> (Vec<ListedPixel>, [Vec<[f64; 5]>; 2], [PixelSums; 2]) {
         let inverse = frame.steps.inverse();
         let (mut listed, mut strips, mut flat) = (Vec::new(), [Vec::new(), Vec::new()], [PixelSums::default(); 2]);

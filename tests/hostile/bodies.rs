@@ -40,7 +40,7 @@ pub(crate) fn scene_text(bytes: &[u8]) {
         }
     }
     let aimer = Aimer::new(&system);
-    for board_mm in [DVec2::ZERO, system.board.corner_at(0.0, 0.0)] {
+    for board_mm in [DVec2::ZERO, system.board().corner_at(0.0, 0.0)] {
         for side in Side::ALL {
             if let Ok(px) = aimer.aim(board_mm, side) {
                 assert!(px.is_finite(), "{board_mm} is seen at {px}");

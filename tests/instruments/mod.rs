@@ -43,7 +43,7 @@ pub(crate) fn with(scene: &Scene, effects: Effects) -> System {
 
 /// The picture of an instrument, without its truth.
 pub(crate) fn picture(system: &System) -> Raster<f32> {
-    render_wanted(system, Outputs { truth: false }, &|_| ()).radiance
+    render_wanted(system, Outputs { truth: false }, &()).radiance
 }
 
 /// The share of a disk of radius 1 to the left of x, integrated over x: of a straight edge seen through a circular

@@ -38,7 +38,7 @@ impl ReferenceCorners {
             let frame = HalfFrame::new(reference, half);
             for (index, corner) in truth::corners(reference, &aimer, &frame).into_iter().flatten() {
                 let px = frame.full(corner.position_px);
-                let board_mm = reference.board.corner_at(f64::from(index[0]), f64::from(index[1]));
+                let board_mm = reference.board().corner_at(f64::from(index[0]), f64::from(index[1]));
                 marks.extend(reference.footprint(px).ok().map(|f| Mark {
                     px,
                     board_mm,
@@ -56,7 +56,7 @@ impl ReferenceCorners {
 
     /// How far from the corners lies what `accuracy` says that their positions see; `None` where it sees nothing.
     pub(super) fn shifts(&self, system: &System, accuracy: Accuracy) -> Option<Shifts> {
-        let system = System { accuracy, ..system.clone() };
+        let system = system.with_accuracy(accuracy);
         let plan = Plan::new(&system);
         let shift = |m: &Mark| plan.trace(m.px).ok().map(|seen| shift_px(m.jacobian, seen - m.board_mm));
         Shifts::of(&self.marks.iter().map(shift).collect::<Option<Vec<f64>>>()?)

@@ -71,11 +71,11 @@ impl DetectorRun {
 pub(super) fn true_reprojection_rms_px(system: &System, frame: &HalfFrame, corners: &TrueCorners) -> Option<f64> {
     let camera = virtual_camera(system, frame).ok()?;
     let positions = corners.iter().map(|(&index, corner)| (index, corner.position_px)).collect();
-    rms_px(&residuals_px(&camera, &system.board, &positions)?)
+    rms_px(&residuals_px(&camera, system.board(), &positions)?)
 }
 
 fn look(system: &System, picture: &Raster<f32>) -> BoardView {
-    see(system, picture, false, &mut |_| ())
+    see(system, picture, false, &())
 }
 
 fn positions(view: &BoardView) -> Positions {

@@ -59,7 +59,7 @@ pub(super) fn all<'a>(system: &'a System, settings: &CostSettings) -> Vec<MeshSe
 impl MeshSetting<'_> {
     /// Traces the sample; returns how many of its rays are lost.
     pub(super) fn trace(&self) -> usize {
-        let [width, height] = self.system.camera.size_px().map(|n| n as f64);
+        let [width, height] = self.system.camera().size_px().map(|n| n as f64);
         let at = |k: usize| {
             let place = DVec2::new((k % SAMPLE) as f64 + 0.5, (k / SAMPLE) as f64 + 0.5) / SAMPLE as f64;
             DVec2::new(0.5 * width * (1.0 + place.x), height * place.y)
@@ -69,7 +69,7 @@ impl MeshSetting<'_> {
 
     /// What it costs, given the times of [`MeshSetting::trace`], and what it loses.
     pub(super) fn judged(&self, corners: &ReferenceCorners, taken: &Taken) -> Meshed {
-        let [width, height] = self.system.camera.size_px();
+        let [width, height] = self.system.camera().size_px();
         let pixels = (width * height) as f64;
         let seen = |m: &Mark| self.tessellated.trace(m.px).ok();
         let right: Vec<&Mark> = corners.marks.iter().filter(|m| m.side == Side::Right).collect();
@@ -79,7 +79,7 @@ impl MeshSetting<'_> {
             let residual = |m: &&Mark| {
                 // Where the mesh shows the corner, to first order.
                 let px = m.px - m.jacobian.inverse() * (seen(m)? - m.board_mm);
-                Some(frame.own(px) - camera.project(self.system.board.world(m.board_mm))?)
+                Some(frame.own(px) - camera.project(self.system.board().world(m.board_mm))?)
             };
             right.iter().map(residual).collect::<Option<Vec<DVec2>>>()
         };

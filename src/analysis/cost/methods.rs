@@ -46,12 +46,12 @@ impl RenderMethod {
     pub(super) fn picture(&self, system: &System) -> Made {
         match self.kind {
             MethodKind::By(accuracy) => {
-                let system = System { accuracy, ..system.clone() };
-                let film = render_wanted(&system, Outputs { truth: false }, &|_| ());
+                let system = system.with_accuracy(accuracy);
+                let film = render_wanted(&system, Outputs { truth: false }, &());
                 Made { radiance: film.radiance, counts: film.counts, account: Some(film.account) }
             }
             MethodKind::Points(n, samples) => {
-                let [width, height] = system.camera.size_px();
+                let [width, height] = system.camera().size_px();
                 let counts = Counts { rays: (width * height * n * n) as u64, ..Counts::default() };
                 Made { radiance: supersampled(system, n, samples), counts, account: None }
             }

@@ -11,6 +11,7 @@ mod meshes;
 mod time;
 
 use crate::accuracy::Accuracy;
+use crate::progress::Observer;
 use crate::render::{Outputs, render_wanted};
 use crate::scene::Scene;
 use crate::system::System;
@@ -24,19 +25,13 @@ pub use detector::Measured;
 pub use meshes::Meshed;
 pub use time::{Spread, calibration, cpu_ms};
 
-/// Turns the knobs of `system`, the instrument of `scene`. `stage` hears what is done next and of how many steps it is,
-/// `done` how many of these are done.
-pub fn cost(
-    scene: &Scene,
-    system: &System,
-    settings: &CostSettings,
-    stage: &mut Stage<'_>,
-    done: &(dyn Fn(usize) + Sync),
-) -> CostStudy {
-    let [width, height] = system.camera.size_px();
-    stage("reference", width * height);
-    let exact = System { accuracy: Accuracy::reference(), ..system.clone() };
-    let reference = render_wanted(&exact, Outputs { truth: false }, done);
+/// Turns the knobs of `system`, the instrument of `scene`. `observer` hears what is done next, of how many steps
+/// it is, and how many of these are done.
+pub fn cost(scene: &Scene, system: &System, settings: &CostSettings, observer: &dyn Observer) -> CostStudy {
+    let [width, height] = system.camera().size_px();
+    observer.stage_of("reference", width * height);
+    let exact = system.with_accuracy(Accuracy::reference());
+    let reference = render_wanted(&exact, Outputs { truth: false }, observer);
     let corners = ReferenceCorners::of(&exact);
     let eye = DetectorRun::new(system, &reference.radiance);
 
@@ -47,19 +42,19 @@ pub fn cost(
     let pictures = ways.iter().map(|way| job(|| way.picture(system)));
     let traces = meshes.iter().map(|mesh| job(|| mesh.trace()));
     let jobs: Vec<Job> = pictures.chain(traces).chain(designs.iter().map(|plan| job(|| plan.make()))).collect();
-    stage("times", jobs.len() * settings.repetitions.max(1));
-    let times = pool.install(|| time::interleaved(&jobs, settings.repetitions, settings.patience_s, done));
+    observer.stage_of("times", jobs.len() * settings.repetitions.max(1));
+    let times = pool.install(|| time::interleaved(&jobs, settings.repetitions, settings.patience_s, observer));
     let (of_pictures, rest) = times.split_at(ways.len());
     let (of_meshes, of_designs) = rest.split_at(meshes.len());
 
-    stage("errors", jobs.len());
+    observer.stage_of("errors", jobs.len());
     let judge = Judge { system, reference: &reference.radiance, corners: &corners, eye: &eye };
-    let heard = |_: &_| done(1);
+    let heard = |_: &_| observer.pixels(1);
     let pictures = ways.iter().zip(of_pictures).map(|(way, taken)| judge.setting(way, taken)).inspect(heard).collect();
-    let heard = |_: &_| done(1);
+    let heard = |_: &_| observer.pixels(1);
     let meshes =
         meshes.iter().zip(of_meshes).map(|(mesh, taken)| mesh.judged(&corners, taken)).inspect(heard).collect();
-    let heard = |_: &_| done(1);
+    let heard = |_: &_| observer.pixels(1);
     let designs = designs.iter().zip(of_designs).map(|(plan, taken)| plan.judged(scene, taken)).inspect(heard);
     let designs = designs.flatten().collect();
     CostStudy {
@@ -89,6 +84,6 @@ mod shift_judge;
 mod settings;
 mod shifts;
 
-pub use settings::{CostSettings, Stage};
+pub use settings::CostSettings;
 pub use shifts::Shifts;
 pub use study::{CostStudy, Setting};

@@ -50,6 +50,3 @@ impl CostSettings {
         }
     }
 }
-
-/// What the study does next, and how much of it there is.
-pub type Stage<'a> = dyn FnMut(&'static str, usize) + 'a;

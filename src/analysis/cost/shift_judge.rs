@@ -23,7 +23,7 @@ impl Judge<'_> {
     pub(super) fn setting(&self, way: &RenderMethod, taken: &Taken) -> Setting {
         let Self { system, reference, corners, eye } = self;
         let made = way.picture(system);
-        let contrast = system.board.pattern.white - system.board.pattern.black;
+        let contrast = system.board().pattern.white - system.board().pattern.black;
         Setting {
             knob: way.knob,
             value: way.value.clone(),

@@ -17,7 +17,7 @@ fn study() -> CostStudy {
         degrees: vec![3, 5],
         triangles: vec![2_000, 200_000],
     };
-    cost(&scene, &system, &settings, &mut |_, _| (), &|_| ())
+    cost(&scene, &system, &settings, &())
 }
 
 /// No time is judged here, only what the times are set against.

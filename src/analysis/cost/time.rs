@@ -1,5 +1,6 @@
 //! The clock.
 
+use crate::progress::Observer;
 use std::hint::black_box;
 
 /// Rays of one run of the calibration kernel.
@@ -102,12 +103,12 @@ const WARM_BELOW_MS: f64 = 200.0;
 pub(super) type Job<'a> = Box<dyn Fn() + Sync + 'a>;
 
 /// The times of all jobs, each taken once a repetition; those that have taken longer than `patience_s` altogether sit out.
-/// `done` hears how many jobs are done.
+/// `observer` hears how many jobs are done.
 pub(super) fn interleaved(
     jobs: &[Job<'_>],
     repetitions: usize,
     patience_s: f64,
-    done: &(dyn Fn(usize) + Sync),
+    observer: &dyn Observer,
 ) -> Vec<Taken> {
     let mut times = vec![Taken::default(); jobs.len()];
     for _ in 0..repetitions.max(1) {
@@ -119,7 +120,7 @@ pub(super) fn interleaved(
                 }
                 taken.again(job);
             }
-            done(1);
+            observer.pixels(1);
         }
     }
     times
@@ -185,7 +186,7 @@ mod tests {
             black_box(calibration(black_box(100 * CALIBRATION_RAYS)));
         };
         let jobs: Vec<Job> = vec![Box::new(slow), Box::new(|| ())];
-        let times = interleaved(&jobs, 4, 0.05, &|_| ());
+        let times = interleaved(&jobs, 4, 0.05, &());
         assert_eq!((times[0].ms.len(), times[1].yardstick_ms.len()), (1, 4));
         let (time, ratio) = (times[0].spread_ms(1.0), times[0].in_yardsticks(CALIBRATION_RAYS as f64));
         assert!(time.min > 0.0 && time.min <= time.median && time.median <= time.p90);

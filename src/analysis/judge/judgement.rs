@@ -5,9 +5,10 @@ use super::pinhole::{PinholeFigures, half_figures, pool};
 use super::stereo::{StereoFigures, stereo_figures};
 use crate::analysis::not_judged::{NotJudged, not_judged};
 use crate::analysis::view::{BoardView, Detected, see};
+use crate::progress::Observer;
 use crate::render::{self, Film};
 use crate::scene::Scene;
-use crate::system::{Board, System};
+use crate::system::System;
 
 /// The judgement of one prism.
 #[derive(Debug, Clone)]
@@ -31,23 +32,18 @@ pub struct Judgement {
 }
 
 /// Renders the scene's board, and the board at every depth of the analysis, and judges what `system` made of them.
-/// `stage` hears what is done next, `progress` how many pixels were rendered.
-pub fn judge(
-    scene: &Scene,
-    system: &System,
-    stage: &mut dyn FnMut(&'static str),
-    progress: &(dyn Fn(usize) + Sync),
-) -> (Film, Judgement) {
-    let mut look = |system: &System| {
-        stage("render");
-        let film = render::render(system, progress);
-        let view = see(system, &film.radiance, true, stage);
+/// `observer` hears what is done next, and how many pixels were rendered.
+pub fn judge(scene: &Scene, system: &System, observer: &dyn Observer) -> (Film, Judgement) {
+    let look = |system: &System| {
+        observer.stage("render");
+        let film = render::render(system, observer);
+        let view = see(system, &film.radiance, true, observer);
         (film, view)
     };
     let (film, own) = look(system);
     let others: Vec<BoardView> =
         other_depths(scene).map(|depth_mm| look(&at_depth(scene, system, depth_mm)).1).collect();
-    stage("measure");
+    observer.stage("measure");
     let judgement = measure(scene, system, own, &others);
     (film, judgement)
 }
@@ -77,5 +73,5 @@ pub fn other_depths(scene: &Scene) -> impl Iterator<Item = f64> {
 fn at_depth(scene: &Scene, system: &System, depth_mm: f64) -> System {
     let mut board = scene.board;
     board.world_from_board.translation_mm.z = scene.camera.position_mm.z + depth_mm;
-    System { board: Board::new(&board), ..system.clone() }
+    system.with_board(&board)
 }

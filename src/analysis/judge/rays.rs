@@ -31,7 +31,7 @@ pub(super) fn pixel_rays(
 pub fn grid_sightings(system: &System, frame: &HalfFrame, n: usize) -> Vec<PixelRay> {
     let light = InLight::new(system);
     let centre = frame.own(frame.centre_px(system));
-    let [width, height] = system.camera.size_px().map(|n| n as f64);
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
     let along = |k: usize| if n < 2 { 0.0 } else { k as f64 / (n - 1) as f64 - 0.5 };
     let places = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
     places

@@ -8,8 +8,8 @@ use crate::metrics::pixel_map::DEGREE;
 use crate::metrics::stereo::{DepthLaw, Disparity};
 use crate::metrics::{MeasuredAndTrue, Pair, Unmeasurable, epipolar, stereo};
 use crate::scene::Scene;
+use crate::system::System;
 use crate::system::aim::Aimer;
-use crate::system::{Board, System};
 use glam::{DVec2, DVec3};
 
 /// Figures of the pair.
@@ -91,10 +91,10 @@ fn epipolar_curves(scene: &Scene, system: &System, halves: &[HalfView; 2], [near
         let mut plane = scene.board;
         let place = DVec3::new(0.0, 0.0, scene.camera.position_mm.z + depth_mm);
         plane.world_from_board = Pose { translation_mm: place, ..Pose::IDENTITY };
-        let system = System { board: Board::new(&plane), ..system.clone() };
+        let system = system.with_board(&plane);
         let aimer = Aimer::new(&system);
         for (curve, sighting) in curves.iter_mut().zip(&sightings) {
-            let seen = system.board.intersect(&sighting.ray).and_then(|(mm, _)| aimer.aim(mm, right.side()));
+            let seen = system.board().intersect(&sighting.ray).and_then(|(mm, _)| aimer.aim(mm, right.side()));
             curve.extend(seen.ok().map(|full_px| right.own(full_px)).filter(|px| right.contains(*px)));
         }
     }

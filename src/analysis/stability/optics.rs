@@ -133,9 +133,9 @@ fn refraction(wanted: fn(f64) -> bool) -> CaseOutcome {
 fn partly_reflected() -> CaseOutcome {
     let mut tally = Tally::default();
     let prism = "kind = \"flat\"\nindex = 0.6\nridge_distance_mm = 78.472\nthickness_mm = 60.0\nfacet_angle_deg = 30.0";
-    let film = render::render(&built([128, 72], "", prism, BOARD), &|_| ());
-    let (width, height) = (film.class.width(), film.class.height());
-    let dark = |i: usize, j: usize| film.class.get(i, j) == Class::TotalReflection;
+    let film = render::render(&built([128, 72], "", prism, BOARD), &());
+    let (width, height) = (film.radiance.width(), film.radiance.height());
+    let dark = |i: usize, j: usize| film.class_at(i, j) == Some(Class::TotalReflection);
     let mut reflected = 0;
     for j in 0..height {
         let changes = (width / 2 + 1..width).filter(|&i| dark(i, j) != dark(i - 1, j)).count();
@@ -209,7 +209,7 @@ fn edge_on_board() -> CaseOutcome {
                 Err(_) => tally.require(z <= 0.0 || !z.is_finite(), || format!("{px}, tilt {tilt}: lost")),
             }
         }
-        let film = render::render(&built([48, 27], "", NO_GLASS, &board), &|_| ());
+        let film = render::render(&built([48, 27], "", NO_GLASS, &board), &());
         tally.require(film.radiance.data().iter().all(|r| (0.05..=0.85).contains(r)), || {
             format!("picture at tilt {tilt}")
         });
@@ -248,14 +248,14 @@ fn seams() -> CaseOutcome {
                 let prism = format!("{FLAT}\nfacet_angle_deg = 8.85");
                 built(size, &format!("position_mm = [{x:?}, 0.0, {z:?}]"), &prism, BOARD)
             };
-            let film = render::render(&of(x), &|_| ());
-            let twin = render::render(&of(-x), &|_| ());
+            let film = render::render(&of(x), &());
+            let twin = render::render(&of(-x), &());
             for (j, i) in (0..size[1]).flat_map(|j| (0..size[0]).map(move |i| (j, i))) {
                 let place = || format!("({i}, {j}) of {size:?}, pinhole at x {x}, z {z}");
                 let radiance = film.radiance.get(i, j);
                 tally.require((0.0499..=0.8501).contains(&radiance), || format!("{radiance} at {}", place()));
-                let seen = film.class.get(i, j).side().is_some();
-                tally.require(seen, || format!("{:?} at {}", film.class.get(i, j), place()));
+                let seen = film.class_at(i, j).and_then(Class::side).is_some();
+                tally.require(seen, || format!("{:?} at {}", film.class_at(i, j), place()));
                 tally.error(place, f64::from(radiance - twin.radiance.get(size[0] - 1 - i, j)));
             }
         }

@@ -6,7 +6,6 @@ use super::tables::PRISM;
 use super::tally::{CaseOutcome, Tally};
 use crate::accuracy::Accuracy;
 use crate::render;
-use crate::system::System;
 
 /// The mean of the default black and white.
 const MEAN: f64 = 0.45;
@@ -74,10 +73,10 @@ fn fine_squares() -> CaseOutcome {
     for square in [6e-2, 1.3e-2, 1e-3, 1e-4, 1.7e-5] {
         let board =
             format!("columns = 100000\nrows = 100000\nsquare_mm = {square:?}\nposition_mm = [0.0, 0.0, 1000.0]");
-        let film = render::render(&built([480, 16], "", FLAT, &board), &|_| ());
+        let film = render::render(&built([480, 16], "", FLAT, &board), &());
         let plate = 0.5 * 100_000.0 * square;
         let squares = 0.63 / square;
-        for (value, mm) in film.radiance.data().iter().zip(film.board_mm.data()) {
+        for (value, mm) in film.radiance.data().iter().zip(film.board_mm.iter().flat_map(|board_mm| board_mm.data())) {
             // Where the plate ends within the pixel, its surroundings count.
             if mm.iter().all(|c| f64::from(c.abs()) + 2.0 < plate) {
                 tally.error(|| format!("square {square}, at {mm:?}"), (f64::from(*value) - MEAN) * squares.min(4096.0));
@@ -91,7 +90,7 @@ fn one_square() -> CaseOutcome {
     let mut tally = Tally::default();
     for prism in [FLAT, NO_GLASS] {
         let board = "columns = 1\nrows = 1\nsquare_mm = 1e6\nposition_mm = [0.0, 0.0, 1000.0]";
-        let film = render::render(&built([65, 37], "", prism, board), &|_| ());
+        let film = render::render(&built([65, 37], "", prism, board), &());
         for value in film.radiance.data() {
             tally.error(|| format!("{value}"), f64::from(*value) - 0.05);
         }
@@ -112,7 +111,7 @@ fn corners() -> CaseOutcome {
                 "columns = 2\nrows = 2\nsquare_mm = 1000.0\nposition_mm = [{:?}, {:?}, 1000.0]",
                 corner[0], corner[1]
             );
-            let film = render::render(&built([96, 54], "", NO_GLASS, &board), &|_| ());
+            let film = render::render(&built([96, 54], "", NO_GLASS, &board), &());
             // The top left square is black, and so is the bottom right one.
             let black = a * b + (1.0 - a) * (1.0 - b);
             let expected = 0.85 - 0.8 * black;
@@ -127,7 +126,7 @@ fn corners() -> CaseOutcome {
         "columns = 200\nrows = 200\nsquare_mm = {pixel_mm:?}\nposition_mm = [{0:?}, {0:?}, 1000.0]",
         0.5 * pixel_mm
     );
-    let film = render::render(&built([96, 54], "", NO_GLASS, &board), &|_| ());
+    let film = render::render(&built([96, 54], "", NO_GLASS, &board), &());
     for value in film.radiance.data() {
         tally.error(|| format!("{value} in a picture of corners"), f64::from(*value) - MEAN);
     }
@@ -140,8 +139,8 @@ fn levels() -> CaseOutcome {
         // Rows through the middle; a pitch of 80 squares over the field puts edges at all places in a pixel.
         let board = BOARD.replace("10.0", "3.7").replace("41", "99");
         let standard = built([1920, 12], "", prism, &board);
-        let reference = System { accuracy: Accuracy::reference(), ..standard.clone() };
-        let [a, b] = [standard, reference].map(|system| render::render(&system, &|_| ()).radiance);
+        let reference = standard.with_accuracy(Accuracy::reference());
+        let [a, b] = [standard, reference].map(|system| render::render(&system, &()).radiance);
         for (k, (x, y)) in a.data().iter().zip(b.data()).enumerate() {
             tally.error(|| format!("({}, {})", k % 1920, k / 1920), f64::from(x - y) / (2.0 * AMPLITUDE));
         }
@@ -155,7 +154,7 @@ fn extreme_sensors() -> CaseOutcome {
         for prism in [FLAT, NO_GLASS] {
             // The field is the paper's in width; a tall sensor sees past the board and, through a prism, much glass.
             let prism = if size[1] > 2 * size[0] { NO_GLASS } else { prism };
-            let film = render::render(&built(size, "", prism, BOARD), &|_| ());
+            let film = render::render(&built(size, "", prism, BOARD), &());
             for value in film.radiance.data() {
                 let value = f64::from(*value);
                 tally.error(|| format!("{value} on {size:?}"), (0.05 - value).max(value - 0.85).max(0.0));

@@ -17,8 +17,7 @@ use crate::surface::figure_error::{FigureError, SurfaceWave};
 /// Adds all effects, those that are absent too.
 pub(super) fn add(values: &mut Checksum, effects: &Effects) {
     let Effects {
-        thin_lens,
-        telecentric,
+        lens,
         clipping,
         manufacture,
         roughness,
@@ -34,8 +33,8 @@ pub(super) fn add(values: &mut Checksum, effects: &Effects) {
         quadrature,
         auto,
     } = effects;
-    values.option(*thin_lens, add_thin_lens);
-    values.option(*telecentric, |values, Telecentric { magnification, na, focus_mm }| {
+    values.option(lens.thin().copied(), add_thin_lens);
+    values.option(lens.telecentric().copied(), |values, Telecentric { magnification, na, focus_mm }| {
         values.numbers([magnification, na, focus_mm]);
     });
     values.option(*clipping, add_clipping);

@@ -6,7 +6,7 @@ use super::{as_built, lens, light};
 use crate::accuracy::COARSEST_TARGET_PX;
 use crate::effect::diffraction::LARGEST_SCALE_PX;
 use crate::effect::thin_lens::{Aperture, ThinLens};
-use crate::effect::{Cos4, Diffraction, Effects, Lamp, Threshold};
+use crate::effect::{Cos4, Diffraction, Effects, Lamp, Lens, Threshold};
 use crate::error::Error;
 use crate::scene::document::Document;
 use crate::scene::limits::*;
@@ -175,12 +175,14 @@ pub(crate) fn effects(
             return Err(light::needs_fresnel(document, table));
         }
     }
-    if file.thin_lens.is_some() && file.telecentric.is_some() {
-        return Err(lens::two_lenses(document));
-    }
+    let lens = match (&file.thin_lens, &file.telecentric) {
+        (Some(_), Some(_)) => return Err(lens::two_lenses(document)),
+        (Some(lens), None) => Lens::Thin(thin_lens(lens, camera)),
+        (None, Some(lens)) => Lens::Telecentric(lens::telecentric(document, lens)?),
+        (None, None) => Lens::Pinhole,
+    };
     let all = Effects {
-        thin_lens: file.thin_lens.as_ref().map(|lens| thin_lens(lens, camera)),
-        telecentric: file.telecentric.as_ref().map(|lens| lens::telecentric(document, lens)).transpose()?,
+        lens,
         clipping: file
             .clipping
             .as_ref()

@@ -1,0 +1,134 @@
+//! The tiling of the sensor: rectangles that the certified map stands for, and the rest, whose every pixel is traced.
+
+use super::centre_rays::trace_scalar;
+use super::film::Class;
+use super::map::{BORDER_STEP, INSET_PX, MapPatch};
+use super::region::Region;
+use crate::effect::Hook;
+use crate::system::System;
+use glam::DVec2;
+
+/// The sensor, or its right half, as certified patches and regions to be traced.
+#[derive(Debug, Default)]
+pub(super) struct Tiling {
+    pub(super) patches: Vec<MapPatch>,
+    pub(super) traced: Vec<Region>,
+    /// Rays that it took.
+    pub(super) rays: u64,
+}
+
+/// Patches have at least this many pixels along each side: smaller ones are traced for less than their fit costs.
+const SMALLEST_PX: usize = 64;
+/// A seam that slants over more columns than this share of the width is left to the division of patches.
+const MOST_SLANT: usize = 8;
+
+/// Divides the columns from `first` on into patches whose error is within the level's bound, and the rest.
+pub(super) fn certify(system: &System, first: usize) -> Tiling {
+    let [width, height] = system.camera().size_px();
+    let mut tiling = Tiling::default();
+    let rows = 0..height;
+    match seam(system, &mut tiling.rays).filter(|seam| seam.len() <= width / MOST_SLANT) {
+        Some(seam) if seam.end > first => {
+            let regions = [first..seam.start.max(first), seam.start.max(first)..seam.end, seam.end..width];
+            for (k, columns) in regions.into_iter().enumerate() {
+                let region = Region { columns, rows: rows.clone() };
+                if k == 1 { tiling.trace(region) } else { tiling.divide(system, region) }
+            }
+        }
+        _ => tiling.divide(system, Region { columns: first..width, rows }),
+    }
+    tiling
+}
+
+impl Tiling {
+    fn trace(&mut self, region: Region) {
+        if !region.columns.is_empty() && !region.rows.is_empty() {
+            self.traced.push(region);
+        }
+    }
+
+    /// Fits the region, or divides it along its longer side, counted from the picture's axis outward, until it can be.
+    fn divide(&mut self, system: &System, region: Region) {
+        // Leave small regions to be traced.
+        let (columns, rows) = (region.columns.len(), region.rows.len());
+        if columns < SMALLEST_PX || rows < SMALLEST_PX {
+            return self.trace(region);
+        }
+
+        // Fit a region that is small enough, whose border nothing clips.
+        if columns.max(rows) <= system.accuracy().patch_px
+            && passes_all_along(system, &region, &mut self.rays)
+            && let Some(mut patch) = MapPatch::fit(system, &region, &mut self.rays)
+        {
+            if system.effects().act_by(Hook::Transport) {
+                patch.throughput = patch.fit_throughput(system, &mut self.rays);
+            }
+            return self.patches.push(patch);
+        }
+
+        // Divide any other along its longer side.
+        let Region { columns, rows } = region;
+        let halves = if columns.len() >= rows.len() {
+            let near = columns.len() / 2;
+            let left = 2 * columns.end <= system.camera().size_px()[0] + 1;
+            let middle = if left { columns.end - near } else { columns.start + near };
+            [(columns.start..middle, rows.clone()), (middle..columns.end, rows)]
+        } else {
+            let middle = rows.start + rows.len() / 2;
+            [(columns.clone(), rows.start..middle), (columns, middle..rows.end)]
+        };
+
+        // Go on with both halves.
+        for (columns, rows) in halves {
+            self.divide(system, Region { columns, rows });
+        }
+    }
+}
+
+/// Whether nothing clips a ray along the border of `region`: every sample of the margin there is greater than the margin
+/// bends between two of them, so that a rim that only just crosses the border is not overlooked.
+fn passes_all_along(system: &System, region: &Region, rays: &mut u64) -> bool {
+    if !system.clips() {
+        return true;
+    }
+    let low = DVec2::new(region.columns.start as f64, region.rows.start as f64) + INSET_PX;
+    let high = DVec2::new(region.columns.end as f64, region.rows.end as f64) - INSET_PX;
+    let corners = [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
+    (0..4).all(|k| {
+        let (from, to) = (corners[k], corners[(k + 1) % 4]);
+        let steps = (from.distance(to) / BORDER_STEP as f64).ceil().max(4.0) as usize;
+        *rays += steps as u64 + 1;
+        let margin = |i: usize| system.margin_mm(from.lerp(to, i as f64 / steps as f64));
+        let margins: Vec<f64> = (0..=steps).map(margin).collect();
+        let bends = margins.windows(3).map(|m| (m[0] + m[2] - 2.0 * m[1]).abs());
+        // A parabola strays from its chords by an eighth of its second difference; margins have kinks at corners.
+        let bend = bends.fold(0.0, f64::max);
+        margins.iter().all(|m| *m > bend || *m == f64::INFINITY)
+    })
+}
+
+/// The columns that the seam between the sides passes through, in the picture's first, middle and last row: none where
+/// it runs between two columns. `None` where a row does not begin left and end right of it.
+fn seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>> {
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for y in [INSET_PX, 0.5 * height, height - INSET_PX] {
+        let (mut a, mut b) = (INSET_PX, width - INSET_PX);
+        let mut class = |x: f64| {
+            *rays += 1;
+            trace_scalar(system, DVec2::new(x, y)).1
+        };
+        if class(a) != Class::Left || class(b) != Class::Right {
+            return None;
+        }
+        while b - a > 0.5 * INSET_PX {
+            let middle = 0.5 * (a + b);
+            if class(middle) == Class::Left { a = middle } else { b = middle }
+        }
+        (low, high) = (low.min(a), high.max(b));
+    }
+    // A seam within the inset of a border between columns is on it.
+    let start = (low + 2.0 * INSET_PX).floor() as usize;
+    let end = (high - 2.0 * INSET_PX).ceil() as usize;
+    Some(start.min(end)..end)
+}
