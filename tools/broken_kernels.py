@@ -271,7 +271,7 @@ ROWS = [
         "truth.class[span.clone()].fill(patch.class);\n                work.counts.rays += span.len() as u64;",
         ("levels::a_picture_without_its_truth_is_the_same_picture",), together="functions, pictures"),
     Row("src/render/map.rs",
-        "columns.max(rows) <= system.accuracy.patch_px", "columns.min(rows) <= system.accuracy.patch_px",
+        "columns.max(rows) <= system.accuracy().patch_px", "columns.min(rows) <= system.accuracy().patch_px",
         ("levels::degree_and_patches_can_be_chosen",), together="functions, pictures"),
     Row("src/render/mapped.rs",
         "[p, p1, p2 + p2, q, q1, r]", "[p, p1, p2, q, q1, r]", ("levels::lines_lie_where_the_reference_has_them",),

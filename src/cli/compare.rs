@@ -56,13 +56,8 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
             written.push(path);
         }
         let timing = progress.take_seconds();
-        let entry = design::entry(
-            name,
-            &judgement,
-            &film.class.as_ref().map(fates).unwrap_or_default(),
-            timing,
-            scene.camera.pitch_mm,
-        );
+        let fates = film.class.as_ref().map(fates).unwrap_or_default();
+        let entry = design::entry(name, &judgement, &fates, timing, scene.camera.pitch_mm);
         designs.push(json::Design {
             accuracy: Some(accuracy::entry(&film.account, &film.counts)),
             error_budget: budget.as_ref().map(report::budget::entry),

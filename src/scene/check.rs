@@ -5,7 +5,7 @@ use super::effects;
 use super::model::*;
 use super::rules;
 use super::schema::*;
-use super::source::Source;
+use super::source::ValueSource;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::error::Error;
