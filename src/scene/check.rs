@@ -6,7 +6,7 @@ use super::model::*;
 use super::prism_tables::*;
 use super::rules;
 use super::schema::*;
-use super::source::Source;
+use super::source::ValueSource;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::error::Error;

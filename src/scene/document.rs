@@ -1,7 +1,7 @@
 //! The text of a scene file with its parse tree, so that every message can point at the bytes it speaks of.
 
 use super::limits::FILE_BYTES;
-use super::source::Source;
+use super::source::ValueSource;
 use crate::error::Error;
 
 use serde::de::DeserializeOwned;
@@ -91,7 +91,7 @@ impl<'t> Document<'t> {
     }
 }
 
-impl Source for Document<'_> {
+impl ValueSource for Document<'_> {
     fn refuse(&self, key: &str, rule: String, help: &str) -> Error {
         self.problem(self.span(key), rule, help)
     }

@@ -3,7 +3,7 @@
 use super::effects::rules as effect_rules;
 use super::model::*;
 use super::ranges::Ranges;
-use super::source::{Code, Source};
+use super::source::{Code, ValueSource};
 use super::{physics, rules};
 use crate::accuracy::Accuracy;
 use crate::effect::{Effects, Lens};
@@ -59,7 +59,7 @@ impl Scene {
         physics::check(source, self).map(|_| ())
     }
 
-    fn check_ranges(&self, source: &dyn Source) -> Result<(), Error> {
+    fn check_ranges(&self, source: &dyn ValueSource) -> Result<(), Error> {
         let ranges = Ranges::new(source, &self.prism);
         ranges.word("name", &self.name)?;
         ranges.optional("accuracy.target_px", self.accuracy.target_px)?;
@@ -78,7 +78,7 @@ impl Scene {
         Ok(())
     }
 
-    fn check_effects(&self, source: &dyn Source) -> Result<(), Error> {
+    fn check_effects(&self, source: &dyn ValueSource) -> Result<(), Error> {
         let effects = &self.effects;
         if effects.fresnel.is_none() {
             let alone = [("effect.coating", effects.coating.is_some()), ("effect.ghosts", effects.ghosts.is_some())];

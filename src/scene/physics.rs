@@ -3,7 +3,7 @@
 
 use super::limits::FACET_DEG;
 use super::model::{BiprismSpec, CameraSpec, PolynomialSpec, PrismSpec, Scene};
-use super::source::Source;
+use super::source::ValueSource;
 use crate::effect::Telecentric;
 use crate::error::Error;
 use crate::geom::{Pose, Ray};
@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 
 /// Judge how camera, prism and board stand to each other. Returns the depths of the analysis; of those that nobody gave, only
 /// the ones beyond the glass.
-pub(super) fn check(source: &dyn Source, scene: &Scene) -> Result<Vec<f64>, Error> {
+pub(super) fn check(source: &dyn ValueSource, scene: &Scene) -> Result<Vec<f64>, Error> {
     let camera = &FieldRays { camera: scene.camera, telecentric: scene.effects.lens.telecentric().copied() };
     let back = match &scene.prism {
         PrismSpec::Flat(prism) => Some(biprism(source, camera, prism, false)?),
@@ -45,7 +45,7 @@ struct Faces<'a> {
     slope: f64,
 }
 
-fn biprism(source: &dyn Source, camera: &FieldRays, prism: &BiprismSpec, designed: bool) -> Result<Back, Error> {
+fn biprism(source: &dyn ValueSource, camera: &FieldRays, prism: &BiprismSpec, designed: bool) -> Result<Back, Error> {
     let prism_from_world = prism.body.world_from_prism.inverse();
     let angle_rad = match prism.facet_angle_rad {
         Some(angle) => angle,
@@ -58,7 +58,7 @@ fn biprism(source: &dyn Source, camera: &FieldRays, prism: &BiprismSpec, designe
     Ok(Back { prism_from_world, z_mm: prism.ridge_distance_mm + prism.thickness_mm })
 }
 
-fn pinhole_is_in_front(source: &dyn Source, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
+fn pinhole_is_in_front(source: &dyn ValueSource, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
     let distance = faces.prism.ridge_distance_mm;
     let pinhole = faces.prism_from_world.point(camera.camera.position_mm);
     if pinhole.z < distance + pinhole.x.abs() * faces.slope {
@@ -74,7 +74,7 @@ fn pinhole_is_in_front(source: &dyn Source, camera: &FieldRays, faces: &Faces) -
 }
 
 /// The depth of a facet is a ratio of linear functions of the sensor's point, so it is greatest at a corner.
-fn facets_end_before_base(source: &dyn Source, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
+fn facets_end_before_base(source: &dyn ValueSource, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
     let (distance, thickness) = (faces.prism.ridge_distance_mm, faces.prism.thickness_mm);
     let (base_z, degrees) = (distance + thickness, faces.angle_rad.to_degrees());
     for ray in field(camera, 1, 1) {
@@ -100,7 +100,7 @@ fn facets_end_before_base(source: &dyn Source, camera: &FieldRays, faces: &Faces
 }
 
 /// A design starts from the middle ray of each half image; a flat prism is worth a picture if any ray passes.
-fn light_passes(source: &dyn Source, camera: &FieldRays, faces: &Faces, designed: bool) -> Result<(), Error> {
+fn light_passes(source: &dyn ValueSource, camera: &FieldRays, faces: &Faces, designed: bool) -> Result<(), Error> {
     const CELLS: (usize, usize) = (16, 8);
     let body = &faces.prism.body;
     let passes = |ray: Ray| {
@@ -127,7 +127,7 @@ fn light_passes(source: &dyn Source, camera: &FieldRays, faces: &Faces, designed
 }
 
 /// alpha of the design paper's Eq. 5, corrected, for the direction delta of the middle of a half image.
-fn parallel_angle(source: &dyn Source, camera: &FieldRays, prism: &BiprismSpec) -> Result<f64, Error> {
+fn parallel_angle(source: &dyn ValueSource, camera: &FieldRays, prism: &BiprismSpec) -> Result<f64, Error> {
     let angle = straightening_facet_rad(prism.body.index / prism.body.outer_index, camera.camera.half_centre_rad());
     if let Some(angle) = angle.filter(|angle| *angle < FACET_DEG.to_radians()) {
         return Ok(angle);
@@ -139,7 +139,7 @@ fn parallel_angle(source: &dyn Source, camera: &FieldRays, prism: &BiprismSpec) 
     Err(source.refuse("prism.index", rule, "give `facet_angle_deg`, or another `index`"))
 }
 
-fn polynomial(source: &dyn Source, camera: &FieldRays, prism: &PolynomialSpec) -> Result<Back, Error> {
+fn polynomial(source: &dyn ValueSource, camera: &FieldRays, prism: &PolynomialSpec) -> Result<Back, Error> {
     let middle = |domain: crate::geom::Rect| -> DVec2 { (domain.min + domain.max) / 2.0 };
     let prism_from_world = prism.body.world_from_prism.inverse();
     let (f, b) = (middle(prism.front.domain), middle(prism.back.domain));
@@ -173,7 +173,7 @@ fn polynomial(source: &dyn Source, camera: &FieldRays, prism: &PolynomialSpec) -
 }
 
 /// Board and depths of the analysis lie in front of the camera and beyond the glass.
-fn board(source: &dyn Source, scene: &Scene, back: Option<&Back>) -> Result<Vec<f64>, Error> {
+fn board(source: &dyn ValueSource, scene: &Scene, back: Option<&Back>) -> Result<Vec<f64>, Error> {
     let pinhole = scene.camera.position_mm;
     let judge = |key: &str, point: DVec3| {
         let depth = point.z - pinhole.z;

@@ -2,7 +2,7 @@
 
 use super::model::*;
 use super::schema::SCHEMA;
-use super::source::Source;
+use super::source::ValueSource;
 use super::structure::{change, item_schema, of_wrong_length, out_of_range, tag, too_short_or_long};
 use crate::error::Error;
 use crate::geom::Pose;
@@ -18,13 +18,13 @@ const AXES: f64 = 1e-9;
 
 /// Judges values by the schema.
 pub(super) struct Ranges<'a> {
-    source: &'a dyn Source,
+    source: &'a dyn ValueSource,
     /// What the scene's prism is called.
     kind: &'static str,
 }
 
 impl<'a> Ranges<'a> {
-    pub(super) fn new(source: &'a dyn Source, prism: &PrismSpec) -> Self {
+    pub(super) fn new(source: &'a dyn ValueSource, prism: &PrismSpec) -> Self {
         let kind = match prism {
             PrismSpec::None => "none",
             PrismSpec::Flat(_) => "flat",

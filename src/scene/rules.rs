@@ -2,14 +2,14 @@
 
 use super::limits::MARCHED_POINTS;
 use super::model::*;
-use super::source::Source;
+use super::source::ValueSource;
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::geom::Rect;
 use crate::num::bernstein::MAX_DEGREE;
 
 /// A name may become a file's name on any system.
-pub(super) fn name(source: &dyn Source, name: &str) -> Result<(), Error> {
+pub(super) fn name(source: &dyn ValueSource, name: &str) -> Result<(), Error> {
     let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_-".contains(c);
     match name.chars().find(|c| !allowed(*c)).or(name.chars().next().filter(|c| *c == '-')) {
         None => Ok(()),
@@ -21,7 +21,7 @@ pub(super) fn name(source: &dyn Source, name: &str) -> Result<(), Error> {
 }
 
 /// What a sensor's gamma has coded is written as it is.
-pub(super) fn coded_once(source: &dyn Source, encoding: Encoding, effects: &Effects) -> Result<(), Error> {
+pub(super) fn coded_once(source: &dyn ValueSource, encoding: Encoding, effects: &Effects) -> Result<(), Error> {
     let gamma = effects.sensor.map_or(1.0, |sensor| sensor.gamma);
     if encoding == Encoding::Linear || gamma == 1.0 {
         return Ok(());
@@ -34,7 +34,11 @@ pub(super) fn coded_once(source: &dyn Source, encoding: Encoding, effects: &Effe
 }
 
 /// A design marches a bounded number of points.
-pub(super) fn marched_points(source: &dyn Source, settings: &DesignSettings, camera: &CameraSpec) -> Result<(), Error> {
+pub(super) fn marched_points(
+    source: &dyn ValueSource,
+    settings: &DesignSettings,
+    camera: &CameraSpec,
+) -> Result<(), Error> {
     let pixels = (camera.width_px as f64 / 2.0) * camera.height_px as f64;
     let points = pixels / (settings.step_px * settings.step_px);
     if points <= MARCHED_POINTS {
@@ -50,7 +54,7 @@ pub(super) fn marched_points(source: &dyn Source, settings: &DesignSettings, cam
 }
 
 /// The domain of the surface at `path` is somewhere, and in the right half.
-pub(super) fn domain(source: &dyn Source, path: &str, domain: &Rect) -> Result<(), Error> {
+pub(super) fn domain(source: &dyn ValueSource, path: &str, domain: &Rect) -> Result<(), Error> {
     let Rect { min: lower, max: upper } = domain;
     for (i, [min, max]) in [[lower.x, upper.x], [lower.y, upper.y]].into_iter().enumerate() {
         if min >= max {
@@ -69,7 +73,7 @@ pub(super) fn domain(source: &dyn Source, path: &str, domain: &Rect) -> Result<(
 }
 
 /// The term X^m Y^n at `at` is of a degree that surfaces may have.
-pub(super) fn term(source: &dyn Source, at: &str, m: usize, n: usize) -> Result<(), Error> {
+pub(super) fn term(source: &dyn ValueSource, at: &str, m: usize, n: usize) -> Result<(), Error> {
     if m + n <= MAX_DEGREE {
         return Ok(());
     }
@@ -78,7 +82,7 @@ pub(super) fn term(source: &dyn Source, at: &str, m: usize, n: usize) -> Result<
 }
 
 /// Claim number `i` names a value of the report and bounds it.
-pub(super) fn claim(source: &dyn Source, i: usize, claim: &Expect) -> Result<(), Error> {
+pub(super) fn claim(source: &dyn ValueSource, i: usize, claim: &Expect) -> Result<(), Error> {
     let step = |s: &str| !s.is_empty() && s.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
     let value = &claim.value;
     if !value.contains('/') || !value.split('/').all(step) {

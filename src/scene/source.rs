@@ -3,7 +3,7 @@
 use crate::error::Error;
 
 /// Where the values of a scene come from.
-pub(super) trait Source {
+pub(super) trait ValueSource {
     /// The error that the value at `key` (`prism.front.terms[3]`) breaks `rule`. It points at the value, or at the nearest
     /// table around one that was left out.
     fn refuse(&self, key: &str, rule: String, help: &str) -> Error;
@@ -14,7 +14,7 @@ pub(super) trait Source {
 /// A scene made in code, by its name.
 pub(super) struct Code<'a>(pub(super) &'a str);
 
-impl Source for Code<'_> {
+impl ValueSource for Code<'_> {
     fn refuse(&self, key: &str, rule: String, help: &str) -> Error {
         Error::new(format!("{}: {key}", self.0), rule, help)
     }

@@ -7,7 +7,7 @@ use crate::error::Error;
 use crate::scene::document::Document;
 use crate::scene::limits::*;
 use crate::scene::model::{BoardSpec, CameraSpec, PrismSpec};
-use crate::scene::source::Source;
+use crate::scene::source::ValueSource;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -10,12 +10,12 @@ use crate::optics::medium::Material;
 use crate::optics::spectrum::WavelengthBand;
 use crate::scene::limits::SMALLEST_INDEX;
 use crate::scene::model::{BoardSpec, CameraSpec, GlassSpec, PolynomialSpec, PrismSpec};
-use crate::scene::source::Source;
+use crate::scene::source::ValueSource;
 use crate::surface::shape::PolynomialPatch;
 use glam::{DVec2, DVec3};
 
 /// The cone behind a telecentric lens must be less than a half-space as well.
-pub(in crate::scene) fn cone_behind(source: &dyn Source, lens: &Telecentric) -> Result<(), Error> {
+pub(in crate::scene) fn cone_behind(source: &dyn ValueSource, lens: &Telecentric) -> Result<(), Error> {
     let &Telecentric { magnification, na, .. } = lens;
     if na < magnification {
         return Ok(());
@@ -56,7 +56,7 @@ fn beyond_stop(camera: &CameraSpec, prism: &PrismSpec, board: &BoardSpec) -> (&'
 
 /// A stop stands before the prism, or before the board where there is none.
 pub(in crate::scene) fn stop_in_front(
-    source: &dyn Source,
+    source: &dyn ValueSource,
     stop: &Stop,
     camera: &CameraSpec,
     prism: &PrismSpec,
@@ -75,7 +75,7 @@ pub(in crate::scene) fn stop_in_front(
 }
 
 /// A target of noise needs sets enough to know the noise.
-pub(in crate::scene) fn sets_tell_noise(source: &dyn Source, quadrature: &Quadrature) -> Result<(), Error> {
+pub(in crate::scene) fn sets_tell_noise(source: &dyn ValueSource, quadrature: &Quadrature) -> Result<(), Error> {
     let replicates = quadrature.replicates;
     if quadrature.noise.is_none() || replicates >= LEAST_REPLICATES {
         return Ok(());
@@ -89,14 +89,14 @@ pub(in crate::scene) fn sets_tell_noise(source: &dyn Source, quadrature: &Quadra
 }
 
 /// A table without which the one at `table` says nothing is missing.
-pub(in crate::scene) fn needs_fresnel(source: &dyn Source, table: &str) -> Error {
+pub(in crate::scene) fn needs_fresnel(source: &dyn ValueSource, table: &str) -> Error {
     let rule = format!("`[{table}]` is about light that surfaces reflect, and the scene has no `[effect.fresnel]`");
     source.refuse(table, rule, "add a table `[effect.fresnel]`: what surfaces reflect is missing behind")
 }
 
 /// The glass of `prism`, with a name, whose index is given where it is known.
 pub(in crate::scene) fn named_glass<'a>(
-    source: &dyn Source,
+    source: &dyn ValueSource,
     prism: &'a PrismSpec,
 ) -> Result<(&'static Material, &'a GlassSpec), Error> {
     let Some((glass, body)) = prism.body().and_then(|body| Some((body.glass?, body))) else {
@@ -118,7 +118,7 @@ pub(in crate::scene) fn named_glass<'a>(
 
 /// The index of `glass` is known for the light at `key`.
 pub(in crate::scene) fn glass_is_known(
-    source: &dyn Source,
+    source: &dyn ValueSource,
     key: &str,
     band: WavelengthBand,
     glass: &Material,
@@ -138,7 +138,7 @@ pub(in crate::scene) fn glass_is_known(
 }
 
 /// A pattern of diffraction must not be much larger than what is kept of it.
-pub(in crate::scene) fn pattern_is_kept(source: &dyn Source, diffraction: &Diffraction) -> Result<(), Error> {
+pub(in crate::scene) fn pattern_is_kept(source: &dyn ValueSource, diffraction: &Diffraction) -> Result<(), Error> {
     let scale_px = diffraction.scale_px();
     if scale_px <= LARGEST_SCALE_PX {
         return Ok(());
@@ -153,7 +153,7 @@ pub(in crate::scene) fn pattern_is_kept(source: &dyn Source, diffraction: &Diffr
 
 /// A lamp must stand on the side of the board that the camera sees.
 pub(in crate::scene) fn lamp_lights(
-    source: &dyn Source,
+    source: &dyn ValueSource,
     position_mm: DVec3,
     camera: &CameraSpec,
     board: &BoardSpec,
@@ -171,7 +171,7 @@ pub(in crate::scene) fn lamp_lights(
 }
 
 /// A converter has numbers above its black level.
-pub(in crate::scene) fn black_below_white(source: &dyn Source, adc: &Adc) -> Result<(), Error> {
+pub(in crate::scene) fn black_below_white(source: &dyn ValueSource, adc: &Adc) -> Result<(), Error> {
     if adc.black_level_dn < adc.largest_dn() {
         return Ok(());
     }
@@ -185,7 +185,7 @@ pub(in crate::scene) fn black_below_white(source: &dyn Source, adc: &Adc) -> Res
 }
 
 /// The index of the glass as it was made, by `error` too large, must stay one.
-pub(in crate::scene) fn index_stays(source: &dyn Source, error: f64, prism: &PrismSpec) -> Result<(), Error> {
+pub(in crate::scene) fn index_stays(source: &dyn ValueSource, error: f64, prism: &PrismSpec) -> Result<(), Error> {
     let Some(body) = prism.body().filter(|body| body.index + error < SMALLEST_INDEX) else { return Ok(()) };
     let rule = format!(
         "`effect.manufacture.index` is {error}, and the index of the glass would be {}, below {SMALLEST_INDEX}",
@@ -195,7 +195,7 @@ pub(in crate::scene) fn index_stays(source: &dyn Source, error: f64, prism: &Pri
 }
 
 /// Only a smooth surface has a figure that the errors at `path` can be added to.
-pub(in crate::scene) fn figure_has_base(source: &dyn Source, path: &str, prism: &PrismSpec) -> Result<(), Error> {
+pub(in crate::scene) fn figure_has_base(source: &dyn ValueSource, path: &str, prism: &PrismSpec) -> Result<(), Error> {
     if !matches!(prism, PrismSpec::Mesh(_)) {
         return Ok(());
     }
