@@ -29,7 +29,7 @@ struct Judged {
 pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     let scene = accuracy::asked(files::scene(args.scene.as_deref())?, args.target_px);
     let prisms = two_prisms(&scene)?;
-    files::folder(&args.out)?;
+    outputs(&args.out, &prisms)?;
     let pixels = (scene.camera.width_px * scene.camera.height_px) as u64;
     let own_depth = scene.board.world_from_board.translation_mm.z - scene.camera.position_mm.z;
     let boards = 1 + scene.analysis.depths_mm.iter().filter(|&&depth| other_depth(depth, own_depth)).count() as u64;
@@ -89,6 +89,14 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     }
     let kept = judged.iter().map(|j| accuracy::told(j.name, &j.film.account, &j.film.counts));
     Ok(kept.fold(expected, Outcome::and))
+}
+
+/// That every file of the comparison may be written to `folder`, which is made.
+fn outputs(folder: &Path, prisms: &[(&'static str, Scene)]) -> Result<(), Error> {
+    let pictures = prisms.iter().flat_map(|(name, _)| ["png", "exr"].map(|ending| format!("{name}.{ending}")));
+    let others = ["comparison.png", "budget.png", "report.json"].map(str::to_owned);
+    let names: Vec<String> = pictures.chain(others).collect();
+    files::outputs(folder, &names.iter().map(String::as_str).collect::<Vec<_>>()).map(drop)
 }
 
 /// The scene with its flat prism and with its freeform prism. A prism given by its surfaces has no flat twin and is

@@ -2,6 +2,7 @@
 
 use super::args::DesignArgs;
 use super::outcome::Outcome;
+use super::progress::Progress;
 use super::{files, output};
 use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM, text};
 use crate::error::Error;
@@ -11,13 +12,13 @@ use crate::io::point_grid;
 use crate::scene::{DesignSettings, MarchOrder, PrismSpec};
 
 pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
-    let scene = crate::scene::load(&args.scene)?;
+    let scene = files::load(&args.scene)?;
     let (prism, mut settings) = match &scene.prism {
         PrismSpec::Flat(flat) => (*flat, DesignSettings::default()),
         PrismSpec::Freeform(flat, settings) => (*flat, *settings),
         _ => {
             return Err(Error::new(
-                args.scene.display(),
+                files::shown(&args.scene),
                 "`prism.kind` must be \"flat\" or \"freeform\" for a prism to be designed",
                 "state index, ridge_distance_mm and thickness_mm, with kind = \"freeform\"",
             ));
@@ -27,14 +28,18 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
         settings.order = MarchOrder::YThenX;
     }
     let input = DesignInput { camera: scene.camera, prism, settings, virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM };
+    let paths = files::outputs(&args.out, &["prism.toml", "cloud.csv", "front.ply", "back.ply"])?;
+    let mut progress = Progress::new(0);
+    progress.begin(&scene.name, "design");
     let designed = design::freeform(&input)?;
-    files::folder(&args.out)?;
+    progress.begin(&scene.name, "write");
     let body = prism.body;
     let text = text::scene_prism(&designed.front.patch, &designed.back.patch, &body);
-    files::text(&args.out.join("prism.toml"), &text)?;
-    write_atomically(&args.out.join("cloud.csv"), |out| point_grid::write_csv(&designed.cloud, out))?;
-    write_atomically(&args.out.join("front.ply"), |out| point_grid::write_ply(&designed.cloud, Surface::Front, out))?;
-    write_atomically(&args.out.join("back.ply"), |out| point_grid::write_ply(&designed.cloud, Surface::Back, out))?;
+    files::text(&paths[0], &text)?;
+    write_atomically(&paths[1], |out| point_grid::write_csv(&designed.cloud, out))?;
+    write_atomically(&paths[2], |out| point_grid::write_ply(&designed.cloud, Surface::Front, out))?;
+    write_atomically(&paths[3], |out| point_grid::write_ply(&designed.cloud, Surface::Back, out))?;
+    drop(progress);
     let (camera, front, back) = (&designed.camera, &designed.front, &designed.back);
     if args.json {
         let figures = serde_json::json!({
@@ -59,9 +64,7 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
         ];
         output::stdout(&(lines.join("\n") + "\n"))?;
     }
-    for name in ["prism.toml", "cloud.csv", "front.ply", "back.ply"] {
-        output::stderr(&format!("wrote {}", args.out.join(name).display()));
-    }
+    paths.iter().for_each(|path| output::stderr(&format!("wrote {}", path.display())));
     output::stderr("prism.toml is the [prism] part of a scene: put it beside a camera and a board");
     Ok(Outcome::Done)
 }

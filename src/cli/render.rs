@@ -6,17 +6,21 @@ use super::progress::Progress;
 use super::{accuracy, files, output};
 use crate::analysis::judge::fates;
 use crate::error::Error;
+use crate::io::inputs;
 use crate::render::{AccuracyReport, Counts, Strip, render_strips};
-use crate::scene::{self, Scene};
+use crate::scene::Scene;
 use crate::system::System;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
+use std::thread::Builder;
 
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
-    let scene = accuracy::asked(scene::load(&args.scene)?, args.target_px);
+    let scene = accuracy::asked(files::load(&args.scene)?, args.target_px);
     args.out.iter().try_for_each(|path| files::picture_name(path))?;
+    inputs::check_outputs(&args.out)?;
+    args.out.iter().filter_map(|path| path.parent()).try_for_each(files::folder)?;
     let mut progress = Progress::new((scene.camera.width_px * scene.camera.height_px) as u64);
     progress.begin(&scene.name, "design");
     let system = files::build(&scene, &args.scene)?;
@@ -62,20 +66,23 @@ struct Done {
 
 /// Renders the picture strip by strip into all the files at once: of each file a thread writes one strip while the next
 /// is made, so that few strips are held at a time.
-fn written(
-    paths: &[PathBuf],
-    scene: &Scene,
-    system: &System,
+fn written<'env>(
+    paths: &'env [PathBuf],
+    scene: &'env Scene,
+    system: &'env System,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Done, Error> {
     std::thread::scope(|scope| {
-        let writers: Vec<_> = paths
-            .iter()
-            .map(|path| {
-                let (strips, received) = sync_channel::<Arc<Strip>>(1);
-                (strips, scope.spawn(move || files::strips(path, scene, system, received.into_iter())))
-            })
-            .collect();
+        let writer = |path: &'env PathBuf| {
+            let (strips, received) = sync_channel::<Arc<Strip>>(1);
+            let write = move || files::strips(path, scene, system, received.into_iter());
+            let thread = Builder::new().spawn_scoped(scope, write).map_err(|error| {
+                let rule = format!("no thread can be made to write it: {error}");
+                Error::new(path.display(), rule, "write fewer files at once, or end other programs")
+            })?;
+            Ok((strips, thread))
+        };
+        let writers = paths.iter().map(writer).collect::<Result<Vec<_>, Error>>()?;
         let mut all_fates = BTreeMap::new();
         let (counts, account) = render_strips(system, progress, &mut |strip| {
             fates(&strip.class).into_iter().for_each(|(fate, n)| *all_fates.entry(fate).or_insert(0) += n);

@@ -1,12 +1,12 @@
 //! A surface of triangles from a file: PLY or OBJ.
 
+use super::inputs;
 use super::lines::TextLines;
 use super::ply::{Ply, PlyRow};
 use super::point_cloud::finite_point;
 use crate::error::Error;
 use crate::surface::mesh::{Triangles, corner_normals};
 use glam::DVec3;
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -45,7 +45,7 @@ pub fn read_triangles(path: &Path) -> Result<Triangles, Error> {
     };
     let unreadable =
         |e| Error::new(path.display(), format!("cannot be read: {e}"), "check the path and its permissions");
-    let file = File::open(path).map_err(unreadable)?;
+    let file = inputs::open(path).map_err(unreadable)?;
     let bytes = file.metadata().map_err(unreadable)?.len();
     parse_triangles(&path.display().to_string(), format, BufReader::new(file), bytes)
 }

@@ -1,6 +1,7 @@
 //! Bytes of files, in and out, and nothing of what a scene means. Every size that a file states has a limit, checked before
 //! memory is taken.
 
+pub mod inputs;
 pub mod atomic;
 pub(crate) mod metadata;
 pub(crate) mod picture_file;

@@ -1,12 +1,13 @@
 //! A picture from a file of any format that is known by its first bytes.
 
+use super::inputs::{self, unreadable};
 use super::metadata::Metadata;
 use super::{exr, photo, png};
 use crate::error::Error;
 use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek};
+use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 /// Reads a PNG, an EXR or a photograph (JPEG, BMP, PNM), known by its first bytes and not by its name, as linear light.
@@ -41,13 +42,9 @@ pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metad
 
 /// Opens a regular file for reading.
 pub(super) fn open(path: &Path) -> Result<BufReader<File>, Error> {
-    let file = File::open(path).map_err(|error| unreadable(path, &error))?;
+    let file = inputs::open(path).map_err(|error| unreadable(path, &error))?;
     if file.metadata().is_ok_and(|found| found.is_dir()) {
         return Err(Error::new(path.display(), "this is a directory", "name a PNG or EXR file"));
     }
     Ok(BufReader::new(file))
-}
-
-pub(super) fn unreadable(path: &Path, error: &io::Error) -> Error {
-    Error::new(path.display(), format!("the file cannot be read: {error}"), "check the name and the right to read it")
 }
