@@ -9,7 +9,7 @@ use crate::metrics::{Deviation, Observation};
 use crate::raster::Raster;
 use crate::system::aim::Aimer;
 use crate::system::{Board, System};
-use crate::vision::half::{Half, split};
+use crate::vision::half::{Half, HalfImage};
 use crate::vision::{self, Detection, LatticeCorner};
 use glam::DVec2;
 use rayon::prelude::*;
@@ -89,7 +89,8 @@ impl From<&Detection> for DetectedLattice {
 /// `stage` hears what is done next.
 pub fn see(system: &System, picture: &Raster<f32>, own: bool, stage: &mut dyn FnMut(&'static str)) -> BoardView {
     stage("detect");
-    let lattices = split(picture).map(|h| {
+    let lattices = Half::BOTH.map(|half| {
+        let h = HalfImage::cut(picture, half);
         let mask = own_side(system, &HalfFrame::new(system, h.half));
         DetectedLattice::from(&vision::detect(&h.image, mask.as_ref(), &vision::Settings::default()))
     });

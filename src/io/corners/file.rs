@@ -54,6 +54,8 @@ pub fn to_text(views: &[CornerView], format: CornerFormat) -> String {
 /// What is not of the format, a convention that is missing or unknown, a value that is not finite, a covariance that is
 /// none, an index given twice in a view, and more than [`MOST_CORNERS`].
 pub fn parse(text: &str, format: CornerFormat, place: &str) -> Result<Vec<CornerView>, Error> {
+    // Spreadsheets begin a file with a byte order mark.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let views = match format {
         CornerFormat::Csv => csv::parse(text, place),
         CornerFormat::Json => json::parse(text, place),
