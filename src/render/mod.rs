@@ -25,12 +25,14 @@ mod strips;
 mod ghosts;
 mod accumulate;
 mod driver;
+mod sample;
 pub mod supersample;
 
 pub use bands::picture;
 pub use driver::{render, render_wanted};
 pub use film::{AccuracyReport, Class, Counts, Film, Outputs, Strip};
 pub use plan::Plan;
+pub use sample::{GhostSample, PieceOfWork, PixelWork};
 pub use strips::{STRIP_ROWS, render_strips, strip_rows};
 
 #[cfg(test)]

@@ -10,6 +10,12 @@ impl System {
         Self { camera: self.camera.sampled(n), ..self.clone() }
     }
 
+    /// The instrument with a sensor of `size_px` of its own pixels, from pixel `first` on.
+    #[must_use]
+    pub fn window(&self, first: [usize; 2], size_px: [usize; 2]) -> Self {
+        Self { camera: self.camera.window(first, size_px), ..self.clone() }
+    }
+
     /// The instrument of one variant.
     #[must_use]
     pub fn variant(&self, variant: &Variant) -> Self {
