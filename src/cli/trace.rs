@@ -2,16 +2,17 @@
 
 use super::args::TraceArgs;
 use super::outcome::Outcome;
+use super::progress::Progress;
 use super::{files, output};
 use crate::error::Error;
+use crate::io::inputs;
 use crate::optics::fate::Fate;
-use crate::scene;
 use crate::system::aim::Aimer;
 use crate::system::{Side, System};
 use glam::{DVec2, DVec3};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, IsTerminal, Read};
 use std::path::Path;
 
 /// Longest line that is read, in bytes.
@@ -31,8 +32,15 @@ const MAX_POINTS: usize = 10_000_000;
 const PIECE: usize = 4096;
 
 pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
-    let scene = scene::load(&args.scene)?;
+    if files::is_stdin(&args.scene) && files::is_stdin(&args.points) {
+        let rule = "scene and points are both to come from stdin";
+        return Err(Error::new("stdin", rule, "give the points as a file, with --points"));
+    }
+    let scene = files::load(&args.scene)?;
+    let mut progress = Progress::new(0);
+    progress.begin(&scene.name, "design");
     let system = files::build(&scene, &args.scene)?;
+    drop(progress);
     // Every line is read before the first is answered, so that a bad one leaves no half of an answer.
     let mut asked = Vec::new();
     each_line(&args.points, |place, fields| {
@@ -54,23 +62,31 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
         (format!("{}\n", if args.back { BACK_COLUMNS } else { COLUMNS }), "\n", "\n")
     };
     output::stdout(&head)?;
+    // Rows show how far it is where they go to the terminal; elsewhere the bar does.
+    let mut progress = Progress::new(0);
+    if !std::io::stdout().is_terminal() {
+        progress.begin_anew(&scene.name, "trace", asked.len());
+    }
+    let done = progress.handle();
     for (k, piece) in asked.chunks(PIECE).enumerate() {
         let lines: Vec<String> = piece.iter().map(answer).collect();
         output::stdout(&format!("{}{}", if k == 0 { "" } else { between }, lines.join(between)))?;
+        done(piece.len());
     }
+    drop(progress);
     output::stdout(if asked.is_empty() && !args.json { "" } else { tail })?;
     Ok(Outcome::Done)
 }
 
 /// Calls `use_line` with the place and the fields of each line that is neither blank, a comment nor the heading.
 fn each_line(path: &Path, mut use_line: impl FnMut(&str, &[&str]) -> Result<(), Error>) -> Result<(), Error> {
-    let name = if path == Path::new("-") { "stdin".to_owned() } else { path.display().to_string() };
+    let name = files::shown(path);
     let unreadable =
         |e: std::io::Error| Error::new(&name, format!("cannot be read: {e}"), "check the path and its permissions");
-    let mut input: Box<dyn BufRead> = if path == Path::new("-") {
+    let mut input: Box<dyn BufRead> = if files::is_stdin(path) {
         Box::new(BufReader::new(std::io::stdin()))
     } else {
-        Box::new(BufReader::new(std::fs::File::open(path).map_err(unreadable)?))
+        Box::new(BufReader::new(inputs::open(path).map_err(unreadable)?))
     };
     let mut line = Vec::new();
     for number in 1.. {
@@ -143,10 +159,17 @@ fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Error> {
 fn forth(system: &System, as_json: bool, px: DVec2) -> String {
     let (path, end) = system.path(px);
     let landed = end.and_then(|(ray, side)| system.board.intersect(&ray).map(|(mm, _)| (mm, side)));
+    // A ray that ended in the glass came in through the side of its first point.
+    let entered = || Some(system.prism.as_ref()?.side_at(*path.points.first()?));
     let (fate, side) = match (&landed, &end) {
         (Ok((_, side)), _) => ("board", Some(*side)),
         (Err(fate), Ok((_, side))) => (fate.name(), Some(*side)),
-        (Err(fate), Err(_)) => (fate.name(), None),
+        (Err(fate), Err(_)) => (fate.name(), entered()),
+    };
+    let reflected_at = match path.points.len() {
+        n if landed != Err(Fate::TotalReflection) || n == path.directions.len() => None,
+        1 => Some("front"),
+        _ => Some("back"),
     };
     let board = landed.ok().map(|(mm, _)| mm);
     let world = board.map(|mm| system.board.world(mm));
@@ -155,7 +178,7 @@ fn forth(system: &System, as_json: bool, px: DVec2) -> String {
     if as_json {
         let array = |v: Option<DVec3>| v.map(|v| v.to_array());
         return json!({
-            "pixel_px": px.to_array(), "side": side.map(side_name), "fate": fate,
+            "pixel_px": px.to_array(), "side": side.map(side_name), "fate": fate, "reflected_at": reflected_at,
             "board_mm": board.map(|mm| mm.to_array()), "world_mm": array(world),
             "front_mm": array(point(0)), "inner_direction": array(direction(0)),
             "back_mm": array(point(1)), "exit_direction": array(end.ok().map(|(ray, _)| ray.direction)),

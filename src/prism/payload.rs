@@ -10,6 +10,9 @@ use glam::DVec3;
 
 /// Something that follows a ray from surface to surface.
 pub trait Payload {
+    /// The ray met a surface, whether or not it goes on behind it.
+    #[inline(always)]
+    fn reached(&mut self, _ray: &Ray, _meeting: &Hit) {}
     /// The ray, as it came in, met `surface` under `relief` and was refracted with `eta` = n_in / n_out.
     fn refracted(
         &mut self,
@@ -85,7 +88,8 @@ impl Payload for Differentials {
     }
 }
 
-/// Every point at which the ray was refracted and the direction in which it went on; in the prism's frame on the way,
+/// Every point at which the ray met a surface and the direction in which it went on behind it, one less of these where it was
+/// totally reflected; in the prism's frame on the way,
 /// in the world once the ray has left or ended.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Path {
@@ -96,8 +100,11 @@ pub struct Path {
 }
 
 impl Payload for Path {
-    fn refracted(&mut self, ray: &Ray, _: &Surface, _: &impl Relief, meeting: &Hit, _: f64, out: &Refracted) {
+    fn reached(&mut self, ray: &Ray, meeting: &Hit) {
         self.points.push(ray.at(meeting.t_mm));
+    }
+
+    fn refracted(&mut self, _: &Ray, _: &Surface, _: &impl Relief, _: &Hit, _: f64, out: &Refracted) {
         self.directions.push(out.direction);
     }
 

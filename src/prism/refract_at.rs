@@ -18,6 +18,7 @@ pub fn pass<C: Payload>(
     eta: f64,
     carry: &mut C,
 ) -> Result<Ray, Fate> {
+    carry.reached(ray, meeting);
     let out = refract(ray.direction, relief.normal(meeting), eta).ok_or(Fate::TotalReflection)?;
     carry.refracted(ray, surface, relief, meeting, eta, &out);
     Ok(Ray { origin: ray.at(meeting.t_mm), direction: out.direction })
