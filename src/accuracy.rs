@@ -4,7 +4,12 @@
 pub const COARSEST_TARGET_PX: f64 = 1.0;
 
 /// Radiances are kept as f32: a line of the whole contrast cannot be told apart from one this far from it, in px.
-const FINEST_TARGET_PX: f64 = 1e-7;
+pub const FINEST_TARGET_PX: f64 = 1e-7;
+
+/// Whether a picture of f32 radiances can tell whether it keeps to `target_px`.
+pub fn is_told_by_radiance(target_px: f64) -> bool {
+    target_px >= FINEST_TARGET_PX
+}
 
 /// A promise about positions in a picture, by name. Each level is cheaper than the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -152,11 +157,12 @@ impl Accuracy {
         }
     }
 
-    /// The cheapest level that keeps to `target_px`. Between the presets it is [`Accuracy::standard`] with map and bend held to
-    /// that; the reference below what an f32 radiance can tell.
+    /// The cheapest level that promises `target_px`. Between the presets it is [`Accuracy::standard`] with map and bend held to
+    /// that; the reference below what an f32 radiance can tell, which is out of
+    /// reach: see [`is_told_by_radiance`].
     pub fn for_target(target_px: f64) -> Self {
         let presets = [Self::draft(), Self::standard()];
-        let tightened = (target_px >= FINEST_TARGET_PX).then(|| Self {
+        let tightened = is_told_by_radiance(target_px).then(|| Self {
             promise_px: target_px,
             map_px: (0.1 * target_px).min(Self::standard().map_px),
             bend_px: 0.5 * target_px,

@@ -203,8 +203,9 @@ fn a_full_disk_is_a_sentence_and_the_old_file_stays() {
         for file in files {
             fs::write(place.path("out").join(file), OLD).expect("it is written");
         }
-        // A file of at most one block of 512 (or 1024) bytes, and no signal for it: what a full disk looks like.
-        let script = format!("trap '' XFSZ; ulimit -f 1; exec {} \"$@\"", env!("CARGO_BIN_EXE_biprism"));
+        // A file of at most one block of 512 (or 1024) bytes: what a full disk looks like, but for the signal that comes
+        // with it.
+        let script = format!("ulimit -f 1; exec {} \"$@\"", env!("CARGO_BIN_EXE_biprism"));
         let output = Command::new("sh")
             .current_dir(place.folder.path())
             .args(["-c", &script, "sh"])
@@ -306,6 +307,149 @@ fn a_stdout_or_stderr_that_fails_is_no_panic() {
     let output = place.output(&["render", "scene.toml", "--out", "/dev/full"]);
     no_panic(&output);
     assert_eq!(output.status.code(), Some(2));
+}
+
+/// `>&-`: the data is lost, which must not look like success.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_closed_stdout_is_a_sentence() {
+    let place = Place::new();
+    let run = |args: &str, end: &str| {
+        let script = format!("{} {args} {end}", env!("CARGO_BIN_EXE_biprism"));
+        Command::new("sh").current_dir(place.folder.path()).args(["-c", &script]).output().expect("a shell")
+    };
+    for args in ["check scene.toml", "check scene.toml --json", "design scene.toml --out out"] {
+        let output = run(args, ">&-");
+        let words = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(2) && words.contains("stdout"), "{args}: {words}");
+        assert_eq!(run(args, ">/dev/null").status.code(), Some(0), "{args}");
+    }
+    // What prints nothing has lost nothing.
+    assert_eq!(run("render scene.toml --out a.png", ">&-").status.code(), Some(0));
+}
+
+/// The end of memory is a sentence too, and leaves the old file; how much is left decides who meets it.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_end_of_memory_is_a_sentence() {
+    let place = Place::new();
+    let large = SCENE
+        .replace("width_px = 240", "width_px = 9600")
+        .replace("height_px = 135", "height_px = 5400")
+        .replace("pixel_pitch_um = 44.0", "pixel_pitch_um = 1.1")
+        .replace("freeform", "flat")
+        .replace("[prism.design]\nstep_px = 4.0\n", "[effect.sensor]\ngamma = 2.2\n");
+    fs::write(place.path("large.toml"), large).expect("it is written");
+    fs::write(place.path("a.png"), OLD).expect("it is written");
+    let mut ended = 0;
+    for kib in [60_000, 150_000, 400_000, 600_000] {
+        let script = format!(
+            "ulimit -v {kib}; RAYON_NUM_THREADS=2 exec {} render large.toml --out a.png",
+            env!("CARGO_BIN_EXE_biprism")
+        );
+        let output =
+            Command::new("sh").current_dir(place.folder.path()).args(["-c", &script]).output().expect("a shell");
+        no_panic(&output);
+        let words = String::from_utf8_lossy(&output.stderr);
+        let told = ["memory has run out", "no thread can be made"].iter().any(|told| words.contains(told));
+        assert!(output.status.code() == Some(2) && told, "{kib} KiB: {:?} {words}", output.status);
+        ended += usize::from(words.contains("memory has run out"));
+        assert_eq!(fs::read(place.path("a.png")).expect("it is there"), OLD);
+    }
+    assert!(ended > 0, "memory never ran out");
+    assert_eq!(fs::read_dir(place.folder.path()).expect("a folder").count(), 3, "something was left behind");
+}
+
+/// Any number of threads that is asked for ends in a picture or in a sentence.
+#[cfg(target_os = "linux")]
+#[test]
+fn threads_that_cannot_be_made_are_no_panic() {
+    let place = Place::new();
+    let run = |limits: &str, threads: &str, end: &str| {
+        let script = format!(
+            "{limits} RAYON_NUM_THREADS={threads} exec {} render scene.toml --out {end}",
+            env!("CARGO_BIN_EXE_biprism")
+        );
+        Command::new("sh").current_dir(place.folder.path()).args(["-c", &script]).output().expect("a shell")
+    };
+    let plain = run("", "1", "plain.png");
+    assert!(plain.status.success(), "{}", String::from_utf8_lossy(&plain.stderr));
+    let started = Instant::now();
+    let many = run("", "100000", "many.png");
+    let words = String::from_utf8_lossy(&many.stderr);
+    assert!(many.status.success() && words.contains("256 threads are the most"), "{words}");
+    assert!(started.elapsed() < Duration::from_secs(60));
+    assert!(fs::read(place.path("plain.png")).expect("made") == fs::read(place.path("many.png")).expect("made"));
+    for (kib, threads) in [(1_000_000, "500"), (400_000, "500"), (100_000, "64"), (40_000, "2")] {
+        let output = run(&format!("ulimit -v {kib};"), threads, "few.png");
+        no_panic(&output);
+        let words = String::from_utf8_lossy(&output.stderr);
+        assert!(matches!(output.status.code(), Some(0 | 2)), "{kib} KiB: {:?} {words}", output.status);
+    }
+    // A limit of processes, which root is not held to.
+    let nobody = |rest: &[&str]| {
+        fs::set_permissions(place.folder.path(), std::os::unix::fs::PermissionsExt::from_mode(0o755)).expect("ours");
+        let user = ["--reuid=65534", "--regid=65534", "--clear-groups", "prlimit"];
+        Command::new("setpriv").current_dir(place.folder.path()).args(user).args(rest).output()
+    };
+    let may = nobody(&["--nproc=64", env!("CARGO_BIN_EXE_biprism"), "--version"]);
+    if !may.is_ok_and(|output| output.status.success()) {
+        println!("skipped: the limit of processes, for no other user can be taken on here");
+        return;
+    }
+    let output = nobody(&["--nproc=1", env!("CARGO_BIN_EXE_biprism"), "check", "scene.toml"]).expect("it was there");
+    no_panic(&output);
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.code() == Some(2) && words.contains("no thread can be made"), "{words}");
+}
+
+/// A link is followed also where it names no file yet.
+#[test]
+fn a_dangling_link_gets_its_file() {
+    let place = Place::new();
+    std::os::unix::fs::symlink("real.png", place.path("link.png")).expect("a link");
+    let output = place.output(&["render", "scene.toml", "--out", "link.png"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(fs::symlink_metadata(place.path("link.png")).expect("it is there").is_symlink());
+    assert!(fs::read(place.path("real.png")).expect("it is made").starts_with(b"\x89PNG"));
+    std::os::unix::fs::symlink("nowhere/real.png", place.path("astray.png")).expect("a link");
+    let output = place.output(&["render", "scene.toml", "--out", "astray.png"]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+/// What files are called never reaches the terminal as an order to it.
+#[test]
+fn names_are_printed_and_not_obeyed() {
+    let place = Place::new();
+    let name = "\u{1b}[31mred\u{7}\r\u{9b}2J\u{202e}.toml";
+    fs::write(place.path(name), SCENE).expect("it is written");
+    let picture = format!("{name}.png");
+    let folder = format!("{name}.d");
+    fs::write(place.path(&picture), "no picture").expect("it is written");
+    for args in [
+        &["check", name][..],
+        &["check", &picture],
+        &["check", "nothing\u{1b}[31m"],
+        &["render", name, "--out", &format!("{picture}2.png")],
+        &["render", name, "--out", "a\u{1b}[31m"],
+        &["compare", name, "--out", &folder],
+        &["design", name, "--out", &folder],
+        &["corners", &picture],
+        &["measure", &picture, "--scene", name],
+        &["trace", name, "--points", &picture],
+        &["golden", name],
+        &["\u{1b}[31mverb"],
+        &["check", "--\u{1b}[31m"],
+    ] {
+        let output = place.output(args);
+        no_panic(&output);
+        for bytes in [&output.stdout, &output.stderr] {
+            let words = String::from_utf8_lossy(bytes);
+            let obeyed = |c: char| (c.is_control() && c != '\n' && c != '\t') || c == '\u{202e}';
+            assert!(!words.contains(obeyed), "{args:?}: {words:?}");
+        }
+    }
+    assert!(place.path(&folder).join("report.json").exists(), "the files themselves are called as asked");
 }
 
 #[test]

@@ -243,6 +243,25 @@ fn trace_tables() {
     attack(&[back], 60, |bytes| trace(bytes, true));
 }
 
+/// Photographs and Netpbm's pictures, whole and mutated.
+#[test]
+fn photographs() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let grey = image::GrayImage::from_fn(24, 16, |x, y| image::Luma([(x * 9 + y * 3) as u8]));
+    let colour = image::RgbImage::from_fn(24, 16, |x, y| image::Rgb([(x * 9) as u8, (y * 9) as u8, 7]));
+    for ending in ["jpg", "bmp", "pnm"] {
+        let [a, b] = ["a", "b"].map(|name| folder.path().join(format!("{name}.{ending}")));
+        grey.save(&a).expect("it is written");
+        colour.save(&b).expect("it is written");
+        let mut seeds = vec![fs::read(&a).expect("it is there"), fs::read(&b).expect("it is there")];
+        if ending == "pnm" {
+            seeds.push(b"P2 3 2 9\n0 1 2 3 4 9\n".to_vec());
+            seeds.push(b"P7\nWIDTH 3\nHEIGHT 1\nDEPTH 1\nMAXVAL 9\nENDHDR\n\x00\x01\x09".to_vec());
+        }
+        attack(&seeds, 1500, bodies::photograph);
+    }
+}
+
 /// A header that promises more than there is costs no memory and no time.
 #[test]
 fn promises_are_not_believed() {

@@ -338,7 +338,7 @@ fn jpeg_bmp_and_pnm_are_read_when_their_curve_is_stated() {
         let whole = std::fs::read(&path).unwrap();
         std::fs::write(&path, &whole[..whole.len() / 2]).unwrap();
         let broken = read(&path, Some(Transfer::Srgb));
-        assert!(broken.is_err() || format == "JPEG", "{name}: half a file is no picture");
+        assert!(broken.is_err(), "{name}: half a file is no picture");
     }
 }
 

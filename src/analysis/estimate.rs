@@ -4,7 +4,6 @@ use crate::accuracy::{Level, Sampling};
 use crate::effect::{EffectId, Hook};
 use crate::optics::fate::Fate;
 use crate::render::{Plan, strip_rows};
-use crate::scene::Scene;
 use crate::system::System;
 use crate::system::auto::Verdict;
 use glam::DVec2;
@@ -41,8 +40,6 @@ pub struct PictureEstimate {
 
 /// Pixels along each side of the grid that is traced for fates.
 const GRID: usize = 65;
-/// A picture of this many pixels or more is timed in place of a larger one.
-const TIMED_PX: usize = 100_000;
 
 /// What the picture of `system` will be, which was settled by these verdicts.
 pub fn forecast(system: &System, effects: Vec<Verdict>) -> PictureEstimate {
@@ -96,16 +93,4 @@ fn fates(system: &System) -> BTreeMap<&'static str, f64> {
         }
     }
     counts
-}
-
-/// The instrument of `scene`, `ideal` without effects, with all effects but `left_out`, on a sensor of the same size that has
-/// fewer pixels where there are many: to be timed. Diffraction keeps its size in px, and so its work for a pixel.
-pub fn smaller(ideal: &System, scene: &Scene, left_out: &[EffectId]) -> System {
-    let mut camera = scene.camera;
-    let times = (camera.width_px * camera.height_px / TIMED_PX).isqrt().max(1);
-    let fewer = |n: usize| if times == 1 { n } else { (n / (2 * times)).max(1) * 2 };
-    let width_mm = camera.width_px as f64 * camera.pitch_mm;
-    (camera.width_px, camera.height_px) = (fewer(camera.width_px), fewer(camera.height_px));
-    camera.pitch_mm = width_mm / camera.width_px as f64;
-    ideal.with_camera(&camera).with_effects(&scene.effects.only(|row| !left_out.contains(&row.id)))
 }

@@ -10,7 +10,7 @@ use crate::progress::Observer;
 use crate::raster::Raster;
 use crate::system::aim::Aimer;
 use crate::system::{Board, InLight, System};
-use crate::vision::half::{Half, split};
+use crate::vision::half::{Half, HalfImage};
 use crate::vision::{self, Detection, LatticeCorner};
 use glam::DVec2;
 use rayon::prelude::*;
@@ -92,7 +92,8 @@ impl From<&Detection> for DetectedLattice {
 /// `observer` hears what is done next.
 pub fn see(system: &System, picture: &Raster<f32>, own: bool, observer: &dyn Observer) -> BoardView {
     observer.stage("detect");
-    let lattices = split(picture).map(|h| {
+    let lattices = Half::BOTH.map(|half| {
+        let h = HalfImage::cut(picture, half);
         let mask = own_side(system, &HalfFrame::new(system, h.half));
         DetectedLattice::from(&vision::detect(&h.image, mask.as_ref(), &vision::Settings::default()))
     });

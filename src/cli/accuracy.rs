@@ -24,7 +24,7 @@ pub(super) fn told(name: &str, account: &AccuracyReport, counts: &Counts) -> Out
         ));
     }
     match account.target_px {
-        Some(target_px) if account.achieved_px() > target_px => {
+        Some(target_px) if !account.keeps_to_target() => {
             output::stderr(&format!("{name}: not kept to {target_px:.0e} px, as was asked for"));
             Outcome::Unmet
         }

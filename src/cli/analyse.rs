@@ -3,8 +3,10 @@
 use super::args::{AnalyseArgs, StabilityArgs, Study};
 use super::outcome::Outcome;
 use super::output::stdout;
+use super::progress::Progress;
 use crate::analysis::stability::{self, Case};
 use crate::error::Error;
+use crate::progress::Observer;
 use serde_json::json;
 use std::fmt::Write;
 use std::time::Instant;
@@ -26,14 +28,21 @@ struct CaseRow {
 fn stability(args: &StabilityArgs) -> Result<Outcome, Error> {
     let named =
         |case: &&Case| args.only.as_ref().is_none_or(|word| case.name.contains(word) || case.group.contains(word));
-    let rows: Vec<CaseRow> = stability::catalogue()
-        .filter(named)
+    let cases: Vec<&Case> = stability::catalogue().filter(named).collect();
+    let progress = Progress::new(0);
+    let watch = progress.watch("stability");
+    watch.stage_of("cases", cases.len());
+    let rows: Vec<CaseRow> = cases
+        .into_iter()
         .map(|case| {
             let started = Instant::now();
             let outcome = (case.run)();
+            watch.pixels(1);
             CaseRow { case, outcome, seconds: started.elapsed().as_secs_f64() }
         })
         .collect();
+    drop(watch);
+    drop(progress);
     if rows.is_empty() {
         let word = args.only.as_deref().unwrap_or_default();
         let rule = format!("no case or chapter has {word:?} in its name");

@@ -68,7 +68,7 @@ fn target_px(text: &str) -> Result<f64, String> {
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
 pub struct CompareArgs {
-    /// Scene file; without it, the design paper's scene.
+    /// Scene file, `-` is stdin; without it, the design paper's scene.
     pub scene: Option<PathBuf>,
     /// Folder for the pictures and the report.
     #[arg(long, default_value = "out")]
@@ -89,9 +89,9 @@ pub struct CompareArgs {
 /// Arguments of `render`.
 #[derive(Debug, clap::Args)]
 pub struct RenderArgs {
-    /// Scene file.
+    /// Scene file; `-` is stdin.
     pub scene: PathBuf,
-    /// Picture to write, .png or .exr; may be given more than once.
+    /// Picture to write, .png or .exr, its folder made if need be; may be given more than once.
     #[arg(long, required = true)]
     pub out: Vec<PathBuf>,
     /// No edge or corner of the board may lie farther than this from its true place, in px: the cheapest level of
@@ -146,7 +146,7 @@ pub struct MeasureArgs {
     /// Picture: PNG, EXR, JPEG, BMP or PNM; or a corner file (.csv, .json, .yml) with the views left and right, as
     /// `biprism corners` or another program wrote it.
     pub picture: PathBuf,
-    /// The scene that says camera, prism and board of the picture.
+    /// The scene that says camera, prism and board of the picture; `-` is stdin.
     #[arg(long)]
     pub scene: PathBuf,
     /// Transfer curve of a picture that does not state its own.
@@ -166,7 +166,7 @@ pub struct MeasureArgs {
 /// Arguments of `design`.
 #[derive(Debug, clap::Args)]
 pub struct DesignArgs {
-    /// Scene file with a flat or freeform prism.
+    /// Scene file with a flat or freeform prism; `-` is stdin.
     pub scene: PathBuf,
     /// Folder for prism.toml, cloud.csv, front.ply and back.ply.
     #[arg(long, default_value = "out")]
@@ -182,7 +182,7 @@ pub struct DesignArgs {
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
 pub struct CheckArgs {
-    /// Scene file.
+    /// Scene file; `-` is stdin.
     pub scene: PathBuf,
     /// Print JSON.
     #[arg(long)]
@@ -218,7 +218,7 @@ pub struct StabilityArgs {
 /// Arguments of `cost`.
 #[derive(Debug, clap::Args)]
 pub struct CostArgs {
-    /// Scene file; without it, the design paper's scene.
+    /// Scene file, `-` is stdin; without it, the design paper's scene.
     pub scene: Option<PathBuf>,
     /// Folder for cost.json, cost.csv, cost.png, cost.svg and, of a designed prism, cost_design.png and .svg.
     #[arg(long, default_value = "out")]
@@ -237,7 +237,7 @@ pub struct CostArgs {
 /// Arguments of `trace`.
 #[derive(Debug, clap::Args)]
 pub struct TraceArgs {
-    /// Scene file.
+    /// Scene file; `-` is stdin.
     pub scene: PathBuf,
     /// CSV of pixel positions `x_px,y_px`, or with --back of `side,u_mm,v_mm` (left or right); `-` is stdin.
     #[arg(long, default_value = "-")]

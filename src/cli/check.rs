@@ -3,6 +3,7 @@
 use super::args::CheckArgs;
 use super::outcome::Outcome;
 use super::plan::TimedEstimate;
+use super::progress::Progress;
 use super::{files, output};
 use crate::analysis::half_image::{HalfFrame, NoPinhole, virtual_camera, virtual_camera_made};
 use crate::error::Error;
@@ -14,8 +15,11 @@ use glam::DVec3;
 use serde_json::json;
 
 pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
-    let scene = scene::load(&args.scene)?;
+    let scene = files::load(&args.scene)?;
+    let progress = Progress::new(0);
+    progress.begin(&scene.name, "build");
     let ideal = files::named(&args.scene, system::ideal(&scene))?;
+    progress.begin(&scene.name, "effects");
     let verdicts = auto::verdicts(&ideal, &scene);
     let system = ideal.with_effects(&auto::settled(&verdicts, &scene));
     let half = |half: Half| {
@@ -29,7 +33,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
             Err(NoPinhole::Telecentric) => json!({ "camera": "telecentric" }),
         }
     };
+    progress.begin(&scene.name, "time");
     let plan = TimedEstimate::new(&scene, &ideal, &system, verdicts);
+    drop(progress);
     let doubt = scene.prism.body().and_then(scene::GlassSpec::index_doubt);
     let found = json!({
         "scene": scene.name,
@@ -47,7 +53,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
         output::stdout(&format!("{found:#}\n"))?;
     } else {
         let board = &scene.board;
-        let mut text = format!("{} can be rendered\n", args.scene.display());
+        let mut text = format!("{} can be rendered\n", files::shown(&args.scene));
         text += &format!("prism   {}\n", scene.prism.kind());
         text += &format!("sensor  {} x {} px\n", scene.camera.width_px, scene.camera.height_px);
         let centre = board.world_from_board.translation_mm;
@@ -67,7 +73,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
             output::stderr(&format!("note: {doubt}"));
         }
     }
-    Ok(Outcome::Done)
+    Ok(if plan.in_reach() { Outcome::Done } else { Outcome::Unmet })
 }
 
 /// Where a virtual camera is, or why there is none.

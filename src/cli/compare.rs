@@ -13,7 +13,7 @@ use std::path::Path;
 pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     let scene = accuracy::asked(files::scene(args.scene.as_deref())?, args.target_px);
     let prisms = prisms(&scene)?;
-    files::folder(&args.out)?;
+    outputs(&args.out, &prisms)?;
     let options = JudgeOptions { budget: args.budget };
     let progress = Progress::new(prisms.len() as u64 * pixels(&scene, options));
     let mut judged = Vec::new();
@@ -57,4 +57,12 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     let nothing = report.designs.iter().all(|design| design.not_judged.is_some());
     let judged = if nothing { Outcome::Unmet } else { Outcome::Done };
     Ok(kept.fold(expected.and(judged), Outcome::and))
+}
+
+/// That every file of the comparison may be written to `folder`, which is made.
+fn outputs(folder: &Path, prisms: &[(&'static str, crate::scene::Scene)]) -> Result<(), Error> {
+    let pictures = prisms.iter().flat_map(|(name, _)| ["png", "exr"].map(|ending| format!("{name}.{ending}")));
+    let others = ["comparison.png", "budget.png", "report.json"].map(str::to_owned);
+    let names: Vec<String> = pictures.chain(others).collect();
+    files::outputs(folder, &names.iter().map(String::as_str).collect::<Vec<_>>()).map(drop)
 }

@@ -2,10 +2,13 @@
 
 use super::args::CornersArgs;
 use super::outcome::Outcome;
+use super::progress::Progress;
 use super::{files, output};
 use crate::error::Error;
 use crate::io::corners::{self, CornerFormat, CornerView, to_text};
-use crate::vision::half::{HalfImage, split};
+use crate::io::inputs;
+use crate::raster::Raster;
+use crate::vision::half::{Half, HalfImage};
 use crate::vision::{self, Settings};
 use serde_json::{Value, json};
 
@@ -15,7 +18,20 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
         None if args.json => CornerFormat::Json,
         None => CornerFormat::Csv,
     };
-    let views = if CornerFormat::of(&args.picture).is_ok() { corners::read(&args.picture)? } else { detected(args)? };
+    let progress = Progress::new(0);
+    progress.begin("picture", "read");
+    let given = CornerFormat::of(&args.picture).is_ok();
+    let (listed, picture) = match given {
+        true => (corners::read(&args.picture)?, None),
+        false => (Vec::new(), Some(crate::io::read(&args.picture, args.transfer.map(Into::into))?.0)),
+    };
+    if let Some(path) = &args.out {
+        inputs::check_outputs(std::slice::from_ref(path))?;
+        path.parent().map_or(Ok(()), files::folder)?;
+    }
+    progress.begin("picture", "detect");
+    let views = picture.map_or(listed, |picture| detected(args, &picture));
+    drop(progress);
     let text = to_text(&views, format);
     match &args.out {
         Some(path) => files::text(path, &text)?,
@@ -34,15 +50,17 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
     Ok(Outcome::Done)
 }
 
-fn detected(args: &CornersArgs) -> Result<Vec<CornerView>, Error> {
-    let (picture, _) = crate::io::read(&args.picture, args.transfer.map(Into::into))?;
+fn detected(args: &CornersArgs, picture: &Raster<f32>) -> Vec<CornerView> {
     let settings = Settings::default();
     if args.whole {
-        return Ok(vec![CornerView::new("whole", 0, &vision::detect(&picture, None, &settings))]);
+        return vec![CornerView::new("whole", 0, &vision::detect(picture, None, &settings))];
     }
-    let view =
-        |h: HalfImage<f32>| CornerView::new(h.half.name(), h.first_column, &vision::detect(&h.image, None, &settings));
-    Ok(split(&picture).map(view).into())
+    // One half after the other: both at once would hold the picture twice.
+    let view = |half: Half| {
+        let half = HalfImage::cut(picture, half);
+        CornerView::new(half.half.name(), half.first_column, &vision::detect(&half.image, None, &settings))
+    };
+    Half::BOTH.map(view).into()
 }
 
 /// What was written of a view, in numbers.

@@ -15,7 +15,8 @@ use std::path::{Path, PathBuf};
 
 pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
     let scene = files::scene(args.scene.as_deref())?;
-    files::folder(&args.out)?;
+    let names = ["cost.json", "cost.csv", "cost.png", "cost.svg", "cost_design.png", "cost_design.svg"];
+    files::outputs(&args.out, &names)?;
     let preset = if args.quick { CostSettings::quick() } else { CostSettings::default() };
     let settings = CostSettings { repetitions: usize::from(args.repetitions), ..preset };
     let progress = Progress::new(1);

@@ -2,6 +2,7 @@
 
 use super::args::DesignArgs;
 use super::outcome::Outcome;
+use super::progress::Progress;
 use super::{files, output};
 use crate::design::{self, DesignInput, text};
 use crate::error::Error;
@@ -12,10 +13,10 @@ use crate::scene::MarchOrder;
 use crate::surface::face::Face;
 
 pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
-    let scene = crate::scene::load(&args.scene)?;
+    let scene = files::load(&args.scene)?;
     let mut input = DesignInput::of(&scene).ok_or_else(|| {
         Error::new(
-            args.scene.display(),
+            files::shown(&args.scene),
             "`prism.kind` must be \"flat\" or \"freeform\" for a prism to be designed",
             "state index, ridge_distance_mm and thickness_mm, with kind = \"freeform\"",
         )
@@ -23,16 +24,20 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     if args.y_then_x {
         input.settings.order = MarchOrder::YThenX;
     }
+    let paths = files::outputs(&args.out, &["prism.toml", "cloud.csv", "front.ply", "back.ply"])?;
+    let progress = Progress::new(0);
+    progress.begin(&scene.name, "design");
     let designed = design::freeform(&input)?;
+    progress.begin(&scene.name, "write");
     let cloud = &designed.cloud;
-    files::folder(&args.out)?;
     let text = text::scene_prism(&designed.front.patch, &designed.back.patch, &input.prism.body);
-    files::text(&args.out.join("prism.toml"), &text)?;
-    write_atomically(&args.out.join("cloud.csv"), |out| write_csv(cloud.points(), out))?;
-    for (name, face) in [("front.ply", Face::Front), ("back.ply", Face::Back)] {
+    files::text(&paths[0], &text)?;
+    write_atomically(&paths[1], |out| write_csv(cloud.points(), out))?;
+    for (path, face) in [(&paths[2], Face::Front), (&paths[3], Face::Back)] {
         let size = [cloud.columns(), cloud.rows()];
-        write_atomically(&args.out.join(name), |out| write_ply(size, cloud.points(), face, out))?;
+        write_atomically(path, |out| write_ply(size, cloud.points(), face, out))?;
     }
+    drop(progress);
     let (camera, front, back) = (&designed.camera, &designed.front, &designed.back);
     if args.json {
         let figures = serde_json::json!({
@@ -57,9 +62,7 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
         ];
         output::stdout(&(lines.join("\n") + "\n"))?;
     }
-    for name in ["prism.toml", "cloud.csv", "front.ply", "back.ply"] {
-        output::stderr(&format!("wrote {}", args.out.join(name).display()));
-    }
+    paths.iter().for_each(|path| output::stderr(&format!("wrote {}", path.display())));
     output::stderr("prism.toml is the [prism] part of a scene: put it beside a camera and a board");
     Ok(Outcome::Done)
 }

@@ -2,21 +2,54 @@
 
 use super::output;
 use crate::error::Error;
-use crate::io::atomic;
-use crate::io::{Notes, png};
+use crate::io::{Notes, atomic, inputs, png};
 use crate::plot::canvas;
 use crate::plot::drawing::Drawing;
 use crate::scene::{self, Scene};
 use crate::system::System;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The design paper's scene, which is also shipped as a file.
 const PAPER: &str = include_str!("../../scenes/paper.toml");
 
+/// What a path of standard input is called by the user, and in messages.
+const STDIN: [&str; 2] = ["-", "stdin"];
+
+/// Whether a path stands for standard input.
+pub(super) fn is_stdin(path: &Path) -> bool {
+    path == Path::new(STDIN[0])
+}
+
+/// How a scene's path is called in messages.
+pub(super) fn shown(path: &Path) -> String {
+    if is_stdin(path) { STDIN[1].to_owned() } else { path.display().to_string() }
+}
+
+/// The scene at `path`, or from standard input; then files that it names are looked for in the present folder.
+pub(super) fn load(path: &Path) -> Result<Scene, Error> {
+    if !is_stdin(path) {
+        return scene::load(path);
+    }
+    note_stdin();
+    scene::read(std::io::stdin().lock(), STDIN[1], Some(Path::new("")))
+}
+
+/// A file that comes through standard input is read as well.
+pub(super) fn note_stdin() {
+    #[cfg(unix)]
+    {
+        use std::os::fd::AsFd;
+        if let Ok(copy) = std::io::stdin().as_fd().try_clone_to_owned() {
+            // Where it tells nothing of itself there is nothing to be kept.
+            let _ = inputs::note(Path::new(STDIN[0]), &std::fs::File::from(copy));
+        }
+    }
+}
+
 /// The scene at `path`, or the paper's.
 pub(super) fn scene(path: Option<&Path>) -> Result<Scene, Error> {
     match path {
-        Some(path) => scene::load(path),
+        Some(path) => load(path),
         None => scene::parse(PAPER, "scenes/paper.toml (embedded)", None),
     }
 }
@@ -28,15 +61,26 @@ pub(super) fn build(scene: &Scene, path: &Path) -> Result<System, Error> {
 
 /// The result for the scene in `path`, or what is wrong and in which file.
 pub(super) fn named<T>(path: &Path, made: Result<T, Error>) -> Result<T, Error> {
-    made.map_err(|problem| Error { place: format!("{}: {}", path.display(), problem.place), ..problem })
+    made.map_err(|problem| Error { place: format!("{}: {}", shown(path), problem.place), ..problem })
 }
 
 /// The folder, created if need be.
 pub(super) fn folder(path: &Path) -> Result<(), Error> {
+    if path.as_os_str().is_empty() {
+        return Ok(());
+    }
     std::fs::create_dir_all(path).map_err(|error| {
         let rule = format!("the folder cannot be made: {error}");
         Error::new(path.display(), rule, "name a folder that you may write to, with --out")
     })
+}
+
+/// The files of these names in a folder, none of which may be one that was read; the folder is made if need be.
+pub(super) fn outputs(folder: &Path, names: &[&str]) -> Result<Vec<PathBuf>, Error> {
+    let paths: Vec<PathBuf> = names.iter().map(|name| folder.join(name)).collect();
+    inputs::check_outputs(&paths)?;
+    self::folder(folder)?;
+    Ok(paths)
 }
 
 /// Writes `text` to `path`, whole or not at all.

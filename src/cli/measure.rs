@@ -12,10 +12,10 @@ use crate::analysis::view::{place, see};
 use crate::error::Error;
 use crate::io::corners::{self, CornerFormat};
 use crate::raster::Raster;
+use crate::report;
 use crate::report::{design, identity, json, table};
 use crate::scene::Scene;
 use crate::system::System;
-use crate::{report, scene};
 use std::collections::BTreeMap;
 
 /// What is measured.
@@ -26,7 +26,7 @@ enum Input {
 }
 
 pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
-    let scene = scene::load(&args.scene)?;
+    let scene = files::load(&args.scene)?;
     let input = input(args, &scene)?;
     let progress = Progress::new(0);
     progress.begin(&scene.name, "design");
@@ -97,7 +97,7 @@ fn same_instrument(args: &MeasureArgs, scene: &Scene, system: &System, note: Opt
         "the picture was rendered from scene {} with prism {}, and {} (scene \"{}\" with prism \"{}\") has another {}",
         said["scene"],
         said["prism"],
-        args.scene.display(),
+        files::shown(&args.scene),
         scene.name,
         scene.prism.kind(),
         others.join(", ")

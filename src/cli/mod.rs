@@ -9,6 +9,8 @@ mod analyse;
 pub mod args;
 mod check;
 mod plan;
+mod picture_time;
+mod threads;
 mod compare;
 mod corners;
 mod cost;
@@ -24,17 +26,56 @@ mod trace;
 mod output;
 mod outcome;
 
-use crate::error::Error;
+use crate::error::{Error, printable};
+use crate::io::inputs;
 use args::{Args, Verb};
 use clap::Parser;
 use outcome::Outcome;
-use std::io::IsTerminal;
+use std::borrow::Cow;
 use std::process::ExitCode;
 
+/// What [`run`] is told of how the command was started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Started {
+    /// Whether somebody holds the other end of stdout.
+    pub stdout_is_open: bool,
+}
+
 /// Parses the arguments, runs the verb and says how it went.
-pub fn run() -> ExitCode {
-    let args = Args::parse();
-    let outcome = match args.verb.unwrap_or_else(Verb::main_job) {
+pub fn run(started: Started) -> ExitCode {
+    let args = match arguments() {
+        Ok(args) => args,
+        Err(code) => return code,
+    };
+    if !started.stdout_is_open {
+        output::stdout_is_closed();
+    }
+    inputs::watch();
+    match threads::set_up().and_then(|()| verb(args)) {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Unmet) => ExitCode::from(1),
+        Err(problem) => {
+            output::complain(&problem);
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// The arguments, or the exit code where they are told to be wrong or help was asked for.
+fn arguments() -> Result<Args, ExitCode> {
+    Args::try_parse().map_err(|error| {
+        let obeyed = |arg: std::ffi::OsString| matches!(printable(&arg.to_string_lossy()), Cow::Owned(_));
+        if std::env::args_os().any(obeyed) {
+            // The library would hand them on to the terminal.
+            output::stderr(&error.render().to_string());
+            return ExitCode::from(2);
+        }
+        error.exit()
+    })
+}
+
+fn verb(args: Args) -> Result<Outcome, Error> {
+    match args.verb.unwrap_or_else(Verb::main_job) {
         Verb::Compare(args) => compare::run(&args),
         Verb::Render(args) => render::run(&args),
         Verb::Corners(args) => corners::run(&args),
@@ -45,17 +86,5 @@ pub fn run() -> ExitCode {
         Verb::Analyse(args) => analyse::run(&args),
         Verb::Cost(args) => cost::run(&args),
         Verb::Golden(args) => golden::run(&args),
-    };
-    match outcome {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Unmet) => ExitCode::from(1),
-        Err(problem) => {
-            complain(&problem);
-            ExitCode::from(2)
-        }
     }
-}
-
-fn complain(problem: &Error) {
-    output::stderr(&problem.render(std::io::stderr().is_terminal()));
 }

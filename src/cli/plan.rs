@@ -1,50 +1,60 @@
 //! The plan of a picture as `biprism check` shows it: path, effects, samples, time, memory, fates.
 
-use crate::accuracy::Sampling;
-use crate::analysis::estimate::{PictureEstimate, forecast, smaller};
+use super::picture_time::{PictureTime, picture_time};
+use crate::accuracy::{FINEST_TARGET_PX, Sampling, is_told_by_radiance};
+use crate::analysis::estimate::{PictureEstimate, forecast};
 use crate::effect::EffectId;
-use crate::render::{Outputs, render_wanted};
 use crate::scene::Scene;
 use crate::system::System;
 use crate::system::auto::Verdict;
 use serde_json::{Value, json};
-use std::time::Instant;
 
-/// Pictures of which the fastest is taken for the time of one, while they take no longer together than [`PATIENCE_S`].
-const REPETITIONS: usize = 3;
-/// A picture is not rendered again once this has passed, in s.
-const PATIENCE_S: f64 = 1.0;
+/// For this long pieces of the picture are made, to tell its time, in s; and for as long for all effects together that are
+/// left out.
+const PATIENCE_S: f64 = 0.2;
 
 /// A forecast with what it costs in time.
 pub(super) struct TimedEstimate {
     forecast: PictureEstimate,
-    /// Of the picture, in s.
-    time_s: f64,
+    /// Of the picture, and what its pieces kept to.
+    time: PictureTime,
+    /// What was asked for, in px.
+    target_px: Option<f64>,
     /// What each effect that is left out would add, in s, in the order of the forecast.
     saved_s: Vec<Option<f64>>,
 }
 
 impl TimedEstimate {
-    /// The plan of the picture of `scene`, whose instrument is `system`, settled by `verdicts`, and `ideal` without
-    /// effects. Times are those of pictures rendered now: of the picture itself where it is small, else of one of fewer
-    /// pixels, times the ratio of pixels. Larger pixels have more edges and more bend in them, so that such a time says
-    /// too much.
+    /// The plan of the picture of `scene`, whose instrument is `system`, settled by `verdicts`, and `ideal` without effects.
+    /// Times are told from small pieces of the picture: [`picture_time`].
     pub(super) fn new(scene: &Scene, ideal: &System, system: &System, verdicts: Vec<Verdict>) -> Self {
         let forecast = forecast(system, verdicts);
         let dropped: Vec<EffectId> = forecast.effects.iter().filter(|e| !e.kept).map(|e| e.effect).collect();
-        let time_s = time(ideal, scene, &dropped);
+        let time = picture_time(system, PATIENCE_S);
         let saved = |effect: EffectId| {
             let others: Vec<EffectId> = dropped.iter().copied().filter(|other| *other != effect).collect();
-            (time(ideal, scene, &others) - time_s).max(0.0)
+            let with = ideal.with_effects(&scene.effects.only(|row| !others.contains(&row.id)));
+            (picture_time(&with, PATIENCE_S / dropped.len() as f64).time_s - time.time_s).max(0.0)
         };
         let saved_s = forecast.effects.iter().map(|e| (!e.kept).then(|| saved(e.effect))).collect();
-        Self { forecast, time_s, saved_s }
+        Self { forecast, time, target_px: system.accuracy().target_px, saved_s }
+    }
+
+    /// Whether the picture can keep to what is asked of it, as far as its pieces tell.
+    pub(super) fn in_reach(&self) -> bool {
+        self.target_px.is_none_or(|target_px| is_told_by_radiance(target_px) && self.time.achieved_px <= target_px)
     }
 
     /// The plan for a script.
     pub(super) fn json(&self) -> Value {
         let mut value = json!(self.forecast);
-        value["time_s"] = json!(self.time_s);
+        let PictureTime { time_s, factor, achieved_px } = self.time;
+        value["time_s"] = json!(time_s);
+        value["time_within_factor"] = json!(factor);
+        if let Some(target_px) = self.target_px {
+            let target = json!({ "target_px": target_px, "reached_px": achieved_px, "in_reach": self.in_reach() });
+            value["target"] = target;
+        }
         for (effect, saved_s) in self.saved_s.iter().enumerate() {
             value["effects"][effect]["saved_s"] = json!(saved_s);
         }
@@ -72,8 +82,18 @@ impl TimedEstimate {
             0 => "\n".to_owned(),
             n => format!("; ghosts by {n} x {n} rays a pixel where their ways part\n"),
         };
-        let time = two_digits(self.time_s);
-        text += &format!("time    about {time} s here, measured on smaller pictures where it is large\n");
+        if let Some(target_px) = self.target_px.filter(|_| !self.in_reach()) {
+            let least = no_less(self.time.achieved_px);
+            text += &format!(
+                "target  {target_px:e} px is out of reach: pieces of the picture keep to {least} px, and f32 tells \
+                 {FINEST_TARGET_PX:e} px\n"
+            );
+        }
+        let PictureTime { time_s, factor, .. } = self.time;
+        text += &format!(
+            "time    about {} s here, within a factor of {factor:.1}, from pieces of the picture\n",
+            two_digits(time_s)
+        );
         let memory = two_digits(*memory_bytes as f64 / 1e6);
         text += &format!("memory  about {memory} MB for the picture and its ground truth, besides the program\n");
         let ended: Vec<String> = fates.iter().map(|(fate, share)| format!("{:.1} % {fate}", 100.0 * share)).collect();
@@ -114,23 +134,6 @@ fn no_less(bound: f64) -> String {
     let nearest = format!("{bound:.1e}");
     let below = nearest.parse().is_ok_and(|shown: f64| shown < bound);
     if below { format!("{:.1e}", bound + 0.5 * step) } else { nearest }
-}
-
-/// The time of a picture of `scene` without the effects `left_out`, in s, from smaller ones.
-fn time(ideal: &System, scene: &Scene, left_out: &[EffectId]) -> f64 {
-    let system = smaller(ideal, scene, left_out);
-    let begun = Instant::now();
-    let mut fastest = f64::INFINITY;
-    for _ in 0..REPETITIONS {
-        let start = Instant::now();
-        std::hint::black_box(render_wanted(&system, Outputs { truth: true }, &()));
-        fastest = fastest.min(start.elapsed().as_secs_f64());
-        if begun.elapsed().as_secs_f64() > PATIENCE_S {
-            break;
-        }
-    }
-    let [width, height] = system.camera().size_px();
-    fastest * (scene.camera.width_px * scene.camera.height_px) as f64 / (width * height) as f64
 }
 
 #[cfg(test)]

@@ -5,13 +5,15 @@ use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{accuracy, files, output};
 use crate::error::Error;
+use crate::io::inputs;
 use crate::report::design;
 use crate::report::picture::{self, Written};
-use crate::scene;
 
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
-    let scene = accuracy::asked(scene::load(&args.scene)?, args.target_px);
+    let scene = accuracy::asked(files::load(&args.scene)?, args.target_px);
     args.out.iter().try_for_each(|path| picture::check_name(path))?;
+    inputs::check_outputs(&args.out)?;
+    args.out.iter().filter_map(|path| path.parent()).try_for_each(files::folder)?;
     let progress = Progress::new((scene.camera.width_px * scene.camera.height_px) as u64);
     progress.begin(&scene.name, "design");
     let system = files::build(&scene, &args.scene)?;

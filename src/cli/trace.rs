@@ -2,19 +2,22 @@
 
 use super::args::TraceArgs;
 use super::outcome::Outcome;
+use super::progress::Progress;
 use super::{files, output};
 use crate::effect::EffectId;
 use crate::effect::dispersion::Wavelength;
 use crate::error::Error;
+use crate::io::inputs;
 use crate::optics::fate::Fate;
-use crate::scene::{self, Scene};
+use crate::progress::Observer;
+use crate::scene::Scene;
 use crate::system::aim::Aimer;
 use crate::system::in_light::light_name;
 use crate::system::{InLight, Side, System};
 use glam::{DVec2, DVec3};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, Read};
+use std::io::{BufRead, BufReader, IsTerminal, Read};
 use std::path::Path;
 
 /// Longest line that is read, in bytes.
@@ -34,8 +37,15 @@ const MAX_POINTS: usize = 10_000_000;
 const PIECE: usize = 4096;
 
 pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
-    let scene = scene::load(&args.scene)?;
+    if files::is_stdin(&args.scene) && files::is_stdin(&args.points) {
+        let rule = "scene and points are both to come from stdin";
+        return Err(Error::new("stdin", rule, "give the points as a file, with --points"));
+    }
+    let scene = files::load(&args.scene)?;
+    let progress = Progress::new(0);
+    progress.begin(&scene.name, "design");
     let built = files::build(&scene, &args.scene)?;
+    drop(progress);
     let system = match args.wavelength_nm {
         Some(nm) => at_line(&built, &scene, nm)?,
         None => built,
@@ -61,10 +71,18 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
         (format!("{}\n", if args.back { BACK_COLUMNS } else { COLUMNS }), "\n", "\n")
     };
     output::stdout(&head)?;
+    // Rows show how far it is where they go to the terminal; elsewhere the bar does.
+    let progress = Progress::new(0);
+    let watch = progress.watch(&scene.name);
+    if !std::io::stdout().is_terminal() {
+        watch.stage_of("trace", asked.len());
+    }
     for (k, piece) in asked.chunks(PIECE).enumerate() {
         let lines: Vec<String> = piece.iter().map(answer).collect();
         output::stdout(&format!("{}{}", if k == 0 { "" } else { between }, lines.join(between)))?;
+        watch.pixels(piece.len());
     }
+    drop(progress);
     output::stdout(if asked.is_empty() && !args.json { "" } else { tail })?;
     match args.wavelength_nm {
         Some(nm) => output::stderr(&format!("traced in light of {nm} nm")),
@@ -101,13 +119,13 @@ fn at_line(system: &System, scene: &Scene, wavelength_nm: f64) -> Result<System,
 
 /// Calls `use_line` with the place and the fields of each line that is neither blank, a comment nor the heading.
 fn each_line(path: &Path, mut use_line: impl FnMut(&str, &[&str]) -> Result<(), Error>) -> Result<(), Error> {
-    let name = if path == Path::new("-") { "stdin".to_owned() } else { path.display().to_string() };
+    let name = files::shown(path);
     let unreadable =
         |e: std::io::Error| Error::new(&name, format!("cannot be read: {e}"), "check the path and its permissions");
-    let mut input: Box<dyn BufRead> = if path == Path::new("-") {
+    let mut input: Box<dyn BufRead> = if files::is_stdin(path) {
         Box::new(BufReader::new(std::io::stdin()))
     } else {
-        Box::new(BufReader::new(std::fs::File::open(path).map_err(unreadable)?))
+        Box::new(BufReader::new(inputs::open(path).map_err(unreadable)?))
     };
     let mut line = Vec::new();
     for number in 1.. {
@@ -181,10 +199,17 @@ fn forth(light: &InLight<'_>, as_json: bool, px: DVec2) -> String {
     let system = light.main();
     let (path, end) = light.path(px);
     let landed = end.and_then(|(ray, side)| system.board().intersect(&ray).map(|(mm, _)| (mm, side)));
+    // A ray that ended in the glass came in through the side of its first point.
+    let entered = || Some(system.prism()?.side_at(*path.points.first()?));
     let (fate, side) = match (&landed, &end) {
         (Ok((_, side)), _) => ("board", Some(*side)),
         (Err(fate), Ok((_, side))) => (fate.name(), Some(*side)),
-        (Err(fate), Err(_)) => (fate.name(), None),
+        (Err(fate), Err(_)) => (fate.name(), entered()),
+    };
+    let reflected_at = match path.points.len() {
+        n if landed != Err(Fate::TotalReflection) || n == path.directions.len() => None,
+        1 => Some("front"),
+        _ => Some("back"),
     };
     let board = landed.ok().map(|(mm, _)| mm);
     let world = board.map(|mm| system.board().world(mm));
@@ -193,7 +218,7 @@ fn forth(light: &InLight<'_>, as_json: bool, px: DVec2) -> String {
     if as_json {
         let array = |v: Option<DVec3>| v.map(|v| v.to_array());
         return json!({
-            "pixel_px": px.to_array(), "side": side.map(side_name), "fate": fate,
+            "pixel_px": px.to_array(), "side": side.map(side_name), "fate": fate, "reflected_at": reflected_at,
             "board_mm": board.map(|mm| mm.to_array()), "world_mm": array(world),
             "front_mm": array(point(0)), "inner_direction": array(direction(0)),
             "back_mm": array(point(1)), "exit_direction": array(end.ok().map(|(ray, _)| ray.direction)),

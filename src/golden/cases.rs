@@ -5,12 +5,14 @@ use super::record::{self, Tolerance};
 use super::report::{CaseResult, Folders, GoldenOutcome, GoldenOutput, GoldenReport, Mode};
 use crate::error::Error;
 use crate::io::atomic::write_bytes;
+use crate::io::inputs;
 use crate::io::{Notes, png};
 use crate::raster::transfer::Transfer;
 use crate::raster::{Raster, compare};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// A pixel may be this far, in linear light, from its golden: half a 16-bit level, by which the golden itself was
@@ -19,6 +21,19 @@ pub const PIXEL_TOLERANCE: f64 = 0.51 / 65535.0;
 
 /// At most this many mismatches of a record are told.
 pub(super) const TOLD: usize = 10;
+
+/// Bytes of a golden record, at most.
+const RECORD_BYTES: u64 = 1 << 26;
+
+/// The text of a golden record.
+fn read_text(path: &Path) -> std::io::Result<String> {
+    let mut text = String::new();
+    let read = inputs::open(path)?.take(RECORD_BYTES + 1).read_to_string(&mut text)?;
+    if read as u64 > RECORD_BYTES {
+        return Err(std::io::Error::other(format!("it has more than {RECORD_BYTES} bytes")));
+    }
+    Ok(text)
+}
 
 /// The key under which a golden record keeps the noise.
 pub(super) const NOISE: &str = "noise";
@@ -183,7 +198,7 @@ pub(super) fn compare_record(
     case: &mut CaseResult,
 ) {
     let path = file(folders.golden, &case.name, "json");
-    let text = match fs::read_to_string(&path) {
+    let text = match read_text(&path) {
         Ok(text) => text,
         Err(error) => {
             case.reasons.push(format!("its golden record {} cannot be read: {error}", path.display()));
@@ -228,14 +243,16 @@ pub(super) fn compare_noise(expected: Value, actual: &Regions, case: &mut CaseRe
 /// Writes the golden of one case.
 pub(super) fn update(folders: &Folders<'_>, name: &str, actual: &GoldenOutput) -> Result<(), Error> {
     make(folders.golden)?;
-    let picture = file(folders.golden, name, "png");
+    let [picture, numbers] = ["png", "json"].map(|ending| file(folders.golden, name, ending));
+    inputs::release(&picture);
+    inputs::release(&numbers);
     png::write_grey16(&picture, &actual.picture, Transfer::Linear, &Notes::default())?;
     let mut record = actual.record.clone();
     if let (Some(noise), Some(record)) = (&actual.noise, record.as_object_mut()) {
         record.insert(NOISE.to_owned(), json!(noise));
     }
     let text = format!("{record:#}\n");
-    write_bytes(&file(folders.golden, name, "json"), text.as_bytes())
+    write_bytes(&numbers, text.as_bytes())
 }
 
 /// Leaves the strip, where there are two pictures, and a short text.
@@ -271,7 +288,10 @@ pub(super) const TEXT: &str = "diff.txt";
 /// Takes the evidence of an earlier failure away. That it may not be there is no failure.
 pub(super) fn forget(folders: &Folders<'_>, name: &str) {
     for ending in [STRIP, TEXT] {
-        let _ = fs::remove_file(file(folders.failures, name, ending));
+        let path = file(folders.failures, name, ending);
+        if !inputs::was_read(&path) {
+            let _ = fs::remove_file(path);
+        }
     }
 }
 

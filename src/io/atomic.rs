@@ -1,5 +1,6 @@
 //! Atomic file writing: whole files or none. Every file of the program is written here.
 
+use super::inputs::{check_output, final_target};
 use crate::error::Error;
 use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Write};
@@ -13,12 +14,13 @@ const BUFFER_BYTES: usize = 1 << 16;
 /// `write` fills a temporary file in the same directory, which is flushed to the disk and then renamed to `path`. After
 /// an error or an interruption the old file, if there was one, is untouched and nothing else is left behind (on Linux
 /// even when the program is killed, but for the instant between naming and renaming). A symbolic link is followed,
-/// so the file it names is replaced and not the link.
+/// so the file it names is replaced, or made where there is none yet, and the link stays.
 ///
 /// # Errors
 /// A directory that is missing or cannot be written, a file marked read-only, something at `path` that is no regular
-/// file, a full disk, and whatever `write` reports.
+/// file, a file that this run has read ([`super::inputs`]), a full disk, and whatever `write` reports.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), Error> {
+    check_output(path)?;
     let target = replaceable(path)?;
     let directory = match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -88,7 +90,8 @@ fn replaceable(path: &Path) -> Result<PathBuf, Error> {
     }
     let found = match std::fs::metadata(path) {
         Ok(found) => found,
-        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(path.to_owned()),
+        // Nothing is there, or a link to nothing.
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(final_target(path)),
         Err(error) => return Err(explain(path, &error)),
     };
     if !found.is_file() {
@@ -192,6 +195,16 @@ mod tests {
         write_bytes(&link, b"2").unwrap();
         assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
         assert_eq!(std::fs::read(&real).unwrap(), b"2");
+
+        let (new, dangling) = (directory.path().join("new"), directory.path().join("dangling"));
+        symlink("new", &dangling).unwrap();
+        write_bytes(&dangling, b"3").unwrap();
+        assert!(std::fs::symlink_metadata(&dangling).unwrap().is_symlink());
+        assert_eq!(std::fs::read(&new).unwrap(), b"3");
+        symlink("nowhere/x", directory.path().join("astray")).unwrap();
+        assert!(write_bytes(&directory.path().join("astray"), b"4").is_err());
+        symlink("loop", directory.path().join("loop")).unwrap();
+        assert!(write_bytes(&directory.path().join("loop"), b"5").is_err());
 
         assert!(write_bytes(Path::new("/dev/null"), b"x").unwrap_err().rule.contains("not a regular file"));
 

@@ -1,12 +1,12 @@
 //! A surface of triangles from a file: PLY or OBJ.
 
+use super::inputs;
 use super::lines::TextLines;
 use super::ply::{Ply, PlyRow};
 use super::point_cloud::finite_point;
 use crate::error::Error;
 use crate::surface::mesh::{Triangles, corner_normals};
 use glam::DVec3;
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -45,7 +45,7 @@ pub fn read_triangles(path: &Path) -> Result<Triangles, Error> {
     };
     let unreadable =
         |e| Error::new(path.display(), format!("cannot be read: {e}"), "check the path and its permissions");
-    let file = File::open(path).map_err(unreadable)?;
+    let file = inputs::open(path).map_err(unreadable)?;
     let bytes = file.metadata().map_err(unreadable)?.len();
     parse_triangles(&path.display().to_string(), format, BufReader::new(file), bytes)
 }
@@ -111,7 +111,8 @@ fn ply<R: BufRead>(lines: &mut TextLines<R>, bytes: u64) -> Result<Parts, Error>
         }
     }
     ply.rows(|ply, i, PlyRow { list, .. }| {
-        push(&mut triangles, list, points.len()).map_err(|rule| ply.problem(format!("face {i} {rule}"), FACE_HELP))
+        push(&mut triangles, list, points.len()).map_err(|rule| ply.problem(format!("face {i} {rule}"), FACE_HELP))?;
+        few(&triangles).map_err(|rule| ply.problem(rule, THIN_OUT))
     })?;
     Ok((points, normal_columns.is_some().then_some(normals), triangles))
 }
@@ -141,10 +142,7 @@ fn obj<R: BufRead>(lines: &mut TextLines<R>) -> Result<Parts, Error> {
                 let corners = words.map(corner).collect::<Result<Vec<f64>, Error>>()?;
                 push(&mut triangles, &corners, points.len())
                     .map_err(|rule| lines.problem(format!("the face {rule}"), FACE_HELP))?;
-                if triangles.len() as u64 > lines.limit {
-                    let rule = format!("the file has more than {} triangles, which is the limit", lines.limit);
-                    return Err(lines.problem(rule, "thin the mesh out: a smooth surface needs far fewer"));
-                }
+                few(&triangles).map_err(|rule| lines.problem(rule, THIN_OUT))?;
             }
             Some("vn" | "vt" | "vp" | "o" | "g" | "s" | "l" | "p" | "usemtl" | "mtllib") | None => {}
             Some(word) if word.starts_with('#') => {}
@@ -158,6 +156,16 @@ fn obj<R: BufRead>(lines: &mut TextLines<R>) -> Result<Parts, Error> {
 }
 
 const FACE_HELP: &str = "a face names three or four different vertices of the file: export the surface as triangles";
+
+const THIN_OUT: &str = "thin the mesh out: a smooth surface needs far fewer";
+
+/// That the triangles are no more than may be.
+fn few(triangles: &[[u32; 3]]) -> Result<(), String> {
+    if triangles.len() as u64 <= MAX_TRIANGLES {
+        return Ok(());
+    }
+    Err(format!("the file has more than {MAX_TRIANGLES} triangles, which is the limit"))
+}
 
 /// Appends a face of three or four corners; what is wrong with it, otherwise.
 fn push(triangles: &mut Vec<[u32; 3]>, corners: &[f64], points: usize) -> Result<(), String> {

@@ -1,11 +1,15 @@
 //! Bytes of files, in and out, and nothing of what a scene means. Every size that a file states has a limit, checked before
 //! memory is taken.
 
+pub mod inputs;
 pub mod atomic;
 pub(crate) mod metadata;
 mod open;
 pub(crate) mod picture_file;
 mod photo;
+mod jpeg;
+mod pnm;
+pub mod memory;
 pub mod exr;
 pub mod png;
 mod ply;

@@ -1,5 +1,6 @@
 //! Opening a file of a picture.
 
+use super::inputs;
 use crate::error::Error;
 use std::fs::File;
 use std::io::{self, BufReader};
@@ -7,7 +8,7 @@ use std::path::Path;
 
 /// Opens a regular file for reading.
 pub(super) fn open(path: &Path) -> Result<BufReader<File>, Error> {
-    let file = File::open(path).map_err(|error| unreadable(path, &error))?;
+    let file = inputs::open(path).map_err(|error| unreadable(path, &error))?;
     if file.metadata().is_ok_and(|found| found.is_dir()) {
         return Err(Error::new(path.display(), "this is a directory", "name a PNG or EXR file"));
     }

@@ -1,73 +1,72 @@
-//! Photographs: JPEG, BMP and PNM of other programs and cameras, through the `image` library, to linear light.
+//! What other programs and cameras write: JPEG and BMP through the `image` library, to linear light.
 
+use super::inputs::unreadable;
+use super::jpeg::{self, JpegOutline};
+use super::memory::{PICTURE_BYTES, check_length, check_memory, length};
 use super::metadata::{Metadata, checked_size};
 use crate::error::Error;
+use crate::raster::Raster;
 use crate::raster::transfer::{Transfer, luminance};
-use crate::raster::{MAX_PIXELS, MAX_SIDE_PX, Raster};
-use image::{ColorType, DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
 use std::collections::BTreeMap;
-use std::io::{BufRead, Seek};
+use std::io::{self, BufRead, Read, Seek};
 use std::path::Path;
 
 /// The format that a file's first bytes announce, if it is one of these.
 pub(super) fn format(start: &[u8]) -> Option<ImageFormat> {
     let format = image::guess_format(start).ok()?;
-    matches!(format, ImageFormat::Jpeg | ImageFormat::Bmp | ImageFormat::Pnm).then_some(format)
+    matches!(format, ImageFormat::Jpeg | ImageFormat::Bmp).then_some(format)
 }
 
 fn name(format: ImageFormat) -> &'static str {
-    match format {
-        ImageFormat::Jpeg => "JPEG",
-        ImageFormat::Bmp => "BMP",
-        _ => "PNM",
-    }
+    if format == ImageFormat::Jpeg { "JPEG" } else { "BMP" }
 }
 
 /// The picture as linear light. None of these formats states its curve in a way that all programs keep, so the caller
 /// must: sRGB for nearly every photograph.
 pub(super) fn read_from(
     path: &Path,
-    source: impl BufRead + Seek,
+    mut source: impl BufRead + Seek,
     format: ImageFormat,
     stated: Option<Transfer>,
 ) -> Result<(Raster<f32>, Metadata), Error> {
+    let help = "check that the file is whole, or convert it to PNG";
     let damaged = |error: image::ImageError| {
-        let rule = format!("the {} cannot be read: {error}", name(format));
-        Error::new(path.display(), rule, "check that the file is whole, or convert it to PNG")
+        Error::new(path.display(), format!("the {} cannot be read: {error}", name(format)), help)
     };
     let Some(transfer) = stated else {
         let rule = format!("a {} does not say how its values became of light", name(format));
         return Err(Error::new(path.display(), rule, "state it: --transfer srgb for a photograph, or linear"));
     };
-    let mut limits = Limits::default();
-    limits.max_image_width = Some(MAX_SIDE_PX as u32);
-    limits.max_image_height = Some(MAX_SIDE_PX as u32);
-    // Four channels of two bytes.
-    limits.max_alloc = Some(8 * MAX_PIXELS as u64);
-    let mut reader = ImageReader::with_format(source, format);
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(damaged)?;
-    let size = decoder.dimensions();
-    let (width, height) = checked_size(path, size.0 as usize, size.1 as usize)?;
+    // Look at the file before the library takes memory for it.
+    let needs = PhotoNeeds::of(path, &mut source, format)?;
+
+    // Check size, colours, memory and length.
+    let decoder = ImageReader::with_format(source, format).into_decoder().map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    let (width, height) = checked_size(path, width as usize, height as usize)?;
     let colour = decoder.color_type();
     if colour.has_alpha() {
         let rule = "the picture has an opacity, which has no meaning for light";
         return Err(Error::new(path.display(), rule, "save it without opacity"));
     }
-    let picture = DynamicImage::from_decoder(decoder).map_err(damaged)?;
-    let light = |value: f32| transfer.decode(f64::from(value));
-    let data = match picture {
-        DynamicImage::ImageLuma8(_) | DynamicImage::ImageLuma16(_) => {
-            picture.to_luma32f().into_raw().into_iter().map(|v| light(v) as f32).collect()
-        }
+    needs.check(path, (width, height), decoder.total_bytes())?;
+
+    // Decode, and take the light by a table of all values.
+    let mut samples = vec![0; decoder.total_bytes() as usize];
+    decoder.read_image(&mut samples).map_err(damaged)?;
+    let table: Vec<f64> = (0..=255u8).map(|v| transfer.decode(f64::from(f32::from(v) / 255.0))).collect();
+    let light = |v: u8| table[usize::from(v)];
+    let data = match colour {
+        ColorType::L8 => samples.iter().map(|&v| light(v) as f32).collect(),
         _ => {
-            let mean = |p: &[f32; 3]| luminance(light(p[0]), light(p[1]), light(p[2])) as f32;
-            picture.to_rgb32f().as_raw().as_chunks::<3>().0.iter().map(mean).collect()
+            let mean = |p: &[u8; 3]| luminance(light(p[0]), light(p[1]), light(p[2])) as f32;
+            samples.as_chunks::<3>().0.iter().map(mean).collect()
         }
     };
     let metadata = Metadata {
         format: name(format),
-        samples: format!("{} bit {}", 8 * colour.bytes_per_pixel() / colour.channel_count(), kind(colour)),
+        samples: format!("8 bit {}", if colour.has_color() { "RGB" } else { "grey" }),
         transfer: transfer.name().to_owned(),
         transfer_source: "the caller".to_owned(),
         from_colour: colour.has_color(),
@@ -77,6 +76,75 @@ pub(super) fn read_from(
     Ok((Raster::from_data(width, height, data), metadata))
 }
 
-fn kind(colour: ColorType) -> &'static str {
-    if colour.has_color() { "RGB" } else { "grey" }
+/// What a file asks for, as far as it tells before it is decoded.
+struct PhotoNeeds {
+    file_bytes: u64,
+    /// Bytes that are held besides the decoded samples, for each pixel and at all.
+    held: [u64; 2],
+    /// Bytes that the file must have, and pixels that each of them may stand for.
+    least: u64,
+    pixels_a_byte: u64,
+}
+
+impl PhotoNeeds {
+    /// Goes through the file and back to its start. A JPEG that is cut off is refused here, since the library would fill it
+    /// up with grey.
+    fn of(path: &Path, source: &mut (impl BufRead + Seek), format: ImageFormat) -> Result<Self, Error> {
+        let failed = |error: io::Error| unreadable(path, &error);
+        let file_bytes = length(source).map_err(failed)?;
+        let needs = if format == ImageFormat::Jpeg {
+            let JpegOutline { progressive, whole } = jpeg::outline(source).map_err(failed)?;
+            if !whole {
+                let rule = "the JPEG is damaged: the marker of its end is missing, as in a file that is cut short";
+                return Err(Error::new(path.display(), rule, "copy the file again, or export it anew"));
+            }
+            if file_bytes > PICTURE_BYTES {
+                let rule = format!("the file has {file_bytes} bytes, and a JPEG may have {PICTURE_BYTES}");
+                return Err(Error::new(path.display(), rule, "use a smaller picture"));
+            }
+            // The file itself, and where it is progressive the coefficients of three components in two bytes each.
+            let held = [if progressive { 6 } else { 0 }, file_bytes];
+            Self { file_bytes, held, least: 0, pixels_a_byte: jpeg::PIXELS_A_BYTE }
+        } else {
+            let least = bmp_bytes(source).map_err(failed)?.unwrap_or(0);
+            Self { file_bytes, held: [0; 2], least, pixels_a_byte: u64::MAX }
+        };
+        source.rewind().map_err(failed)?;
+        Ok(needs)
+    }
+
+    /// Refuses a picture whose samples take `decoded` bytes and with all else more than a picture may, and a file too short
+    /// for it.
+    fn check(&self, path: &Path, size: (usize, usize), decoded: u64) -> Result<(), Error> {
+        let pixels = size.0 as u64 * size.1 as u64;
+        check_memory(path, size, decoded.saturating_add(self.held[0] * pixels + self.held[1]))?;
+        check_length(path, size, self.file_bytes, self.least.max(pixels.div_ceil(self.pixels_a_byte)))
+    }
+}
+
+/// Bytes that the pixels of a BMP need at the least, with all that stands before them; `None` where its header is none that
+/// the library reads.
+fn bmp_bytes(source: &mut impl Read) -> io::Result<Option<u64>> {
+    let mut head = Vec::new();
+    source.take(34).read_to_end(&mut head)?;
+    let u16_at = |at: usize| Some(u64::from(u16::from_le_bytes(*head.get(at..)?.first_chunk()?)));
+    let u32_at = |at: usize| Some(u32::from_le_bytes(*head.get(at..)?.first_chunk()?));
+    let needed = || {
+        let start = u64::from(u32_at(10)?);
+        let core = u32_at(14)? == 12;
+        let (width, height, bits, packing) = if core {
+            (u16_at(18)?, u16_at(20)?, u16_at(24)?, 0)
+        } else {
+            let side = |at| Some(u64::from(u32_at(at)?.cast_signed().unsigned_abs()));
+            (side(18)?, side(22)?, u16_at(28)?, u32_at(30)?)
+        };
+        let pixels = match packing {
+            // Run lengths: two bytes for at most 255 pixels, and no run goes on in the next row.
+            1 | 2 => height.saturating_mul(2 * width.div_ceil(255)),
+            // Rows end at four bytes, the last one perhaps at its own end.
+            _ => height.saturating_mul((width * bits).div_ceil(32) * 4).saturating_sub(3),
+        };
+        Some(start.saturating_add(pixels))
+    };
+    Ok(needed())
 }

@@ -2,7 +2,7 @@
 
 use super::metadata::Metadata;
 use super::open::{open, unreadable};
-use super::{exr, photo, png};
+use super::{exr, photo, png, pnm};
 use crate::error::Error;
 use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
@@ -15,9 +15,9 @@ use std::path::Path;
 /// [`Metadata::transfer_source`] keeps which was used. An EXR is linear by definition.
 ///
 /// # Errors
-/// A file that is missing, of another format, damaged, outside the limits of
-/// [`MAX_SIDE_PX`](crate::raster::MAX_SIDE_PX) and [`MAX_PIXELS`](crate::raster::MAX_PIXELS), not opaque, not finite, or
-/// that leaves the transfer curve to be guessed.
+/// A file that is missing, of another format, damaged, too short for its pixels, outside the limits of
+/// [`crate::raster::MAX_SIDE_PX`], [`crate::raster::MAX_PIXELS`] and [`super::memory::PICTURE_BYTES`] (all of which its header
+/// is asked for before memory is taken), not opaque, not finite, or that leaves the transfer curve to be guessed.
 pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Error> {
     let mut file = open(path)?;
     let mut start = Vec::new();
@@ -30,6 +30,8 @@ pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metad
         png::read_from(path, file, stated)
     } else if start.starts_with(&exr::SIGNATURE) {
         exr::read_from(path, file, stated)
+    } else if pnm::is_pnm(&start) {
+        pnm::read_from(path, file, stated)
     } else if let Some(format) = photo::format(&start) {
         photo::read_from(path, file, format, stated)
     } else {

@@ -4,6 +4,8 @@ use super::lines::TextLines;
 use crate::error::Error;
 use std::io::BufRead;
 
+/// Most items of a list: a face has three or four corners.
+const MAX_LIST: f64 = 255.0;
 /// Most lines of a header.
 const MAX_HEADER_LINES: usize = 1000;
 /// What to do about a file that ends too early.
@@ -250,6 +252,10 @@ impl<'a, 'b, R: BufRead> Ply<'a, 'b, R> {
                 PropertyKind::List { count, item } => {
                     let length = count.read(&mut self.lines.input, self.encoding)?;
                     row.values.push(length);
+                    if length > MAX_LIST {
+                        let rule = format!("its list has {length} items, and may have {MAX_LIST}");
+                        return Err(std::io::Error::new(std::io::ErrorKind::InvalidData, rule));
+                    }
                     // Read one by one: a length that is not there ends the file, and takes no memory.
                     while (row.list.len() as f64) < length {
                         row.list.push(item.read(&mut self.lines.input, self.encoding)?);

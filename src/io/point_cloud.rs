@@ -1,11 +1,11 @@
 //! A point cloud from a file: CSV with named columns, PLY, or XYZ.
 
+use super::inputs;
 use super::lines::TextLines;
 use super::ply::Ply;
 use crate::error::Error;
 use crate::surface::face::Face;
 use glam::DVec3;
-use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
@@ -46,7 +46,7 @@ pub fn read_points(path: &Path, face: Face) -> Result<Vec<DVec3>, Error> {
     };
     let unreadable =
         |e| Error::new(path.display(), format!("cannot be read: {e}"), "check the path and its permissions");
-    let file = File::open(path).map_err(unreadable)?;
+    let file = inputs::open(path).map_err(unreadable)?;
     let bytes = file.metadata().map_err(unreadable)?.len();
     parse_points(&path.display().to_string(), format, BufReader::new(file), bytes, face)
 }

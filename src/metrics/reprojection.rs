@@ -4,7 +4,7 @@ use super::deviation::{Deviation, Unmeasurable, at_least};
 use super::observation::Observation;
 use super::pinhole::Pinhole;
 use crate::geom::Pose;
-use crate::num::lsq;
+use crate::num::lsq::{self, Failure};
 use Parameter::{
     Focal, FocalX, FocalY, PrincipalX, PrincipalY, RotationX, RotationY, RotationZ, ShiftX, ShiftY, ShiftZ,
 };
@@ -98,7 +98,8 @@ pub struct PinholeFit {
 ///
 /// # Errors
 /// [`Unmeasurable::TooFew`] unless 2N > the count of free parameters, [`Unmeasurable::NotFinite`],
-/// [`Unmeasurable::BehindCamera`] at the start, and [`Unmeasurable::Fit`]: `Singular` when the points leave a parameter
+/// [`Unmeasurable::BehindCamera`] at the start, [`Unmeasurable::Degenerate`] where one facing board leads nowhere, and
+/// [`Unmeasurable::Fit`]: `Singular` when the points leave a parameter
 /// free (all on one line, or focal length and distance for a board exactly parallel to the image).
 pub fn fit(start: &Pinhole, free: &[Parameter], observations: &[Observation]) -> Result<PinholeFit, Unmeasurable> {
     at_least("observed points", observations.len(), free.len() / 2 + 1)?;
@@ -106,11 +107,25 @@ pub fn fit(start: &Pinhole, free: &[Parameter], observations: &[Observation]) ->
     let evaluate = |camera: &Pinhole| derivatives(camera, free, observations);
     let minimum = lsq::levenberg_marquardt(*start, lsq::SearchSettings::default(), evaluate, |camera, step| {
         free.iter().zip(step.iter()).fold(*camera, |camera, (parameter, &by)| moved(camera, *parameter, by))
+    });
+    let minimum = minimum.map_err(|failure| match failure {
+        Failure::NotConverged { .. } if faces(start, observations) => Unmeasurable::Degenerate(FACING),
+        other => other.into(),
     })?;
     let residuals_px = minimum.state.residuals_px(observations)?;
     let deviation = Deviation::of(&residuals_px)?;
     let covariance = minimum.covariance.expect("2N > p was checked, so there is a variance");
     Ok(PinholeFit { pinhole: minimum.state, residuals_px, deviation, covariance, iterations: minimum.iterations })
+}
+
+/// What a fit over one board that faces the camera may end in: distance, focal length and turns trade places without end.
+const FACING: &str = "one board that faces the camera, at one depth, does not fix this fit";
+
+/// Whether all points are at one depth of the camera, to a millionth.
+fn faces(camera: &Pinhole, observations: &[Observation]) -> bool {
+    let depths = observations.iter().map(|o| camera.camera_from_world.point(o.point_mm).z);
+    let (near, far) = depths.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), z| (a.min(z), b.max(z)));
+    far - near <= 1e-6 * far.abs()
 }
 
 /// Residuals (observed minus projected, x and y in turn) and their derivatives by the free parameters.

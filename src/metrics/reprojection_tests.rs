@@ -139,3 +139,31 @@ fn hard_input_is_named() {
     bad[2] = Observation { point_mm: -observations[2].point_mm, ..observations[2] };
     assert_eq!(fit(&camera, &POSE, &bad), Err(Unmeasurable::BehindCamera { index: 2 }));
 }
+
+/// What a facing board leaves open is told as that, and not as steps of a search.
+#[test]
+fn a_facing_board_is_named_where_it_does_not_fix_the_fit() {
+    let camera = designed();
+    let mut unfixed = 0;
+    for seed in 0..60 {
+        let points = boards(&[600.0]);
+        // A bend that no pinhole has, besides noise.
+        let bent = |o: Observation| {
+            let r = (o.image_px - camera.principal_px) / 500.0;
+            let bend = 30.0 * f64::from(seed as u32 % 6) * r.length_squared() * r;
+            Observation { image_px: o.image_px + bend, ..o }
+        };
+        let observations: Vec<_> = seen(&real(), &points, 0.5, seed).into_iter().map(bent).collect();
+        for free in [&POSE[..], &POSE_AND_FOCAL, &POSE_AND_ANAMORPHIC, &ALL] {
+            match fit(&camera, free, &observations) {
+                Err(Unmeasurable::Fit(Failure::NotConverged { .. })) => panic!("steps were counted"),
+                Err(Unmeasurable::Degenerate(told)) => {
+                    assert_eq!(told, FACING);
+                    unfixed += 1;
+                }
+                _ => {}
+            }
+        }
+    }
+    println!("{unfixed} fits were left open");
+}

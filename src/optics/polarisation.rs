@@ -20,9 +20,10 @@ pub struct Beam {
 pub enum PolarisationState {
     /// All of it.
     Unpolarised,
-    /// What a polariser in front of the lens lets through, its electric field along the image's x.
+    /// What a polariser in front of the lens lets through, its electric field along the image's x, less its part along the
+    /// ray.
     X,
-    /// Along the image's y.
+    /// Along the image's y, turned onto the ray likewise.
     Y,
 }
 
@@ -38,13 +39,14 @@ pub struct Split {
 impl Beam {
     /// Light of power 1 along the unit vector `direction`.
     pub fn new(direction: DVec3, light: PolarisationState) -> Self {
-        // The axes of the image, turned onto the ray: x loses its part along the ray, y is across both.
-        let x = (DVec3::X - direction * direction.x).try_normalize().unwrap_or(DVec3::Z);
-        let y = direction.cross(x);
+        // The axes of the image, turned onto the ray: each loses its part along the ray. On an oblique ray they are not
+        // across each other any more, so that unpolarised light is taken along x and across both.
+        let onto = |axis: DVec3| (axis - direction * direction.dot(axis)).try_normalize().unwrap_or(DVec3::Z);
+        let x = onto(DVec3::X);
         let fields = match light {
-            PolarisationState::Unpolarised => [x * 0.5f64.sqrt(), y * 0.5f64.sqrt()],
+            PolarisationState::Unpolarised => [x * 0.5f64.sqrt(), direction.cross(x) * 0.5f64.sqrt()],
             PolarisationState::X => [x, DVec3::ZERO],
-            PolarisationState::Y => [y, DVec3::ZERO],
+            PolarisationState::Y => [onto(DVec3::Y), DVec3::ZERO],
         };
         Self { fields: fields.map(|field| [field, DVec3::ZERO]) }
     }
@@ -140,6 +142,17 @@ mod tests {
     fn split(beam: &Beam, interface: &Interface, incoming: DVec3, normal: DVec3) -> Split {
         let refracted = refract(incoming, normal, interface.n_in / interface.n_out).map(|r| r.direction);
         beam.split(interface, normal, incoming, mirrored(incoming, normal), refracted)
+    }
+
+    /// A polariser's field is its axis less the part along the ray: in the plane of both, and across the ray.
+    #[test]
+    fn both_axes_of_the_image_are_turned_onto_the_ray_alike() {
+        let direction = DVec3::new(0.3, -0.4, 0.8).normalize();
+        for (light, axis) in [(PolarisationState::X, DVec3::X), (PolarisationState::Y, DVec3::Y)] {
+            let [field, _] = Beam::new(direction, light).fields[0];
+            assert!(field.dot(direction).abs() < 1e-15 && field.dot(direction.cross(axis)).abs() < 1e-15, "{field}");
+            assert!(field.dot(axis) > 0.0 && (field.length() - 1.0).abs() < 1e-15, "{field}");
+        }
     }
 
     #[test]

@@ -171,6 +171,12 @@ impl Prism {
         }
     }
 
+    /// The side whose glass holds a place of the world.
+    pub fn side_at(&self, world_mm: DVec3) -> Side {
+        let own_mm = self.poses.map_or(world_mm, |[_, prism_from_world]| prism_from_world.point(world_mm));
+        if own_mm.x < 0.0 { Side::Left } else { Side::Right }
+    }
+
     /// Where a ray of the world meets the front of a side, in the prism's frame, in mm.
     pub(crate) fn met_mm(&self, ray: &Ray, side: Side, residual_mm: f64) -> Option<DVec3> {
         let own = self.enter(ray, &mut ());

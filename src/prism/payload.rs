@@ -27,6 +27,9 @@ pub struct RefractionEvent<'a, M> {
 
 /// Something that follows a ray from surface to surface.
 pub trait Payload {
+    /// The ray met a surface, whether or not it goes on behind it.
+    #[inline(always)]
+    fn reached(&mut self, _ray: &Ray, _hit: &Hit) {}
     /// The ray was refracted.
     fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>);
     /// The frame changes.
@@ -88,7 +91,8 @@ impl Payload for Differentials {
     }
 }
 
-/// Every point at which the ray was refracted and the direction in which it went on; in the prism's frame on the way,
+/// Every point at which the ray met a surface and the direction in which it went on behind it, one less of these where it was
+/// totally reflected; in the prism's frame on the way,
 /// in the world once the ray has left or ended.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Path {
@@ -99,8 +103,11 @@ pub struct Path {
 }
 
 impl Payload for Path {
+    fn reached(&mut self, ray: &Ray, hit: &Hit) {
+        self.points.push(ray.at(hit.t_mm));
+    }
+
     fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>) {
-        self.points.push(event.ray.at(event.hit.t_mm));
         self.directions.push(event.out.direction);
     }
 

@@ -22,6 +22,7 @@ pub fn pass<C: Payload>(
     eta: f64,
     payload: &mut C,
 ) -> Result<Ray, Fate> {
+    payload.reached(ray, hit);
     let out = refract(ray.direction, modifier.normal(hit), eta).ok_or(Fate::TotalReflection)?;
     payload.refracted(&RefractionEvent { ray, surface, modifier, hit, eta, out: &out });
     Ok(Ray { origin: ray.at(hit.t_mm), direction: out.direction })

@@ -65,7 +65,8 @@ impl<T: Copy> Raster<T> {
     /// The columns `[first, last)` as a picture of their own.
     #[must_use]
     pub fn columns(&self, first: usize, last: usize) -> Self {
-        let data = (0..self.height).flat_map(|j| self.row(j)[first..last].iter().copied()).collect();
+        let mut data = Vec::with_capacity((last - first) * self.height);
+        (0..self.height).for_each(|j| data.extend_from_slice(&self.row(j)[first..last]));
         Self::from_data(last - first, self.height, data)
     }
 

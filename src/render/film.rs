@@ -1,6 +1,6 @@
 //! The film: the rendered picture, its ground truth, and the report of its accuracy.
 
-use crate::accuracy::Level;
+use crate::accuracy::{Level, is_told_by_radiance};
 use crate::optics::fate::Fate;
 use crate::raster::Raster;
 use crate::system::Side;
@@ -63,6 +63,11 @@ impl AccuracyReport {
     pub fn achieved_px(&self) -> f64 {
         self.map_px + self.bend_px
     }
+
+    /// Whether what was asked for is kept, where something was, and told by what the picture holds.
+    pub fn keeps_to_target(&self) -> bool {
+        self.target_px.is_none_or(|target_px| is_told_by_radiance(target_px) && self.achieved_px() <= target_px)
+    }
 }
 
 impl std::fmt::Display for AccuracyReport {
@@ -71,7 +76,10 @@ impl std::fmt::Display for AccuracyReport {
         let Self { level, promise_px, map_px, bend_px, patches, mapped, .. } = self;
         write!(f, "{}", level.name())?;
         if let Some(target_px) = self.target_px {
-            write!(f, ", the cheapest level that keeps to {target_px:.0e} px")?;
+            match self.keeps_to_target() {
+                true => write!(f, ", the cheapest level that keeps to {target_px:.0e} px"),
+                false => write!(f, ", which does not keep to {target_px:.0e} px: out of reach"),
+            }?;
         }
 
         // Compare the promise with what was achieved.

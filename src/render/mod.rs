@@ -28,12 +28,14 @@ mod ghosts;
 mod ground_truth;
 mod accumulate;
 mod driver;
+mod sample;
 pub mod supersample;
 
 pub use bands::picture;
 pub use driver::{render, render_wanted};
 pub use film::{AccuracyReport, Class, Counts, Film, Outputs, Strip};
 pub use plan::Plan;
+pub use sample::{GhostSample, PieceOfWork, PixelWork};
 pub use strips::{STRIP_ROWS, render_strips, strip_rows};
 
 #[cfg(test)]

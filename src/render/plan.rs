@@ -97,6 +97,11 @@ impl<'a> Plan<'a> {
         }
     }
 
+    /// The instrument of this pass.
+    pub fn system(&self) -> &System {
+        self.system
+    }
+
     /// What the picture's own way of sampling says that `px` sees, in mm on the board: the map where it stands, the traced
     /// ray elsewhere.
     ///

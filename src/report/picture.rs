@@ -19,6 +19,7 @@ use std::iter::once;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
+use std::thread::Builder;
 
 /// The name's ending in lower case.
 fn ending(path: &Path) -> String {
@@ -158,20 +159,23 @@ pub struct Written {
 ///
 /// # Errors
 /// As [`write()`].
-pub fn render_to_files(
-    paths: &[PathBuf],
-    scene: &Scene,
-    system: &System,
+pub fn render_to_files<'env>(
+    paths: &'env [PathBuf],
+    scene: &'env Scene,
+    system: &'env System,
     observer: &dyn Observer,
 ) -> Result<Written, Error> {
     std::thread::scope(|scope| {
-        let writers: Vec<_> = paths
-            .iter()
-            .map(|path| {
-                let (strips, received) = sync_channel::<Arc<Strip>>(1);
-                (strips, scope.spawn(move || write_strips(path, scene, system, received.into_iter())))
-            })
-            .collect();
+        let writer = |path: &'env PathBuf| {
+            let (strips, received) = sync_channel::<Arc<Strip>>(1);
+            let write = move || write_strips(path, scene, system, received.into_iter());
+            let thread = Builder::new().spawn_scoped(scope, write).map_err(|error| {
+                let rule = format!("no thread can be made to write it: {error}");
+                Error::new(path.display(), rule, "write fewer files at once, or end other programs")
+            })?;
+            Ok((strips, thread))
+        };
+        let writers = paths.iter().map(writer).collect::<Result<Vec<_>, Error>>()?;
         let mut all_fates = BTreeMap::new();
         let (counts, account) = render_strips(system, observer, &mut |strip| {
             strip.class.iter().flat_map(fates).for_each(|(fate, n)| *all_fates.entry(fate).or_insert(0) += n);

@@ -179,6 +179,10 @@ fn find(document: &Document, path: &str, file: &str, folder: Option<&Path>) -> R
         return problem(rule, "save the scene beside its files, and give its path");
     };
     let found = folder.join(file);
+    if found.is_dir() {
+        let rule = format!("`{path}` is {file:?}, and {} is a directory", found.display());
+        return problem(rule, "give the path of the file in it, relative to the scene file");
+    }
     if !found.is_file() {
         let rule = format!("`{path}` is {file:?}, and there is no file {}", found.display());
         return problem(rule, "give the file's path relative to the scene file");

@@ -3,9 +3,9 @@
 use super::limits::FILE_BYTES;
 use super::source::ValueSource;
 use crate::error::Error;
+use crate::io::inputs;
 
 use serde::de::DeserializeOwned;
-use std::fs::File;
 use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
@@ -111,24 +111,34 @@ pub(super) fn read(path: &Path) -> Result<String, Error> {
         let help = "give the path of a scene file in it";
         return Err(Error::new(&place, format!("`{place}` is a directory, and a scene is a file"), help));
     }
-    let file = File::open(path).map_err(refused)?;
+    let file = inputs::open(path).map_err(refused)?;
     let told = file.metadata().map_err(refused)?.len();
-    // A pipe tells no length, so the reading is bounded as well.
-    let mut bytes = Vec::new();
-    if told <= FILE_BYTES {
-        file.take(FILE_BYTES + 1).read_to_end(&mut bytes).map_err(refused)?;
+    if told > FILE_BYTES {
+        return Err(too_long(&place, told));
     }
-    let length = told.max(bytes.len() as u64);
-    if length > FILE_BYTES {
-        let rule = format!("`{place}` has {length} bytes or more, and a scene has at most {FILE_BYTES}");
-        return Err(Error::new(&place, rule, "give a scene file; points of a surface go into a file of their own"));
+    text_of(file, &place)
+}
+
+fn too_long(place: &str, bytes: u64) -> Error {
+    let rule = format!("`{place}` has {bytes} bytes or more, and a scene has at most {FILE_BYTES}");
+    Error::new(place, rule, "give a scene file; points of a surface go into a file of their own")
+}
+
+/// The text of an input, called `place`, of at most [`FILE_BYTES`]. A pipe tells no length, so the reading itself is bounded.
+pub(super) fn text_of(input: impl Read, place: &str) -> Result<String, Error> {
+    let refused =
+        |error: std::io::Error| Error::new(place, format!("`{place}` cannot be read: {error}"), "give a scene file");
+    let mut bytes = Vec::new();
+    input.take(FILE_BYTES + 1).read_to_end(&mut bytes).map_err(refused)?;
+    if bytes.len() as u64 > FILE_BYTES {
+        return Err(too_long(place, bytes.len() as u64));
     }
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let byte = error.as_bytes()[at];
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
         let rule = format!("`{place}` is not UTF-8 text: byte {at} is 0x{byte:02x}");
-        Error::new(&place, rule, "save the file as UTF-8").at(&text, at..at + char::REPLACEMENT_CHARACTER.len_utf8())
+        Error::new(place, rule, "save the file as UTF-8").at(&text, at..at + char::REPLACEMENT_CHARACTER.len_utf8())
     })
 }
 

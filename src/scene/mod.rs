@@ -33,6 +33,7 @@ pub use crate::surface::shape::PolynomialPatch;
 pub use schema::schema_json;
 
 use crate::error::Error;
+use std::io::Read;
 use std::path::Path;
 
 /// Read and check the scene file at `path`.
@@ -42,6 +43,14 @@ use std::path::Path;
 pub fn load(path: &Path) -> Result<Scene, Error> {
     let text = document::read(path)?;
     parse(&text, &path.display().to_string(), path.parent())
+}
+
+/// Read and check a scene from `input`; `place` names it in messages, and files that it names are looked for in `folder`.
+///
+/// # Errors
+/// As [`load`].
+pub fn read(input: impl Read, place: &str, folder: Option<&Path>) -> Result<Scene, Error> {
+    parse(&document::text_of(input, place)?, place, folder)
 }
 
 /// Check the scene `text`. `place` names it in messages; `folder` is where the files that it names are sought

@@ -67,7 +67,9 @@ fn pinhole_is_in_front(source: &dyn ValueSource, camera: &FieldRays, faces: &Fac
     let rule = format!(
         "`prism.ridge_distance_mm` is {distance}, and the pinhole, at [{}, {}, {}] in the prism's frame, is not in \
          front of the facets",
-        pinhole.x, pinhole.y, pinhole.z
+        rounded(pinhole.x),
+        rounded(pinhole.y),
+        rounded(pinhole.z)
     );
     let help = "move the prism away from the camera: `prism.position_mm`, `prism.tilt_deg`, `prism.ridge_distance_mm`";
     Err(source.refuse("prism.ridge_distance_mm", rule, help))
@@ -155,15 +157,19 @@ fn polynomial(source: &dyn ValueSource, camera: &FieldRays, prism: &PolynomialSp
     let (rule, help) = if pinhole.z >= front_z {
         (
             format!(
-                "`prism.front` stands at z = {front_z} in the middle of its domain, not in front of the pinhole at \
-                 z = {}",
-                pinhole.z
+                "`prism.front` stands at z = {} in the middle of its domain, not in front of the pinhole at z = {}",
+                rounded(front_z),
+                rounded(pinhole.z)
             ),
             "raise its constant term [0, 0, c], or move the prism with `position_mm`",
         )
     } else if front_z >= back_z {
         (
-            format!("`prism.front` stands at z = {front_z} and `prism.back` at {back_z}: no glass is between them"),
+            format!(
+                "`prism.front` stands at z = {} and `prism.back` at {}: no glass is between them",
+                rounded(front_z),
+                rounded(back_z)
+            ),
             "give the back a larger constant term [0, 0, c] than the front",
         )
     } else {
@@ -179,8 +185,12 @@ fn board(source: &dyn ValueSource, scene: &Scene, back: Option<&Back>) -> Result
         let depth = point.z - pinhole.z;
         let glass = back.map(|b| (b.prism_from_world.point(point).z, b.z_mm));
         let fault = match glass {
-            _ if depth <= 0.0 => format!("at a depth of {depth} mm, and the camera sees only depths above 0"),
-            Some((z, end)) if z <= end => format!("at z = {z} mm of the prism's frame, and the glass ends at {end}"),
+            _ if depth <= 0.0 => {
+                format!("at a depth of {} mm, and the camera sees only depths above 0", rounded(depth))
+            }
+            Some((z, end)) if z <= end => {
+                format!("at z = {} mm of the prism's frame, and the glass ends at {}", rounded(z), rounded(end))
+            }
             _ => return Ok(()),
         };
         let (at, left_out) = if source.gives(key) { (key, "") } else { ("prism", ", left out,") };
@@ -197,6 +207,11 @@ fn board(source: &dyn ValueSource, scene: &Scene, back: Option<&Back>) -> Result
         judge(&format!("analysis.depths_mm[{i}]"), at(*depth))?;
     }
     Ok(depths.clone())
+}
+
+/// A number that was computed, to ten digits and no more than it has: what rounding left of it says nothing.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.9e}").parse().unwrap_or(value)
 }
 
 /// The rays of a grid of `columns` x `rows` cells over the whole sensor, borders included, in the world.

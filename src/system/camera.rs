@@ -103,6 +103,12 @@ impl Camera {
         Self { projection, centre_px: self.centre_px * n_px, size_px: [width * n, height * n], ..*self }
     }
 
+    /// The same camera with a sensor of `size_px` of its own pixels, from pixel `first` on.
+    #[must_use]
+    pub fn window(&self, first: [usize; 2], size_px: [usize; 2]) -> Self {
+        Self { centre_px: self.centre_px - DVec2::from_array(first.map(|n| n as f64)), size_px, ..*self }
+    }
+
     /// Whether mirror images in the plane x = 0 have mirrored rays, bit for bit, and no pixel lies across it.
     pub fn keeps_mirror_images(&self) -> bool {
         let width = self.size_px[0];

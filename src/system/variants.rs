@@ -12,6 +12,12 @@ impl System {
         Self { camera: self.camera.sampled(n), ..self.clone() }
     }
 
+    /// The instrument with a sensor of `size_px` of its own pixels, from pixel `first` on.
+    #[must_use]
+    pub fn window(&self, first: [usize; 2], size_px: [usize; 2]) -> Self {
+        Self { camera: self.camera.window(first, size_px), ..self.clone() }
+    }
+
     /// The instrument in each of the wavelengths that stand for the scene's light, through the middle of the pupil, with its
     /// share of the grey picture; the instrument itself where its light has the wavelength of the scene's own index.
     pub fn wavelengths(&self) -> Vec<(f64, Cow<'_, Self>)> {

@@ -44,15 +44,19 @@ impl<T> HalfImage<T> {
     }
 }
 
-/// The left and the right half of a picture, cut at its middle. The middle column of an odd width sees both sides of
-/// the seam and belongs to neither half.
+impl<T: Copy> HalfImage<T> {
+    /// One half of a picture, cut at its middle. The middle column of an odd width sees both sides of the seam and belongs
+    /// to neither half.
+    pub fn cut(image: &Raster<T>, half: Half) -> Self {
+        let width = image.width();
+        let columns = if half == Half::Left { 0..width / 2 } else { width.div_ceil(2)..width };
+        Self { half, first_column: columns.start, image: image.columns(columns.start, columns.end) }
+    }
+}
+
+/// The left and the right half of a picture: [`HalfImage::cut`].
 pub fn split<T: Copy>(image: &Raster<T>) -> [HalfImage<T>; 2] {
-    let width = image.width();
-    let second = width.div_ceil(2);
-    [
-        HalfImage { half: Half::Left, first_column: 0, image: image.columns(0, width / 2) },
-        HalfImage { half: Half::Right, first_column: second, image: image.columns(second, width) },
-    ]
+    Half::BOTH.map(|half| HalfImage::cut(image, half))
 }
 
 #[cfg(test)]

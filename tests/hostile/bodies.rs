@@ -59,6 +59,17 @@ pub(crate) fn picture(bytes: &[u8], ending: &str) {
     }
 }
 
+/// A photograph, whose curve is stated: refused, or every pixel is a number.
+#[allow(dead_code, reason = "there is no fuzz target of its own")]
+pub(crate) fn photograph(bytes: &[u8]) {
+    let mut file = tempfile::NamedTempFile::new().expect("a temporary file");
+    file.write_all(bytes).expect("it is written");
+    match biprism::io::read(file.path(), Some(biprism::raster::transfer::Transfer::Linear)) {
+        Ok((picture, _)) => assert!(picture.data().iter().all(|v| v.is_finite())),
+        Err(problem) => assert!(!problem.rule.is_empty() && !problem.help.is_empty()),
+    }
+}
+
 /// A mesh: refused, or triangles that rays meet or miss.
 pub(crate) fn mesh(bytes: &[u8], format: mesh::MeshFormat) {
     match mesh::parse_triangles("hostile", format, bytes, bytes.len() as u64) {

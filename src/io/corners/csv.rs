@@ -1,7 +1,7 @@
 //! Corners as comma-separated values: a line that names the convention, a line with their count (which another program
 //! may leave out), a line of column names, a line a corner.
 
-use super::rules::{CENTRE, MOST_CORNERS, same_count, too_many};
+use super::rules::{CENTRE, MOST_CORNERS, MOST_VIEWS, same_count, too_many};
 use super::view::{CornerView, ListedCorner, Quality, polarity_name, polarity_of};
 use crate::error::Error;
 use glam::{DMat2, DVec2};
@@ -56,8 +56,7 @@ struct Source<'a> {
 
 impl Source<'_> {
     fn problem(&self, span: Range<usize>, rule: impl Into<String>, help: impl Into<String>) -> Error {
-        let line = 1 + self.text[..span.start].bytes().filter(|&b| b == b'\n').count();
-        Error::new(format!("{}:{line}", self.place), rule, help).at(self.text, span)
+        Error::new(self.place, rule, help).at(self.text, span)
     }
 
     fn number<T: std::str::FromStr>(&self, field: &CsvField<'_>, name: &str, what: &str) -> Result<T, Error> {
@@ -132,9 +131,6 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
     }
     Ok(views)
 }
-
-/// Views in a file at most: a search among them stays cheap.
-const MOST_VIEWS: usize = 16;
 
 /// The lines without their ends.
 fn lines(text: &str) -> impl Iterator<Item = CsvField<'_>> {

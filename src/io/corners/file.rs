@@ -4,6 +4,7 @@ use super::rules::{MOST_BYTES, check};
 use super::view::CornerView;
 use super::{csv, json, opencv};
 use crate::error::Error;
+use crate::io::inputs;
 use std::io::Read;
 use std::path::Path;
 
@@ -53,6 +54,8 @@ pub fn to_text(views: &[CornerView], format: CornerFormat) -> String {
 /// What is not of the format, a convention that is missing or unknown, a value that is not finite, a covariance that is
 /// none, an index given twice in a view, and more than [`MOST_CORNERS`](super::MOST_CORNERS).
 pub fn parse(text: &str, format: CornerFormat, place: &str) -> Result<Vec<CornerView>, Error> {
+    // Spreadsheets begin a file with a byte order mark.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let views = match format {
         CornerFormat::Csv => csv::parse(text, place),
         CornerFormat::Json => json::parse(text, place),
@@ -72,7 +75,7 @@ pub fn read(path: &Path) -> Result<Vec<CornerView>, Error> {
     let unreadable = |error: std::io::Error| {
         Error::new(&place, format!("the file cannot be read: {error}"), "check the name and the rights of the file")
     };
-    let file = std::fs::File::open(path).map_err(unreadable)?;
+    let file = inputs::open(path).map_err(unreadable)?;
     let mut text = String::new();
     // One byte more than allowed tells a file that is too large, whatever its size is said to be.
     let size = file.take(MOST_BYTES + 1).read_to_string(&mut text).map_err(unreadable)?;

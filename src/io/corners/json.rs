@@ -1,11 +1,13 @@
 //! Corners as JSON.
 
-use super::rules::{CENTRE, MOST_CORNERS, broken, too_many};
+use super::rules::{CENTRE, MOST_CORNERS, MOST_VIEWS, broken, too_many};
 use super::view::{CornerView, ListedCorner, Quality, polarity_name, polarity_of};
 use crate::error::Error;
 use glam::{DMat2, DVec2};
-use serde::{Deserialize, Serialize};
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
+use std::fmt;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -19,7 +21,7 @@ struct File {
 struct ViewFile {
     half: String,
     corners: Vec<Entry>,
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty", deserialize_with = "few_reasons")]
     rejected: BTreeMap<String, usize>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     blur_px: Option<[f64; 2]>,
@@ -38,6 +40,33 @@ struct Entry {
     residual: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     polarity: Option<String>,
+}
+
+/// Reasons for which corners of a view were turned down, at most.
+const MOST_REASONS: usize = 1000;
+
+/// The counts by reason, of which no more are taken than [`MOST_REASONS`].
+fn few_reasons<'de, D: Deserializer<'de>>(deserializer: D) -> Result<BTreeMap<String, usize>, D::Error> {
+    struct Reasons;
+    impl<'de> Visitor<'de> for Reasons {
+        type Value = BTreeMap<String, usize>;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            write!(f, "at most {MOST_REASONS} reasons with their counts")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut access: A) -> Result<Self::Value, A::Error> {
+            let mut found = BTreeMap::new();
+            while let Some((reason, count)) = access.next_entry()? {
+                found.insert(reason, count);
+                if found.len() > MOST_REASONS {
+                    return Err(serde::de::Error::invalid_length(found.len(), &self));
+                }
+            }
+            Ok(found)
+        }
+    }
+    deserializer.deserialize_map(Reasons)
 }
 
 pub(super) fn to_text(views: &[CornerView]) -> String {
@@ -61,6 +90,10 @@ pub(super) fn to_text(views: &[CornerView]) -> String {
 }
 
 pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
+    // A brace a corner, a view and its reasons, and the file: asked before there is memory for them.
+    if text.bytes().filter(|&b| b == b'{').count() > MOST_CORNERS + 2 * MOST_VIEWS + 1 {
+        return Err(too_many(place));
+    }
     let file: File = serde_json::from_str(text).map_err(|error| {
         let line = text.split_inclusive('\n').take(error.line().saturating_sub(1)).map(str::len).sum::<usize>();
         // The byte that serde_json names may lie inside a letter.
@@ -68,7 +101,7 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
         let at = boundary(line + error.column().saturating_sub(1));
         let end = boundary(at + 1);
         Error::new(
-            format!("{place}:{}", error.line()),
+            place,
             format!("this is not the JSON of a corner file: {error}"),
             "compare the file with one that `biprism corners --json` writes",
         )

@@ -20,6 +20,8 @@ const CENTRE_KEY: &str = "pixel_centre";
 const COUNT_KEY: &str = "corners";
 /// Values of a row of `<view>_quality`.
 const QUALITY: usize = 6;
+/// Values and matrices of a file, at most.
+const MOST_ENTRIES: usize = 1000;
 
 pub(super) fn to_text(views: &[CornerView]) -> String {
     let count: usize = views.iter().map(|v| v.corners.len()).sum();
@@ -181,6 +183,9 @@ fn entries<'a>(text: &'a str, place: &str) -> Result<(BTreeMap<&'a str, &'a str>
         let Some((key, value)) = line.split_once(':').filter(|_| !line.starts_with([' ', '-'])) else {
             return Err(at(format!("the line is {line:?}, and must begin an entry, as `key: value`")));
         };
+        if scalars.len() + matrices.len() > MOST_ENTRIES {
+            return Err(at(format!("the file has more than {MOST_ENTRIES} entries, the most that are taken")));
+        }
         if value.trim() != "!!opencv-matrix" {
             scalars.insert(key, value.trim());
             continue;
@@ -226,6 +231,9 @@ fn matrix_of(body: &str, key: &str, place: &str) -> Result<Matrix, Error> {
     if rows > MOST_CORNERS || columns > 64 {
         return Err(too_many(place));
     }
+    if channels > QUALITY {
+        return Err(broken(place, format!("`{key}` has {channels} values a row, and must have at most {QUALITY}")));
+    }
     let data = body.split_once("data:").and_then(|(_, d)| d.trim().strip_prefix('[')?.strip_suffix(']'));
     let data = data.ok_or_else(|| broken(place, format!("`data` of `{key}` must be a list in brackets")))?;
     let parse = |v: &str| {
@@ -233,10 +241,12 @@ fn matrix_of(body: &str, key: &str, place: &str) -> Result<Matrix, Error> {
         let v = v.trim();
         v.parse::<f64>().map_err(|_| broken(place, format!("`data` of `{key}` holds {v:?}, and must hold numbers")))
     };
-    let values = data.split(',').filter(|v| !v.trim().is_empty()).map(parse).collect::<Result<Vec<f64>, _>>()?;
-    if values.len() != rows * channels {
-        let rule = format!("`{key}` holds {} numbers, and must hold {rows} rows of {channels}", values.len());
+    let numbers = || data.split(',').filter(|v| !v.trim().is_empty());
+    let found = numbers().count();
+    if found != rows * channels {
+        let rule = format!("`{key}` holds {found} numbers, and must hold {rows} rows of {channels}");
         return Err(broken(place, rule));
     }
+    let values = numbers().map(parse).collect::<Result<Vec<f64>, _>>()?;
     Ok(Matrix { channels, values })
 }

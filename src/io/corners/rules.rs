@@ -6,6 +6,8 @@ use std::collections::BTreeSet;
 
 /// Corners in a file at most.
 pub const MOST_CORNERS: usize = 1_000_000;
+/// Views in a file at most: a search among them stays cheap.
+pub(super) const MOST_VIEWS: usize = 16;
 /// Columns and rows are within this of 0.
 pub const MOST_INDEX: i32 = 1_000_000;
 /// Bytes in a file at most.

@@ -2,6 +2,8 @@
 
 use super::channel::{Channel, ChannelSamples};
 use crate::error::Error;
+use crate::io::inputs::unreadable;
+use crate::io::memory::{MOST_EXPANSION, check_length, check_memory, length};
 use crate::io::metadata::{Metadata, checked_size};
 use crate::io::open::open;
 use crate::raster::transfer::{Transfer, luminance};
@@ -11,9 +13,9 @@ use ::exr::block::lines::LineRef;
 use ::exr::block::reader::{ChunksReader, Reader};
 use ::exr::error::Error as ExrError;
 use ::exr::meta::header::Header;
-use ::exr::prelude::{AttributeValue, IntegerBounds, SampleType, Vec2, f16};
+use ::exr::prelude::{AttributeValue, Compression, IntegerBounds, SampleType, Vec2, f16};
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{Read, Seek};
 use std::path::Path;
 
 /// Reads an EXR as linear light: the channel Y, or else the luminance of R, G and B. Whatever the file's primaries,
@@ -150,10 +152,7 @@ fn damaged(path: &Path, error: &ExrError) -> Error {
 
 /// The file with its header read and every size in it checked, before memory is taken for any.
 fn checked<R: Read + Seek>(path: &Path, mut source: R) -> Result<Reader<R>, Error> {
-    let bytes = source
-        .seek(SeekFrom::End(0))
-        .and_then(|bytes| source.rewind().map(|()| bytes))
-        .map_err(|error| damaged(path, &ExrError::Io(error)))?;
+    let bytes = length(&mut source).map_err(|error| unreadable(path, &error))?;
     let reader = Reader::read_from_buffered(source, false).map_err(|error| damaged(path, &error))?;
     let refuse = |rule: String| {
         Err(Error::new(path.display(), rule, "export it as flat scan lines with ZIP compression, one picture a file"))
@@ -171,14 +170,40 @@ fn checked<R: Read + Seek>(path: &Path, mut source: R) -> Result<Reader<R>, Erro
         if values > MAX_PIXELS {
             return refuse(format!("a block of the EXR holds {values} values, and may hold {MAX_PIXELS}"));
         }
+        if header.channels.list.iter().all(|channel| channel.sampling == Vec2(1, 1)) && !header.deep {
+            let size = header.layer_size;
+            let pixel: u64 = header.channels.list.iter().map(|channel| sample_bytes(channel.sample_type)).sum();
+            let packed = size.area() as u64 * pixel;
+            // PXR24 takes three bytes for four before it deflates them.
+            let least = match header.compression {
+                Compression::Uncompressed => packed,
+                _ => packed / (2 * MOST_EXPANSION),
+            };
+            check_length(path, (size.width(), size.height()), bytes, least)?;
+        }
     }
     Ok(reader)
+}
+
+fn sample_bytes(kind: SampleType) -> u64 {
+    if kind == SampleType::F16 { 2 } else { 4 }
+}
+
+/// Refuses a part whose named channels, the light made of several, and a block packed, unpacked and set in order take more
+/// memory than a picture may.
+fn affordable(path: &Path, header: &Header, wanted: usize) -> Result<(), Error> {
+    let size = header.layer_size;
+    let others = if wanted > 1 { 4 * wanted as u64 * size.area() as u64 } else { 0 };
+    let block: u64 = header.channels.list.iter().map(|channel| sample_bytes(channel.sample_type)).sum::<u64>()
+        * header.max_block_pixel_size().area() as u64;
+    check_memory(path, (size.width(), size.height()), others.saturating_add(3 * block))
 }
 
 /// Reads the named channels of one part.
 fn planes(path: &Path, reader: Reader<impl Read + Seek>, part: usize, names: &[&str]) -> Result<Vec<Channel>, Error> {
     let header = reader.headers()[part].clone();
     suits(path, &header, names.len())?;
+    affordable(path, &header, names.len())?;
     let Vec2(width, height) = header.layer_size;
     // The channel's index in the file, with its plane.
     let mut planes: Vec<(usize, Channel)> = names

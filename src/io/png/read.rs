@@ -1,14 +1,21 @@
 //! PNG files of any depth and colour type to linear light.
 
 use crate::error::Error;
+use crate::io::inputs::unreadable;
+use crate::io::memory::{MOST_EXPANSION, check_length, check_memory, length};
 use crate::io::metadata::{Metadata, checked_size};
 use crate::io::open::open;
 use crate::raster::Raster;
 use crate::raster::transfer::{Transfer, luminance};
-use ::png::{BitDepth, ColorType, Decoder, DecodingError, Info, Transformations, Unit};
+use ::png::{BitDepth, ColorType, Decoder, DecodingError, Info, Reader, Transformations, Unit};
 use std::collections::BTreeMap;
 use std::io::{BufRead, Seek};
 use std::path::Path;
+
+/// Bytes of one compressed text when it is unpacked, at most.
+const ONE_TEXT_BYTES: usize = 2 << 20;
+/// Bytes of all texts together, at most.
+const TEXT_BYTES: usize = 16 << 20;
 
 /// The exponent of a gAMA curve must lie between this and its inverse; real ones are near 2.2.
 const MAX_EXPONENT: f64 = 10.0;
@@ -24,10 +31,11 @@ pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metad
 /// The same from an open file; `path` only names it.
 pub(in crate::io) fn read_from(
     path: &Path,
-    source: impl BufRead + Seek,
+    mut source: impl BufRead + Seek,
     stated: Option<Transfer>,
 ) -> Result<(Raster<f32>, Metadata), Error> {
     let damaged = |error: DecodingError| damaged(path, &error);
+    let file_bytes = length(&mut source).map_err(|error| unreadable(path, &error))?;
     let mut decoder = Decoder::new(source);
     // Palettes to colours, 1, 2 and 4 bits to 8, a transparent colour to opacity.
     decoder.set_transformations(Transformations::EXPAND);
@@ -48,22 +56,19 @@ pub(in crate::io) fn read_from(
         return Err(Error::new(path.display(), rule, "export the picture anew"));
     }
     let curve = TransferCurve::choose(path, reader.info(), stated)?;
-    let bytes = reader.output_buffer_size().ok_or_else(|| damaged(DecodingError::LimitsExceeded))?;
-    let mut values = vec![0; bytes];
-    let frame = reader.next_frame(&mut values).map_err(damaged)?;
+    let (color, _) = reader.output_color_type();
+    let data = light(path, &mut reader, (width, height), &curve, file_bytes)?;
     // Reads on to the end, so that a file that breaks off is noticed.
     reader.finish().map_err(damaged)?;
-
-    let light = curve.table(frame.bit_depth);
-    let data = to_light(path, &values, frame.color_type, frame.bit_depth, &light, width)?;
+    let texts = texts(path, reader.info())?;
     let metadata = Metadata {
         format: "PNG",
         samples,
         transfer: curve.name,
         transfer_source: curve.source,
-        from_colour: matches!(frame.color_type, ColorType::Rgb | ColorType::Rgba),
+        from_colour: matches!(color, ColorType::Rgb | ColorType::Rgba),
         pitch_mm: pitch_mm(reader.info()),
-        texts: texts(reader.info()),
+        texts,
     };
     Ok((Raster::from_data(width, height, data), metadata))
 }
@@ -92,16 +97,47 @@ fn describe(header: &Info<'_>) -> String {
     format!("{}-bit {colour}", header.bit_depth as u8)
 }
 
-/// Decoded samples to light, by the table of the curve. A pixel that is not opaque has no light of its own: what lies
-/// behind it is unknown.
+/// The light of all pixels, row by row; of an interlaced picture the samples are held as a whole before.
+fn light(
+    path: &Path,
+    reader: &mut Reader<impl BufRead + Seek>,
+    (width, height): (usize, usize),
+    curve: &TransferCurve,
+    file_bytes: u64,
+) -> Result<Vec<f32>, Error> {
+    let damaged = |error: DecodingError| damaged(path, &error);
+    let too_long = || damaged(DecodingError::LimitsExceeded);
+    let (color, depth) = reader.output_color_type();
+    let row_bytes = reader.output_line_size(width as u32).ok_or_else(too_long)?;
+    let rows = if reader.info().interlaced { height } else { 1 };
+    check_memory(path, (width, height), row_bytes as u64 * rows as u64)?;
+    let packed = reader.info().raw_row_length() as u64 * height as u64;
+    check_length(path, (width, height), file_bytes, packed.div_ceil(MOST_EXPANSION))?;
+
+    let table = curve.table(depth);
+    let mut data = Vec::with_capacity(width * height);
+    if reader.info().interlaced {
+        let mut samples = vec![0; reader.output_buffer_size().ok_or_else(too_long)?];
+        reader.next_frame(&mut samples).map_err(damaged)?;
+        to_light(path, &samples, (color, depth), &table, width, &mut data)?;
+    } else {
+        while let Some(row) = reader.next_row().map_err(damaged)? {
+            to_light(path, row.data(), (color, depth), &table, width, &mut data)?;
+        }
+    }
+    Ok(data)
+}
+
+/// Appends the light of decoded samples, by the table of the curve. A pixel that is not opaque has no light of its own:
+/// what lies behind it is unknown.
 fn to_light(
     path: &Path,
     samples: &[u8],
-    color: ColorType,
-    depth: BitDepth,
+    (color, depth): (ColorType, BitDepth),
     light: &[f64],
     width: usize,
-) -> Result<Vec<f32>, Error> {
+    data: &mut Vec<f32>,
+) -> Result<(), Error> {
     let wide = depth == BitDepth::Sixteen;
     let step = if wide { 2 } else { 1 };
     let sample = |pixel: &[u8], k: usize| {
@@ -116,9 +152,9 @@ fn to_light(
     };
     let pixel_bytes = step * (colours + usize::from(opacity.is_some()));
     let opaque = light.len() - 1;
-    let mut data = Vec::with_capacity(samples.len() / pixel_bytes);
-    for (index, pixel) in samples.chunks_exact(pixel_bytes).enumerate() {
+    for pixel in samples.chunks_exact(pixel_bytes) {
         if opacity.is_some_and(|k| sample(pixel, k) != opaque) {
+            let index = data.len();
             let (i, j) = (index % width, index / width);
             let rule = format!("pixel ({i}, {j}) is transparent, so its light is not known");
             return Err(Error::new(path.display(), rule, "flatten the picture onto its background first"));
@@ -126,7 +162,7 @@ fn to_light(
         let value = |k| light[sample(pixel, k)];
         data.push(if colours == 1 { value(0) } else { luminance(value(0), value(1), value(2)) } as f32);
     }
-    Ok(data)
+    Ok(())
 }
 
 /// The curve of a file: its exponent or piecewise form, its name, and who says so.
@@ -218,10 +254,32 @@ fn pitch_mm(info: &Info<'_>) -> Option<f64> {
     square.then(|| 1000.0 / f64::from(density.xppu))
 }
 
-/// The texts that are not compressed, and the compressed ones that can be read.
-fn texts(info: &Info<'_>) -> BTreeMap<String, String> {
-    let plain = info.uncompressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), Some(chunk.text.clone())));
-    let packed = info.compressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), chunk.get_text().ok()));
-    let utf8 = info.utf8_text.iter().map(|chunk| (chunk.keyword.clone(), chunk.get_text().ok()));
-    plain.chain(packed).chain(utf8).filter_map(|(keyword, text)| Some((keyword, text?))).collect()
+/// The texts, unpacked; one that is damaged or longer than [`ONE_TEXT_BYTES`] is left out.
+fn texts(path: &Path, info: &Info<'_>) -> Result<BTreeMap<String, String>, Error> {
+    let mut texts = BTreeMap::new();
+    let mut left = TEXT_BYTES;
+    let mut keep = |keyword: &str, text: Option<String>| {
+        // What cannot be unpacked was work all the same.
+        let bytes = text.as_ref().map_or(ONE_TEXT_BYTES, String::len);
+        left = left.checked_sub(bytes).ok_or_else(|| {
+            let rule = format!("the texts of the file have more than {} MiB", TEXT_BYTES >> 20);
+            Error::new(path.display(), rule, "export the picture without them")
+        })?;
+        texts.extend(text.map(|text| (keyword.to_owned(), text)));
+        Ok::<(), Error>(())
+    };
+    for chunk in &info.uncompressed_latin1_text {
+        keep(&chunk.keyword, Some(chunk.text.clone()))?;
+    }
+    for chunk in &info.compressed_latin1_text {
+        let mut chunk = chunk.clone();
+        let text = chunk.decompress_text_with_limit(ONE_TEXT_BYTES).and_then(|()| chunk.get_text());
+        keep(&chunk.keyword, text.ok())?;
+    }
+    for chunk in &info.utf8_text {
+        let mut chunk = chunk.clone();
+        let text = chunk.decompress_text_with_limit(ONE_TEXT_BYTES).and_then(|()| chunk.get_text());
+        keep(&chunk.keyword, text.ok())?;
+    }
+    Ok(texts)
 }

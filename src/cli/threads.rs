@@ -1,0 +1,76 @@
+//! The threads of the command, made before any work.
+
+use super::output;
+use crate::error::Error;
+use std::sync::Mutex;
+use std::sync::mpsc::channel;
+use std::thread::{Builder, scope};
+
+/// Threads that pictures are made by, at most: more than any machine's processors gain nothing and cost memory each.
+pub(super) const MOST_THREADS: usize = 256;
+/// Threads that are left for the writing of files and the like.
+const SPARE: usize = 4;
+
+/// Makes as many threads as `RAYON_NUM_THREADS` asks for, or as there are processors: at most [`MOST_THREADS`], and fewer
+/// where the system gives no more.
+///
+/// # Errors
+/// Not even one can be made.
+pub(super) fn set_up() -> Result<(), Error> {
+    let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|n| n.parse::<usize>().ok()).filter(|n| *n > 0);
+    let wanted = asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    if wanted > MOST_THREADS && asked.is_some() {
+        output::stderr(&format!("note: RAYON_NUM_THREADS is {wanted}, and {MOST_THREADS} threads are the most"));
+    }
+    let wanted = wanted.min(MOST_THREADS);
+    let refused = |why: String| {
+        let rule = format!("no thread can be made: {why}");
+        Error::new(
+            "this system",
+            rule,
+            "allow more processes (`ulimit -u`) or more memory (`ulimit -v`), or end others",
+        )
+    };
+    let possible = possible_threads(wanted + SPARE);
+    // Where threads are short, so is memory: half of them leave some to work with.
+    let threads = if possible == wanted + SPARE { wanted } else { possible / 2 };
+    if threads == 0 {
+        return Err(refused(format!("it gives {possible}, and two are the fewest")));
+    }
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| refused(error.to_string()))
+}
+
+/// How many threads of `wanted` can be there at a time.
+fn possible_threads(wanted: usize) -> usize {
+    let gate = Mutex::new(());
+    let (started, heard) = channel();
+    scope(|scope| {
+        let shut = gate.lock();
+        let mut made = 0;
+        while made < wanted {
+            let started = started.clone();
+            let waiting = || {
+                let started = started;
+                let _ = started.send(());
+                drop(gate.lock());
+            };
+            // The next one is made when this one has all the memory that it begins with.
+            if Builder::new().spawn_scoped(scope, waiting).is_err() || heard.recv().is_err() {
+                break;
+            }
+            made += 1;
+        }
+        drop(shut);
+        made
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn threads_are_counted_that_can_be_there_together() {
+        assert_eq!(possible_threads(5), 5);
+    }
+}
