@@ -1,4 +1,5 @@
-//! A ray's trip through interfaces.
+//! The biprism: which face a ray meets first, and its way through for one ray, for a packet, and for light that is
+//! reflected.
 
 #[cfg(test)]
 mod nonsequential_tests;
