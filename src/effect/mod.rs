@@ -5,7 +5,7 @@
 //!
 //! - **Instrument** effects are built into the instrument: `system` knows them, and so do its rays and fates.
 //! - **Ray** effects average pictures. A finite pupil shows the mean of what its points see, each of which is a pinhole:
-//!   [`Effects::variants`] lists the variants of the instrument with their weights, `system::vary` builds one of them,
+//!   [`Effects::variants`] lists the variants of the instrument with their weights, `System::variant` builds one of them,
 //!   and `render` sums up their pictures, each by the certified map and without noise.
 //! - **Transport** effects weaken light on its way by a smooth factor: [`Effects::throughput`] multiplies the factors of one
 //!   ray, given its [`LightPath`]; `render` evaluates it at every pixel, or at every piece of a pixel that a border cuts.
@@ -22,9 +22,10 @@
 //!    against closed forms. This room uses `num`, `geom`, `optics` and `raster` at most.
 //! 2. Here: a field of [`Effects`], a variant of [`EffectId`], a row of [`TABLE`] (in `effect/table.rs`), and one line in `at`, `throughput`
 //!    or `develop`, or in `System::with_effects` for the instrument. A ray effect adds what it varies to [`Variant`] and
-//!    the change itself to `System::varied` in `system/vary.rs`; a transport effect finds all it may need in [`LightPath`].
-//! 3. `scene/effects.rs`: the table of the scene file with its ranges, its line in `EffectTables` and its conversion;
-//!    then the schema is written anew (`UPDATE_SCHEMA=1`, see `tests/scene_schema.rs`).
+//!    the change itself to `System::variant` in `system/variants.rs`; a transport effect finds all it may need in [`LightPath`].
+//! 3. `scene/effects/`: the table of the scene file with its ranges, its line in `EffectTables` and its conversion; what it and
+//!    the rest of the scene say of each other in `rules.rs`, and its settings in `ranges.rs`, for scenes made in code; then the
+//!    schema is written anew (`UPDATE_SCHEMA=1`, see `tests/scene_schema.rs`).
 //! 4. `scenes/cases/effect_<name>.toml` with its golden, and in `tests/effects.rs` what theory says of the picture. The
 //!    tests there that walk [`TABLE`] find a case that is missing, an effect that does nothing, and one whose zero is
 //!    not nothing.
