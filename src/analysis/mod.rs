@@ -9,3 +9,4 @@ pub mod view;
 pub mod board_indexing;
 pub mod half_image;
 pub mod estimate;
+pub mod fit_shift;

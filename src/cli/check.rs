@@ -4,9 +4,11 @@ use super::args::CheckArgs;
 use super::outcome::Outcome;
 use super::plan::TimedEstimate;
 use super::{files, output};
+use crate::analysis::fit_shift::fit_shifts;
 use crate::analysis::half_image::{HalfFrame, NoPinhole, virtual_camera, virtual_camera_made};
 use crate::error::Error;
 use crate::metrics::pinhole::Pinhole;
+use crate::report::fit;
 use crate::system::auto;
 use crate::vision::half::Half;
 use crate::{scene, system};
@@ -18,6 +20,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
     let ideal = files::named(&args.scene, system::ideal(&scene))?;
     let verdicts = auto::verdicts(&ideal, &scene);
     let system = ideal.with_effects(&auto::settled(&verdicts, &scene), &scene.camera);
+    files::named(&args.scene, system::require_light(&scene, &system))?;
     let half = |half: Half| {
         let frame = HalfFrame::new(&system, half);
         let designed = virtual_camera(&system, &frame).ok().map(|camera| camera.centre_mm().to_array());
@@ -30,7 +33,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
         }
     };
     let plan = TimedEstimate::new(&scene, &ideal, &system, verdicts);
-    let doubt = scene.prism.body().and_then(scene::GlassSpec::index_doubt);
+    let doubts = system::doubts(&scene, &system);
+    let fits = fit_shifts(&scene, &system).map(|fits| fit::entry(&fits));
     let found = json!({
         "scene": scene.name,
         "prism": files::prism_name(&scene.prism),
@@ -40,7 +44,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
             "centre_mm": scene.board.world_from_board.translation_mm.to_array(),
         },
         "plan": plan.json(),
-        "doubts": doubt.iter().collect::<Vec<_>>(),
+        "doubts": doubts,
+        "surface_fits": fits,
         "halves": { "left": half(Half::Left), "right": half(Half::Right) },
     });
     if args.json {
@@ -61,11 +66,12 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
             text += &format!("{:7} virtual camera {made}", half.name());
             text += &if made == designed { "\n".to_owned() } else { format!(" as made, {designed} as designed\n") };
         }
+        for line in fits.iter().flat_map(fit::words) {
+            text += &format!("fit     {line}\n");
+        }
         text += &plan.text();
         output::stdout(&text)?;
-        if let Some(doubt) = doubt {
-            output::stderr(&format!("note: {doubt}"));
-        }
+        doubts.iter().for_each(|doubt| output::stderr(&format!("note: {doubt}")));
     }
     Ok(Outcome::Done)
 }

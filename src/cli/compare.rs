@@ -6,6 +6,7 @@ use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{accuracy, files, output};
 use crate::analysis::budget::{self, Budget};
+use crate::analysis::fit_shift::fit_shifts;
 use crate::analysis::judge::{Judgement, fates, judge, other_depth};
 use crate::error::Error;
 use crate::io::{Notes, png};
@@ -15,6 +16,7 @@ use crate::report::figures::budget::BudgetInput;
 use crate::report::figures::comparison::{self, ComparisonInput, CornerMark, FigureRow, Panel};
 use crate::report::{self, design, json, table};
 use crate::scene::{DesignSettings, PrismSpec, Scene};
+use crate::system::doubts;
 use glam::DVec2;
 use std::path::Path;
 
@@ -38,6 +40,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     let mut judged = Vec::new();
     let mut designs = Vec::new();
     let mut written = Vec::new();
+    let mut notes = Vec::new();
     for (name, scene) in &prisms {
         progress.begin(name, "design");
         let system = files::build(scene, args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")))?;
@@ -60,8 +63,10 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
         designs.push(json::Design {
             accuracy: Some(accuracy::entry(&film.account, &film.counts)),
             error_budget: budget.as_ref().map(report::budget::entry),
+            surface_fits: fit_shifts(scene, &system).map(|fits| report::fit::entry(&fits)),
             ..entry
         });
+        notes.extend(doubts(scene, &system).into_iter().map(|doubt| format!("note: {name}: {doubt}")));
         judged.push(Judged { name, film, judgement, budget });
     }
     progress.begin("both", "figure");
@@ -84,6 +89,9 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     let expected = expectations(&scene, &report)?;
     output::stdout(&if args.json { text } else { format!("{}\n\n{verdict}\n", table::text(&report.designs)) })?;
     report.designs.iter().flat_map(table::warnings).for_each(|warning| output::stderr(&warning));
+    let fits = report.designs.iter().filter_map(|design| design.surface_fits.as_ref()).flat_map(report::fit::words);
+    fits.for_each(|line| output::stderr(&format!("fit of the {line}")));
+    notes.iter().for_each(|note| output::stderr(note));
     for path in written {
         output::stderr(&format!("wrote {}", path.display()));
     }

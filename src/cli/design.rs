@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::io::atomic::write_atomically;
 use crate::io::point_cloud::Surface;
 use crate::io::point_grid;
+use crate::prism::biprism::with_room_for;
 use crate::scene::{DesignSettings, MarchOrder, PrismSpec};
 
 pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
@@ -30,7 +31,9 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let designed = design::freeform(&input)?;
     files::folder(&args.out)?;
     let body = prism.body;
-    let text = text::scene_prism(&designed.front.patch, &designed.back.patch, &body);
+    // As large as the rays of the scene need it, not those of the design alone.
+    let exported = with_room_for(designed.prism(body), &prism, &scene.effects);
+    let text = text::scene_prism(&exported.front, &exported.back, &body);
     files::text(&args.out.join("prism.toml"), &text)?;
     write_atomically(&args.out.join("cloud.csv"), |out| point_grid::write_csv(&designed.cloud, out))?;
     write_atomically(&args.out.join("front.ply"), |out| point_grid::write_ply(&designed.cloud, Surface::Front, out))?;

@@ -6,6 +6,7 @@ use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, identity, output};
 use crate::analysis::budget;
+use crate::analysis::fit_shift::fit_shifts;
 use crate::analysis::half_image::HalfFrame;
 use crate::analysis::judge::measure;
 use crate::analysis::view::{DetectedLattice, place, see};
@@ -14,7 +15,7 @@ use crate::io::corners::{self, CornerFormat};
 use crate::raster::Raster;
 use crate::report::{design, json, table};
 use crate::scene::Scene;
-use crate::system::System;
+use crate::system::{System, doubts};
 use crate::vision::half::Half;
 use crate::vision::{LatticeCorner, upright};
 use crate::{report, scene};
@@ -52,11 +53,15 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
     let name = files::prism_name(&scene.prism);
     let mut entry = design::entry(name, &judgement, &BTreeMap::new(), timing, scene.camera.pitch_mm);
     entry.error_budget = budget.transpose()?.map(|found| report::budget::entry(&found));
+    entry.surface_fits = fit_shifts(&scene, &system).map(|fits| report::fit::entry(&fits));
     let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs: vec![entry] };
     let outcome = expectations(&scene, &report)?;
     let words = || format!("{}\n\n{}\n", table::text(&report.designs), table::verdict(&report.designs));
     output::stdout(&if args.json { json::to_text(&report) } else { words() })?;
     report.designs.iter().flat_map(table::warnings).for_each(|warning| output::stderr(&warning));
+    let fits = report.designs.iter().filter_map(|design| design.surface_fits.as_ref()).flat_map(report::fit::words);
+    fits.for_each(|line| output::stderr(&format!("fit of the {line}")));
+    doubts(&scene, &system).iter().for_each(|doubt| output::stderr(&format!("note: {doubt}")));
     Ok(outcome)
 }
 

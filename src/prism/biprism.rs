@@ -6,13 +6,14 @@ use super::packet::PackedBiprism;
 use super::payload::Payload;
 use super::refract_at::pass;
 use super::surface_modifier::Relief;
+use crate::design::cloud_fit::{CloudFitInput, FitResiduals, fit_cloud};
 use crate::design::{DesignInput, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::geom::{Pose, Ray, Rect};
 use crate::optics::fate::Fate;
 use crate::surface::hit::Hit;
-use crate::surface::mesh::Mesh;
+use crate::surface::mesh::{Mesh, Triangles};
 use crate::surface::shape::{PolynomialSurface, Surface};
 use crate::{design, scene};
 use glam::{DVec2, DVec3};
@@ -27,6 +28,34 @@ pub fn facet_angle_rad(flat: &scene::BiprismSpec, camera: &scene::CameraSpec) ->
         Some(angle) => Ok(angle),
         None => design::angle::facet_angle_rad(flat.body.index / flat.body.outer_index, camera.half_centre_rad()),
     }
+}
+
+/// A designed prism, larger than the rays of its design on every side, so that rays that stray from them by `effects` find
+/// glass as well.
+#[must_use]
+pub fn with_room_for(
+    mut designed: scene::PolynomialSpec,
+    flat: &scene::BiprismSpec,
+    effects: &Effects,
+) -> scene::PolynomialSpec {
+    let reach_mm = |domain: Rect| domain.min.abs().max(domain.max.abs()).length();
+    let reach_mm = reach_mm(designed.front.domain).max(reach_mm(designed.back.domain));
+    let spare_mm = effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index);
+    for patch in [&mut designed.front, &mut designed.back] {
+        patch.domain = patch.domain.grown(spare_mm);
+    }
+    designed
+}
+
+/// The polynomial of a user's cloud, the `key` surface of a prism, and what it leaves.
+fn fitted(key: &str, cloud: &scene::CloudSpec) -> Result<(scene::PolynomialPatch, FitResiduals), Error> {
+    fit_cloud(&CloudFitInput {
+        points_mm: &cloud.points_mm,
+        degree: cloud.degree,
+        powers: cloud.powers(),
+        max_residual_mm: cloud.max_residual_mm,
+        name: &format!("`prism.{key}` ({})", cloud.file),
+    })
 }
 
 /// A side of the prism: x < 0 or x >= 0 in its own frame.
@@ -55,6 +84,8 @@ pub struct Prism {
     finish: Option<Box<Unideal>>,
     /// Whether the left side is the mirror image of the right one.
     symmetric: bool,
+    /// How well front and back go through the points that they were fitted to, where they were.
+    fits: Option<Arc<[FitResiduals; 2]>>,
 }
 
 impl Prism {
@@ -78,26 +109,26 @@ impl Prism {
                     settings: *settings,
                     virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
                 };
-                let mut prism = design::freeform(&input)?.prism(flat.body);
-                let reach_mm = |domain: Rect| domain.min.abs().max(domain.max.abs()).length();
-                let reach_mm = reach_mm(prism.front.domain).max(reach_mm(prism.back.domain));
-                let spare_mm = effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index);
-                for patch in [&mut prism.front, &mut prism.back] {
-                    patch.domain = patch.domain.grown(spare_mm);
-                }
-                Ok(Some(Self::polynomial(&prism)))
+                let designed = design::freeform(&input)?.prism(flat.body);
+                Ok(Some(Self::polynomial(&with_room_for(designed, flat, effects))))
             }
             scene::PrismSpec::Polynomial(p) => Ok(Some(Self::polynomial(p))),
             scene::PrismSpec::PointCloud(clouds) => {
-                let patch =
-                    |cloud: &scene::CloudSpec| Ok(design::fit::fit(&cloud.points_mm, cloud.degree, None)?.patch);
-                let (front, back) = (patch(&clouds.front)?, patch(&clouds.back)?);
-                Ok(Some(Self::polynomial(&scene::PolynomialSpec { body: clouds.body, front, back })))
+                let (front, front_fit) = fitted("front", &clouds.front)?;
+                let (back, back_fit) = fitted("back", &clouds.back)?;
+                let prism = Self::polynomial(&scene::PolynomialSpec { body: clouds.body, front, back });
+                Ok(Some(Self { fits: Some(Arc::new([front_fit, back_fit])), ..prism }))
             }
             scene::PrismSpec::Mesh(m) => {
-                let meshes = [&m.front, &m.back].map(|t| Arc::new(Mesh::new(t.clone(), m.normals)));
-                let side = |mirrored| meshes.clone().map(|mesh| Surface::Mesh { mesh, mirrored });
-                Ok(Some(Self::new(&m.body, [side(true), side(false)])))
+                let meshes = |own: [&Triangles; 2]| own.map(|t| Arc::new(Mesh::new(t.clone(), m.normals)));
+                let side = |own: [Arc<Mesh>; 2], mirrored| own.map(|mesh| Surface::Mesh { mesh, mirrored });
+                let right = meshes([&m.front, &m.back]);
+                let left = match &m.left {
+                    None => side(right.clone(), true),
+                    Some([front, back]) => side(meshes([front, back]), false),
+                };
+                let prism = Self::new(&m.body, [left, side(right, false)]);
+                Ok(Some(Self { symmetric: m.left.is_none(), ..prism }))
             }
         }
     }
@@ -132,6 +163,7 @@ impl Prism {
             indices,
             finish: None,
             symmetric: true,
+            fits: None,
         }
     }
 
@@ -145,6 +177,26 @@ impl Prism {
     /// The same glass with other surfaces, which need not be mirror images, somewhere else.
     pub(super) fn rebuilt(self, poses: Option<[Pose; 2]>, sides: [[Surface; 2]; 2]) -> Self {
         Self { poses, sides, symmetric: false, ..self }
+    }
+
+    /// How well front and back go through the points that they were fitted to; `None` where they were not.
+    pub fn fits(&self) -> Option<&[FitResiduals; 2]> {
+        self.fits.as_deref()
+    }
+
+    /// From the world to the prism's frame.
+    pub fn prism_from_world(&self) -> Pose {
+        self.poses.map_or(Pose::IDENTITY, |[_, prism_from_world]| prism_from_world)
+    }
+
+    /// This ideal prism of polynomials with another front (0) or back (1).
+    #[must_use]
+    pub fn with_patch(&self, which: usize, patch: &scene::PolynomialPatch) -> Self {
+        let mut prism = self.clone();
+        for (side, mirrored) in prism.sides.iter_mut().zip([true, false]) {
+            side[which] = Surface::Freeform(PolynomialSurface::new(patch, mirrored));
+        }
+        prism
     }
 
     /// Refractive indices of the surroundings and of the glass.

@@ -34,6 +34,7 @@ pub fn entry(
         timing_s,
         accuracy: None,
         error_budget: None,
+        surface_fits: None,
     }
 }
 

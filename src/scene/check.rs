@@ -5,20 +5,19 @@ use super::effects;
 use super::limits::MARCHED_POINTS;
 use super::model::*;
 use super::schema::*;
+use super::surface_files;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::geom::Pose;
-use crate::io::mesh::read_triangles;
-use crate::io::point_cloud::{Surface, read_points};
+use crate::io::point_cloud::Surface;
 use crate::num::bernstein::MAX_DEGREE;
 use crate::num::poly2::Poly2;
 use crate::optics::medium;
-use crate::scene::Normals;
 use crate::scene::PolynomialPatch;
 use crate::scene::Rect;
 use glam::{DVec2, DVec3};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The scene that `file` describes; files that it names are looked for in `folder`.
 pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>) -> Result<Scene, Error> {
@@ -106,18 +105,10 @@ fn prism(document: &Document, file: PrismFile, camera: &CameraSpec, folder: Opti
         }),
         PrismFile::PointCloud(file) => PrismSpec::PointCloud(PointCloudSpec {
             body: body(&file.body),
-            front: cloud(document, "prism.front.file", &file.front, folder, Surface::Front)?,
-            back: cloud(document, "prism.back.file", &file.back, folder, Surface::Back)?,
+            front: surface_files::cloud(document, "prism.front", &file.front, folder, Surface::Front)?,
+            back: surface_files::cloud(document, "prism.back", &file.back, folder, Surface::Back)?,
         }),
-        PrismFile::Mesh(file) => PrismSpec::Mesh(MeshSpec {
-            body: body(&file.body),
-            front: read_triangles(&find(document, "prism.front", &file.front, folder)?)?,
-            back: read_triangles(&find(document, "prism.back", &file.back, folder)?)?,
-            normals: match file.normals {
-                NormalsFile::Smooth => Normals::Smooth,
-                NormalsFile::Flat => Normals::Flat,
-            },
-        }),
+        PrismFile::Mesh(file) => PrismSpec::Mesh(surface_files::mesh(document, body(&file.glass), &file, folder)?),
     })
 }
 
@@ -200,32 +191,6 @@ fn patch(document: &Document, path: &str, file: &PatchFile) -> Result<Polynomial
         sag: Poly2::new(degree, file.centre_mm, file.scale_mm, coefficient),
         domain: Rect { min: DVec2::new(x_min, y_min), max: DVec2::new(x_max, y_max) },
     })
-}
-
-fn cloud(
-    document: &Document,
-    path: &str,
-    file: &CloudFile,
-    folder: Option<&Path>,
-    surface: Surface,
-) -> Result<CloudSpec, Error> {
-    let found = find(document, path, &file.file, folder)?;
-    Ok(CloudSpec { points_mm: read_points(&found, surface)?, degree: file.degree })
-}
-
-/// The path of a `file` that the key at `path` names, relative to the scene's folder.
-fn find(document: &Document, path: &str, file: &str, folder: Option<&Path>) -> Result<PathBuf, Error> {
-    let problem = |rule, help| Err(document.problem(document.span(path), rule, help));
-    let Some(folder) = folder else {
-        let rule = format!("`{path}` is {file:?}, and a scene without a folder can name no file");
-        return problem(rule, "save the scene beside its files, and give its path");
-    };
-    let found = folder.join(file);
-    if !found.is_file() {
-        let rule = format!("`{path}` is {file:?}, and there is no file {}", found.display());
-        return problem(rule, "give the file's path relative to the scene file");
-    }
-    Ok(found)
 }
 
 fn board(file: &BoardFile) -> BoardSpec {

@@ -17,6 +17,8 @@ mod tidy;
 mod check;
 mod physics;
 mod model;
+mod surface_files;
+mod surface_keys;
 
 pub use model::{
     Analysis, BiprismSpec, BoardSpec, CameraSpec, CloudSpec, DesignSettings, Encoding, Expect, GlassSpec, MarchOrder,

@@ -7,6 +7,7 @@ pub(super) use super::effects::lens::QuadratureFile;
 use super::effects::light::{d_line, glasses};
 pub(super) use super::effects::tables::{EffectTables, EffectsFile};
 use super::limits::*;
+use super::surface_keys::{CloudFile, MeshPrismFile};
 use super::tidy::tidy;
 use crate::accuracy::COARSEST_TARGET_PX;
 use crate::num::bernstein::MAX_DEGREE;
@@ -259,42 +260,6 @@ pub(super) struct PointCloudFile {
     pub(super) front: CloudFile,
     /// The surface that faces the board.
     pub(super) back: CloudFile,
-}
-
-/// Points of a surface and how they are fitted.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct CloudFile {
-    /// File of points x, y, z in mm, relative to the scene file.
-    #[schemars(length(min = 1, max = PATH_CHARS))]
-    pub(super) file: String,
-    /// Total degree of the fitted polynomial.
-    #[schemars(range(min = 1, max = MAX_DEGREE))]
-    pub(super) degree: usize,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-pub(super) struct MeshPrismFile {
-    #[serde(flatten)]
-    pub(super) body: BodyFile,
-    /// File of the facet that faces the camera, PLY or OBJ in mm, relative to the scene file; the right half has x above 0.
-    #[schemars(length(min = 1, max = PATH_CHARS))]
-    pub(super) front: String,
-    /// File of the surface that faces the board.
-    #[schemars(length(min = 1, max = PATH_CHARS))]
-    pub(super) back: String,
-    /// Which normals refract: smooth ones between the corners, or each triangle's own.
-    #[serde(default)]
-    pub(super) normals: NormalsFile,
-}
-
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum NormalsFile {
-    #[default]
-    Smooth,
-    Flat,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

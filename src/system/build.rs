@@ -4,6 +4,7 @@ use super::auto;
 use super::board::Board;
 use super::camera::Camera;
 use super::instrument::System;
+use super::light::require_light;
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::prism::biprism::Prism;
@@ -14,12 +15,15 @@ use std::sync::Arc;
 /// may be left out.
 ///
 /// # Errors
-/// When the prism cannot be designed from the scene's values.
+/// When the prism cannot be designed from the scene's values, its surfaces miss their points by more than they may, or no
+/// ray of the picture passes it.
 pub fn build(scene: &Scene) -> Result<System, Error> {
     let ideal = ideal(scene)?;
     // To bound what every effect changes takes as long as a small picture.
     let verdicts = if scene.effects.auto.is_some() { auto::verdicts(&ideal, scene) } else { Vec::new() };
-    Ok(ideal.with_effects(&auto::settled(&verdicts, scene), &scene.camera))
+    let system = ideal.with_effects(&auto::settled(&verdicts, scene), &scene.camera);
+    require_light(scene, &system)?;
+    Ok(system)
 }
 
 /// The instrument of a scene without its effects, large enough for all of them.

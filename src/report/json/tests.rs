@@ -67,6 +67,7 @@ fn report() -> Report {
         timing_s: BTreeMap::from([("render".to_owned(), 1.5)]),
         accuracy: None,
         error_budget: None,
+        surface_fits: None,
     };
     Report { schema: SchemaName::V1, scene: "paper".to_owned(), designs: vec![design] }
 }
