@@ -187,6 +187,21 @@ fn meshes() {
                end_header\n0 0 80 0 0 1\n1 0 80 0 0.1 1\n1 1 80 0 0 -1\n0 1 80 0 0 1\n3 0 1 2\n4 0 1 2 3\n";
     attack(&[obj.into()], 6000, |bytes| bodies::mesh(bytes, mesh::MeshFormat::Obj));
     attack(&[ply.into()], 6000, |bytes| bodies::mesh(bytes, mesh::MeshFormat::Ply));
+    let corners = [[0.0f32, 0.0, 80.0], [1.0, 0.0, 80.1], [1.0, 1.0, 80.0], [0.0, 1.0, 80.2]];
+    let facets = [[0, 1, 2], [0, 2, 3]].map(|facet| facet.map(|k: usize| corners[k]));
+    let words = facets.map(|facet| {
+        let vertices = facet.map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).concat();
+        format!("facet normal 0 0 1\nouter loop\n{vertices}endloop\nendfacet\n")
+    });
+    let ascii = format!("solid s\n{}endsolid s\n", words.concat());
+    let mut binary = vec![0; 80];
+    binary.extend(2u32.to_le_bytes());
+    for facet in facets {
+        binary.extend([0; 12]);
+        binary.extend(facet.as_flattened().iter().flat_map(|v| v.to_le_bytes()));
+        binary.extend([0; 2]);
+    }
+    attack(&[ascii.into_bytes(), binary], 6000, |bytes| bodies::mesh(bytes, mesh::MeshFormat::Stl));
 }
 
 #[test]

@@ -31,6 +31,7 @@ mod light;
 mod made;
 mod mesh;
 mod oracle;
+mod own_parts;
 mod paper;
 mod pictures;
 mod render;

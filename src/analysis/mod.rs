@@ -13,3 +13,4 @@ pub mod board_indexing;
 pub mod half_image;
 pub mod not_judged;
 pub mod estimate;
+pub mod fit_shift;

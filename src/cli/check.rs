@@ -5,12 +5,14 @@ use super::outcome::Outcome;
 use super::plan::TimedEstimate;
 use super::progress::Progress;
 use super::{files, output};
+use crate::analysis::fit_shift::fit_shifts;
 use crate::analysis::half_image::{HalfFrame, NoPinhole, virtual_camera, virtual_camera_made};
 use crate::error::Error;
 use crate::metrics::pinhole::Pinhole;
+use crate::report::fit;
+use crate::system;
 use crate::system::auto;
 use crate::vision::half::Half;
-use crate::{scene, system};
 use glam::DVec3;
 use serde_json::json;
 
@@ -22,6 +24,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
     progress.begin(&scene.name, "effects");
     let verdicts = auto::verdicts(&ideal, &scene);
     let system = ideal.with_effects(&auto::settled(&verdicts, &scene));
+    files::named(&args.scene, system::require_light(&scene, &system))?;
     let half = |half: Half| {
         let frame = HalfFrame::new(&system, half);
         let designed = virtual_camera(&system, &frame).ok().map(|camera| camera.centre_mm().to_array());
@@ -35,8 +38,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
     };
     progress.begin(&scene.name, "time");
     let plan = TimedEstimate::new(&scene, &ideal, &system, verdicts);
+    let doubts = system::doubts(&scene, &system);
+    let fits = fit_shifts(&scene, &system).map(|fits| fit::entry(&fits));
     drop(progress);
-    let doubt = scene.prism.body().and_then(scene::GlassSpec::index_doubt);
     let found = json!({
         "scene": scene.name,
         "prism": scene.prism.kind(),
@@ -46,7 +50,8 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
             "centre_mm": scene.board.world_from_board.translation_mm.to_array(),
         },
         "plan": plan.json(),
-        "doubts": doubt.iter().collect::<Vec<_>>(),
+        "doubts": doubts,
+        "surface_fits": fits,
         "halves": { "left": half(Half::Left), "right": half(Half::Right) },
     });
     if args.json {
@@ -67,11 +72,12 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
             text += &format!("{:7} virtual camera {made}", half.name());
             text += &if made == designed { "\n".to_owned() } else { format!(" as made, {designed} as designed\n") };
         }
+        for line in fits.iter().flat_map(fit::words) {
+            text += &format!("fit     {line}\n");
+        }
         text += &plan.text();
         output::stdout(&text)?;
-        if let Some(doubt) = doubt {
-            output::stderr(&format!("note: {doubt}"));
-        }
+        doubts.iter().for_each(|doubt| output::stderr(&format!("note: {doubt}")));
     }
     Ok(if plan.in_reach() { Outcome::Done } else { Outcome::Unmet })
 }

@@ -7,7 +7,8 @@ use super::progress::Progress;
 use super::{accuracy, files, output};
 use crate::analysis::compare::{JudgeOptions, judge_design, pixels, prisms};
 use crate::error::Error;
-use crate::report::{budget, comparison, json, picture, table};
+use crate::report::{self, budget, comparison, json, picture, table};
+use crate::system::doubts;
 use std::path::Path;
 
 pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
@@ -50,6 +51,12 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     let expected = expectations(&scene, &report)?;
     output::stdout(&if args.json { text } else { format!("{}\n\n{verdict}\n", table::text(&report.designs)) })?;
     report.designs.iter().flat_map(table::warnings).for_each(|warning| output::stderr(&warning));
+    let fits = report.designs.iter().filter_map(|design| design.surface_fits.as_ref()).flat_map(report::fit::words);
+    fits.for_each(|line| output::stderr(&format!("fit of the {line}")));
+    for design in &judged {
+        let doubts = doubts(&design.scene, &design.system);
+        doubts.iter().for_each(|doubt| output::stderr(&format!("note: {}: {doubt}", design.name)));
+    }
     for path in written {
         output::stderr(&format!("wrote {}", path.display()));
     }

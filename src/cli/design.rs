@@ -11,6 +11,7 @@ use crate::io::atomic::write_atomically;
 use crate::io::point_grid::{write_csv, write_ply};
 use crate::scene::MarchOrder;
 use crate::surface::face::Face;
+use crate::system::with_room_for;
 
 pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let scene = files::load(&args.scene)?;
@@ -30,7 +31,10 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let designed = design::freeform(&input)?;
     progress.begin(&scene.name, "write");
     let cloud = &designed.cloud;
-    let text = text::scene_prism(&designed.front.patch, &designed.back.patch, &input.prism.body);
+    // As large as the rays of the scene need it, not those of the design alone.
+    let body = input.prism.body;
+    let exported = with_room_for(designed.prism(body), &input.prism, &scene.effects);
+    let text = text::scene_prism(&exported.front, &exported.back, &body);
     files::text(&paths[0], &text)?;
     write_atomically(&paths[1], |out| write_csv(cloud.points(), out))?;
     for (path, face) in [(&paths[2], Face::Front), (&paths[3], Face::Back)] {

@@ -6,16 +6,16 @@ use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, output};
 use crate::analysis::budget;
+use crate::analysis::fit_shift::fit_shifts;
 use crate::analysis::judge::measure;
 use crate::analysis::listed_corners::lattices;
 use crate::analysis::view::{place, see};
 use crate::error::Error;
 use crate::io::corners::{self, CornerFormat};
 use crate::raster::Raster;
-use crate::report;
-use crate::report::{design, identity, json, table};
+use crate::report::{self, design, identity, json, table};
 use crate::scene::Scene;
-use crate::system::System;
+use crate::system::{System, doubts};
 use std::collections::BTreeMap;
 
 /// What is measured.
@@ -53,11 +53,15 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
         entry = design::of_own_picture(entry, &scene, &system);
     }
     entry.error_budget = budget.transpose()?.map(|found| report::budget::entry(&found));
+    entry.surface_fits = fit_shifts(&scene, &system).map(|fits| report::fit::entry(&fits));
     let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs: vec![entry] };
     let outcome = expectations(&scene, &report)?;
     let words = || format!("{}\n\n{}\n", table::text(&report.designs), table::verdict(&report.designs));
     output::stdout(&if args.json { json::to_text(&report) } else { words() })?;
     report.designs.iter().flat_map(table::warnings).for_each(|warning| output::stderr(&warning));
+    let fits = report.designs.iter().filter_map(|design| design.surface_fits.as_ref()).flat_map(report::fit::words);
+    fits.for_each(|line| output::stderr(&format!("fit of the {line}")));
+    doubts(&scene, &system).iter().for_each(|doubt| output::stderr(&format!("note: {doubt}")));
     let nothing = report.designs.iter().all(|design| design.not_judged.is_some());
     Ok(if nothing { Outcome::Unmet } else { outcome })
 }

@@ -4,10 +4,12 @@ use super::args::RenderArgs;
 use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{accuracy, files, output};
+use crate::analysis::fit_shift::fit_shifts;
 use crate::error::Error;
 use crate::io::inputs;
-use crate::report::design;
 use crate::report::picture::{self, Written};
+use crate::report::{design, fit};
+use crate::system::doubts;
 
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
     let scene = accuracy::asked(files::load(&args.scene)?, args.target_px);
@@ -25,6 +27,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
         scene.effects.acting().filter(|row| !(row.acts)(system.effects())).map(|row| row.key()).collect();
     let seconds = progress.take_seconds();
     drop(progress);
+    let doubts = doubts(&scene, &system);
+    let fits = fit_shifts(&scene, &system).map(|fits| fit::entry(&fits));
     if args.json {
         let done = serde_json::json!({
             "scene": scene.name,
@@ -32,6 +36,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
             "fates": fates,
             "counts": counts,
             "effects_left_out": left_out,
+            "doubts": doubts,
+            "surface_fits": fits,
             "accuracy": design::accuracy(&account, &counts),
             "timing_s": seconds,
         });
@@ -48,6 +54,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
         for (fate, n) in fates.into_iter().filter(|(_, n)| *n > 0) {
             output::stderr(&format!("{n} pixels never see the board{how}: {fate}"));
         }
+        fits.iter().flat_map(fit::words).for_each(|line| output::stderr(&format!("fit of the {line}")));
+        doubts.iter().for_each(|doubt| output::stderr(&format!("note: {doubt}")));
     }
     Ok(accuracy::told(&scene.name, &account, &counts))
 }

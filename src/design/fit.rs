@@ -4,7 +4,8 @@ use crate::error::Error;
 use crate::geom::Rect;
 use crate::num::bernstein::MAX_DEGREE;
 use crate::num::poly2::Poly2;
-use crate::scene::PolynomialPatch;
+use crate::num::powers::Powers;
+use crate::surface::shape::PolynomialPatch;
 use glam::{DVec2, DVec3};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -37,14 +38,24 @@ pub struct SurfaceFit {
     pub rms_mm: f64,
     /// Largest residual along z, in mm.
     pub max_mm: f64,
+    /// The number of the point with the largest residual, from 0.
+    pub worst: usize,
     /// Condition number of the equations: the largest over the smallest singular value.
     pub condition: f64,
 }
 
-/// The polynomial z(x, y) = sum of c_mn X^m Y^n over m + n <= `degree`, n even, that goes through `points_mm` with the
-/// least squares of residuals along z. X = (x - x0)/sx and Y = (y - y0)/sy with (x0, y0) = `centre_mm` and (sx, sy) the
-/// largest distances of a point from it; y = y0 is the plane of symmetry. Without a centre, x0 is the middle of the
-/// points and y0 = 0, the plane of symmetry of a biprism.
+/// [`fit_powers`] with even powers of y only, which a designed surface has.
+///
+/// # Errors
+/// As [`fit_powers`].
+pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Result<SurfaceFit, Error> {
+    fit_powers(points_mm, degree, Powers::EvenInY, centre_mm)
+}
+
+/// The polynomial z(x, y) = sum of c_mn X^m Y^n over m + n <= `degree` and the `kept` powers that goes through
+/// `points_mm` with the least squares of residuals along z. X = (x - x0)/sx and Y = (y - y0)/sy with (x0, y0) =
+/// `centre_mm` and (sx, sy) the largest distances of a point from it. Without a centre, (x0, y0) is the middle of the
+/// points; with even powers of y only, y = y0 is the plane of symmetry and y0 = 0, that of a biprism.
 ///
 /// Householder QR, in blocks of rows whose triangles are stacked and factored again (Demmel et al., SIAM J. Sci. Comput.
 /// 34 (2012) A206): as stable as one QR of the whole, without its memory, and the same bits for any number of threads.
@@ -52,7 +63,12 @@ pub struct SurfaceFit {
 /// # Errors
 /// A [`Error`] when the degree is not 1 ..= 20, a coordinate is not a number, or the points do not determine every
 /// coefficient: then it names the rank.
-pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Result<SurfaceFit, Error> {
+pub fn fit_powers(
+    points_mm: &[DVec3],
+    degree: usize,
+    kept: Powers,
+    centre_mm: Option<DVec2>,
+) -> Result<SurfaceFit, Error> {
     // Refuse a degree out of range and coordinates that are none.
     if !(1..=MAX_DEGREE).contains(&degree) {
         return Err(Error::new(
@@ -70,12 +86,15 @@ pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Resu
     }
 
     // Scale the points by their extent.
-    let powers = powers(degree);
+    let powers = powers(degree, kept);
     if points_mm.is_empty() {
-        return Err(rank_problem(0, 0, &powers, degree));
+        return Err(rank_problem(0, 0, kept, degree));
     }
     let (min, max) = points_mm.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(a, b), p| (a.min(*p), b.max(*p)));
-    let centre = centre_mm.unwrap_or(DVec2::new(0.5 * (min.x + max.x), 0.0));
+    let centre = centre_mm.unwrap_or(match kept {
+        Powers::EvenInY => DVec2::new(0.5 * (min.x + max.x), 0.0),
+        Powers::All => 0.5 * (min + max).truncate(),
+    });
     // A cloud without extent has no scale; any will do, since it is refused for its rank.
     let scale =
         (max.truncate() - centre).max(centre - min.truncate()).map(|s| if s >= SMALLEST_EXTENT_MM { s } else { 1.0 });
@@ -87,7 +106,7 @@ pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Resu
     let (largest, smallest) = (singular.max(), singular.min());
     let rank = singular.iter().filter(|s| **s * MAX_CONDITION > largest).count();
     if rank < powers.len() {
-        return Err(rank_problem(points_mm.len(), rank, &powers, degree));
+        return Err(rank_problem(points_mm.len(), rank, kept, degree));
     }
 
     // Solve the triangle for the coefficients.
@@ -100,16 +119,22 @@ pub fn fit(points_mm: &[DVec3], degree: usize, centre_mm: Option<DVec2>) -> Resu
     });
 
     // Measure the residuals, and grow the domain beyond the points.
-    let (rms_mm, max_mm) = residuals(points_mm, &sag);
+    let Residuals { rms_mm, max_mm, worst } = residuals(points_mm, &sag);
     let margin = (max - min).truncate() * DOMAIN_MARGIN;
     let domain = Rect { min: min.truncate() - margin, max: max.truncate() + margin };
     let patch = PolynomialPatch { sag, domain };
-    Ok(SurfaceFit { patch, points: points_mm.len(), rms_mm, max_mm, condition: largest / smallest })
+    Ok(SurfaceFit { patch, points: points_mm.len(), rms_mm, max_mm, worst, condition: largest / smallest })
 }
 
-/// The powers (m, n) of a fit: m + n <= `degree`, n even.
-fn powers(degree: usize) -> Vec<(usize, usize)> {
-    (0..=degree).step_by(2).flat_map(|n| (0..=degree - n).map(move |m| (m, n))).collect()
+/// The powers (m, n) of a fit: m + n <= `degree`, and n even where only those are kept.
+fn powers(degree: usize, kept: Powers) -> Vec<(usize, usize)> {
+    let step = if kept == Powers::EvenInY { 2 } else { 1 };
+    (0..=degree).step_by(step).flat_map(|n| (0..=degree - n).map(move |m| (m, n))).collect()
+}
+
+/// How many coefficients a fit has.
+pub fn coefficients(degree: usize, kept: Powers) -> usize {
+    powers(degree, kept).len()
 }
 
 /// The triangle R of [powers | z] = Q R over all points. Its last column is Q^T z.
@@ -148,22 +173,35 @@ fn triangle(points_mm: &[DVec3], powers: &[(usize, usize)], centre: DVec2, scale
     stacked.qr().unpack_r()
 }
 
-/// Root mean square and largest magnitude of z - sag(x, y).
-fn residuals(points_mm: &[DVec3], sag: &Poly2) -> (f64, f64) {
-    let blocks: Vec<(f64, f64)> = points_mm
-        .par_chunks(BLOCK)
-        .map(|block| {
-            let residuals = block.iter().map(|p| p.z - sag.value(p.x, p.y));
-            residuals.fold((0.0, 0.0), |(sum, max): (f64, f64), r| (sum + r * r, max.max(r.abs())))
-        })
-        .collect();
-    let (sum, max) = blocks.iter().fold((0.0, 0.0), |(sum, max): (f64, f64), b| (sum + b.0, max.max(b.1)));
-    ((sum / points_mm.len() as f64).sqrt(), max)
+/// What a fit leaves of z - sag(x, y).
+struct Residuals {
+    rms_mm: f64,
+    max_mm: f64,
+    worst: usize,
 }
 
-fn rank_problem(points: usize, rank: usize, wanted: &[(usize, usize)], degree: usize) -> Error {
-    let wanted = wanted.len();
-    let lower = (1..degree).rev().find(|d| powers(*d).len() <= rank);
+fn residuals(points_mm: &[DVec3], sag: &Poly2) -> Residuals {
+    let blocks: Vec<(f64, f64, usize)> = points_mm
+        .par_chunks(BLOCK)
+        .enumerate()
+        .map(|(block, points)| {
+            let residuals = points.iter().map(|p| p.z - sag.value(p.x, p.y)).enumerate();
+            residuals.fold((0.0, 0.0, block * BLOCK), |(sum, max, worst), (k, r): (usize, f64)| {
+                let (max, worst) = if r.abs() > max { (r.abs(), block * BLOCK + k) } else { (max, worst) };
+                (sum + r * r, max, worst)
+            })
+        })
+        .collect();
+    let (sum, max_mm, worst) = blocks.iter().fold((0.0, 0.0, 0), |(sum, max, worst): (f64, f64, usize), b| {
+        let (max, worst) = if b.1 > max { (b.1, b.2) } else { (max, worst) };
+        (sum + b.0, max, worst)
+    });
+    Residuals { rms_mm: (sum / points_mm.len() as f64).sqrt(), max_mm, worst }
+}
+
+fn rank_problem(points: usize, rank: usize, kept: Powers, degree: usize) -> Error {
+    let wanted = coefficients(degree, kept);
+    let lower = (1..degree).rev().find(|d| coefficients(*d, kept) <= rank);
     Error::new(
         "the surface fit",
         format!(
@@ -172,7 +210,7 @@ fn rank_problem(points: usize, rank: usize, wanted: &[(usize, usize)], degree: u
         match lower {
             Some(d) => format!(
                 "give at least {wanted} points that spread over x and y, or lower the degree to {d} ({} coefficients)",
-                powers(d).len()
+                coefficients(d, kept)
             ),
             None => format!("give at least {wanted} points that spread over x and y"),
         },
@@ -218,6 +256,16 @@ mod tests {
     }
 
     #[test]
+    fn all_powers_are_kept_unless_the_surface_is_symmetric() {
+        let tilted: Vec<_> = grid(41, 31).iter().map(|p| *p + DVec3::Z * 0.02 * (p.y - 1.0)).collect();
+        let found = fit_powers(&tilted, 5, Powers::All, None).unwrap();
+        assert!(found.max_mm < 1e-12, "{found:?}");
+        let even = fit_powers(&tilted, 5, Powers::EvenInY, None).unwrap();
+        // 0.02 (y - 1) over y in -5..5 leaves its odd part: 0.1 mm at the rim.
+        assert!((even.max_mm - 0.1).abs() < 1e-9 && tilted[even.worst].y.abs() > 4.99, "{even:?}");
+    }
+
+    #[test]
     fn the_domain_reaches_two_percent_beyond_the_points() {
         let domain = fit(&grid(20, 20), 3, None).unwrap().patch.domain;
         assert!((domain.min - DVec2::new(-4.0 - 0.28, -5.0 - 0.2)).length() < 1e-12);
@@ -233,7 +281,7 @@ mod tests {
         assert!(fit.rms_mm > 1e-3 && fit.max_mm >= fit.rms_mm);
         let [x0, _] = fit.patch.sag.centre();
         let [sx, sy] = fit.patch.sag.scale();
-        for (m, n) in powers(4) {
+        for (m, n) in powers(4, Powers::EvenInY) {
             let power = |t: f64, k: usize| (0..k).map(|_| t).product::<f64>();
             let dot: f64 = points
                 .iter()

@@ -9,6 +9,8 @@ pub mod slope;
 pub mod march;
 pub mod marched;
 pub mod fit;
+pub mod cloud_fit;
+pub mod misfit;
 pub mod text;
 
 pub mod point_grid;

@@ -1,9 +1,10 @@
-//! A surface of triangles from a file: PLY or OBJ.
+//! A surface of triangles from a file: PLY, OBJ or STL.
 
 use super::inputs;
 use super::lines::TextLines;
 use super::ply::{Ply, PlyRow};
 use super::point_cloud::finite_point;
+use super::stl;
 use crate::error::Error;
 use crate::surface::mesh::{Triangles, corner_normals};
 use glam::DVec3;
@@ -24,30 +25,52 @@ pub enum MeshFormat {
     Ply,
     /// Wavefront OBJ: `v` and `f` lines. Its normals, textures, groups and materials are left aside.
     Obj,
+    /// STL, ascii or binary. Corners at one place are made one corner; the normals of its facets are left aside.
+    Stl,
 }
 
-/// The triangles of the file at `path`, in mm; the format follows from the extension (.ply, .obj). Faces of four corners
-/// are cut in two. Normals that the file does not give follow from the triangles ([`corner_normals`]).
+/// The triangles of a file as they are written, before they are judged as a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RawMesh {
+    /// Corners, in the file's unit.
+    pub points: Vec<DVec3>,
+    /// A unit normal at every corner, towards +z, where the file gives them.
+    pub normals: Option<Vec<DVec3>>,
+    /// The corners of each triangle.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// The triangles of the file at `path`, in mm; the format follows from the extension (.ply, .obj, .stl). Faces of four
+/// corners are cut in two. Normals that the file does not give follow from the triangles ([`corner_normals`]).
 ///
 /// # Errors
 /// A [`Error`] with file, line, value and rule when the file cannot be read, breaks its format, holds a number that is
 /// not finite, names a corner that it has not, has no triangle or more than [`MAX_TRIANGLES`], goes beyond [`MAX_COORDINATE_MM`], or is
 /// no graph over (x, y).
 pub fn read_triangles(path: &Path) -> Result<Triangles, Error> {
+    read_mesh(path)?.surface(&path.display().to_string())
+}
+
+/// [`read_triangles`] without what makes a surface of them.
+///
+/// # Errors
+/// As [`read_triangles`], but for the last two.
+pub fn read_mesh(path: &Path) -> Result<RawMesh, Error> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let format = match extension.as_str() {
         "ply" => MeshFormat::Ply,
         "obj" => MeshFormat::Obj,
+        "stl" => MeshFormat::Stl,
         _ => {
-            let rule = format!("the extension is {extension:?}, and must be ply or obj");
-            return Err(Error::new(path.display(), rule, "rename the file after its format, or convert it"));
+            let rule = format!("the extension is {extension:?}, and must be stl, ply or obj");
+            return Err(Error::new(path.display(), rule, "export the surface as a mesh of triangles in one of these"));
         }
     };
     let unreadable =
         |e| Error::new(path.display(), format!("cannot be read: {e}"), "check the path and its permissions");
     let file = inputs::open(path).map_err(unreadable)?;
     let bytes = file.metadata().map_err(unreadable)?.len();
-    parse_triangles(&path.display().to_string(), format, BufReader::new(file), bytes)
+    parse_mesh(&path.display().to_string(), format, BufReader::new(file), bytes)
 }
 
 /// [`read_triangles`] from any `input` of `bytes` bytes, called `name` in messages.
@@ -55,32 +78,64 @@ pub fn read_triangles(path: &Path) -> Result<Triangles, Error> {
 /// # Errors
 /// As [`read_triangles`].
 pub fn parse_triangles(name: &str, format: MeshFormat, input: impl BufRead, bytes: u64) -> Result<Triangles, Error> {
+    parse_mesh(name, format, input, bytes)?.surface(name)
+}
+
+/// [`read_mesh`] from any `input` of `bytes` bytes, called `name` in messages.
+///
+/// # Errors
+/// As [`read_mesh`].
+pub fn parse_mesh(name: &str, format: MeshFormat, input: impl BufRead, bytes: u64) -> Result<RawMesh, Error> {
     let mut lines = TextLines { name, input, line: 0, taken: 0, limit: MAX_TRIANGLES };
-    let (points_mm, normals, triangles) = match format {
+    let (points, normals, triangles) = match format {
         MeshFormat::Ply => ply(&mut lines, bytes)?,
         MeshFormat::Obj => obj(&mut lines)?,
+        MeshFormat::Stl => {
+            let (points, triangles) = stl::read(lines, bytes)?;
+            (points, None, triangles)
+        }
     };
-    if let Some(k) = points_mm.iter().position(|p| !p.abs().cmple(DVec3::splat(MAX_COORDINATE_MM)).all()) {
-        let rule =
-            format!("vertex {} is {:?}, and must be within {MAX_COORDINATE_MM:e} mm", k + 1, points_mm[k].to_array());
-        return Err(Error::new(name, rule, "give the surface in mm, near the camera's axis"));
-    }
     if triangles.is_empty() {
         let help = "write the surface with its faces; points alone are a scene's `kind = \"point_cloud\"`";
         return Err(Error::new(name, "the file has no triangles", help));
     }
-    let point_normals = match normals {
-        Some(normals) => normals,
-        None => corner_normals(&points_mm, &triangles).map_err(|k| {
-            let rule = format!(
-                "corner {} at {} has no normal: no triangle has it, or those that have it stand upright or fold back",
-                k + 1,
-                points_mm[k]
-            );
-            Error::new(name, rule, "remove loose corners; a surface of a prism is a graph z(x, y)")
-        })?,
+    Ok(RawMesh { points, normals, triangles })
+}
+
+impl RawMesh {
+    /// The triangles as a surface, once their points are in mm; `name` is that of their file in messages.
+    ///
+    /// # Errors
+    /// A [`Error`] where a point lies beyond [`MAX_COORDINATE_MM`], or the triangles are no graph over (x, y).
+    pub fn surface(self, name: &str) -> Result<Triangles, Error> {
+        let Self { points: points_mm, normals, triangles } = self;
+        within_reach(name, &points_mm)?;
+        let point_normals = match normals {
+            Some(normals) => normals,
+            None => corner_normals(&points_mm, &triangles).map_err(|k| {
+                let rule = format!(
+                    "corner {} at {} has no normal: no triangle has it, or those that have it stand upright or fold back",
+                    k + 1,
+                    points_mm[k]
+                );
+                Error::new(name, rule, "remove loose corners; a surface of a prism is a graph z(x, y)")
+            })?,
+        };
+        Ok(Triangles { points_mm, point_normals, triangles })
+    }
+}
+
+/// Refuses corners beyond [`MAX_COORDINATE_MM`].
+///
+/// # Errors
+/// A [`Error`] that names the first.
+pub fn within_reach(name: &str, points_mm: &[DVec3]) -> Result<(), Error> {
+    let Some(k) = points_mm.iter().position(|p| !p.abs().cmple(DVec3::splat(MAX_COORDINATE_MM)).all()) else {
+        return Ok(());
     };
-    Ok(Triangles { points_mm, point_normals, triangles })
+    let rule =
+        format!("vertex {} is {:?}, and must be within {MAX_COORDINATE_MM:e} mm", k + 1, points_mm[k].to_array());
+    Err(Error::new(name, rule, "give the surface in mm, near the camera's axis"))
 }
 
 type Parts = (Vec<DVec3>, Option<Vec<DVec3>>, Vec<[u32; 3]>);

@@ -14,6 +14,7 @@ pub mod exr;
 pub mod png;
 mod ply;
 pub mod mesh;
+mod stl;
 pub mod point_cloud;
 pub mod point_grid;
 pub mod corners;

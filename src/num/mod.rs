@@ -9,6 +9,7 @@ pub mod normal;
 pub mod ode;
 pub mod philox;
 pub mod poly2;
+pub mod powers;
 pub mod quadrature;
 pub mod simd;
 pub mod stats;

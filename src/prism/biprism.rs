@@ -5,14 +5,16 @@ use super::payload::Payload;
 use super::refract_at::pass;
 use super::side::Side;
 use super::surface_modifier::{Imperfections, SurfaceModifier};
+use crate::design::cloud_fit::FitResiduals;
 use crate::effect::{Clipping, Effects};
 use crate::geom::{Pose, Ray};
 use crate::optics::fate::Fate;
 use crate::scene;
 use crate::surface::face::Face;
 use crate::surface::hit::Hit;
-use crate::surface::shape::Surface;
+use crate::surface::shape::{PolynomialSurface, Surface};
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// A biprism: rays enter through the front of one side and leave through the back of the same side.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +33,8 @@ pub struct Prism {
     imperfections: Option<Box<[Imperfections; 2]>>,
     /// Whether the left side is the mirror image of the right one.
     symmetric: bool,
+    /// How well front and back go through the points that they were fitted to, where they were.
+    fits: Option<Arc<[FitResiduals; 2]>>,
 }
 
 impl Prism {
@@ -47,6 +51,7 @@ impl Prism {
             indices,
             imperfections: None,
             symmetric: true,
+            fits: None,
         }
     }
 
@@ -60,6 +65,38 @@ impl Prism {
     /// The same glass with other surfaces, which need not be mirror images, somewhere else.
     pub(super) fn rebuilt(self, poses: Option<[Pose; 2]>, sides: [[Surface; 2]; 2]) -> Self {
         Self { poses, sides, symmetric: false, ..self }
+    }
+
+    /// How well front and back go through the points that they were fitted to; `None` where they were not.
+    pub fn fits(&self) -> Option<&[FitResiduals; 2]> {
+        self.fits.as_deref()
+    }
+
+    /// This prism, of which is known how well front and back go through the points that they were fitted to.
+    #[must_use]
+    pub fn with_fits(self, fits: [FitResiduals; 2]) -> Self {
+        Self { fits: Some(Arc::new(fits)), ..self }
+    }
+
+    /// This prism, whose left side need not be the mirror image of the right one.
+    #[must_use]
+    pub fn asymmetric(self) -> Self {
+        Self { symmetric: false, ..self }
+    }
+
+    /// From the world to the prism's frame.
+    pub fn prism_from_world(&self) -> Pose {
+        self.poses.map_or(Pose::IDENTITY, |[_, prism_from_world]| prism_from_world)
+    }
+
+    /// This ideal prism of polynomials with another front or back.
+    #[must_use]
+    pub fn with_patch(&self, face: Face, patch: &scene::PolynomialPatch) -> Self {
+        let mut prism = self.clone();
+        for (side, mirrored) in prism.sides.iter_mut().zip([true, false]) {
+            side[face as usize] = Surface::Freeform(PolynomialSurface::new(patch, mirrored));
+        }
+        prism
     }
 
     /// Refractive indices of the surroundings and of the glass.

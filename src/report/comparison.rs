@@ -2,10 +2,11 @@
 
 use super::figures::comparison::{self, ComparisonInput, CornerMark, FigureRow, Panel};
 use super::json::{self, Design};
-use super::{budget, design, table};
+use super::{budget, design, fit, table};
 use crate::analysis::board_indexing::Found;
 use crate::analysis::compare::{Comparison, JudgedDesign};
 use crate::analysis::fates::fates;
+use crate::analysis::fit_shift::fit_shifts;
 use crate::analysis::judge::Judgement;
 use crate::analysis::view::HalfView;
 use crate::plot::drawing::Drawing;
@@ -31,6 +32,7 @@ pub fn entry(judged: &JudgedDesign, timing_s: BTreeMap<String, f64>) -> Design {
     Design {
         accuracy: Some(design::accuracy(&film.account, &film.counts)),
         error_budget: judged.budget.as_ref().map(budget::entry),
+        surface_fits: fit_shifts(scene, system).map(|fits| fit::entry(&fits)),
         ..design::of_own_picture(own, scene, system)
     }
 }

@@ -44,6 +44,7 @@ pub fn entry(
         smeared_by: Vec::new(),
         accuracy: None,
         error_budget: None,
+        surface_fits: None,
     }
 }
 

@@ -7,6 +7,7 @@ pub mod identity;
 pub mod picture;
 pub mod cost;
 pub mod design;
+pub mod fit;
 pub mod figures;
 pub mod json;
 pub mod number;

@@ -1,5 +1,6 @@
 //! From the values as written to the [`Scene`]: units, defaults, and what two values of one table say of each other.
 
+use super::body_keys::BodyFile;
 use super::document::Document;
 use super::effects;
 use super::model::*;
@@ -7,19 +8,17 @@ use super::prism_tables::*;
 use super::rules;
 use super::schema::*;
 use super::source::ValueSource;
+use super::surface_files;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::geom::{Pose, Rect};
-use crate::io::mesh::read_triangles;
-use crate::io::point_cloud::read_points;
 use crate::num::poly2::Poly2;
 use crate::optics::medium;
 use crate::surface::face::Face;
-use crate::surface::mesh::Normals;
 use crate::surface::shape::PolynomialPatch;
 use glam::{DVec2, DVec3};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The scene that `file` describes; files that it names are looked for in `folder`.
 pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>) -> Result<Scene, Error> {
@@ -91,18 +90,10 @@ fn prism(document: &Document, file: PrismFile, camera: &CameraSpec, folder: Opti
         }),
         PrismFile::PointCloud(file) => PrismSpec::PointCloud(PointCloudSpec {
             body: body(&file.body),
-            front: cloud(document, "prism.front.file", &file.front, folder, Face::Front)?,
-            back: cloud(document, "prism.back.file", &file.back, folder, Face::Back)?,
+            front: surface_files::cloud(document, "prism.front", &file.front, folder, Face::Front)?,
+            back: surface_files::cloud(document, "prism.back", &file.back, folder, Face::Back)?,
         }),
-        PrismFile::Mesh(file) => PrismSpec::Mesh(MeshSpec {
-            body: body(&file.body),
-            front: read_triangles(&find(document, "prism.front", &file.front, folder)?)?,
-            back: read_triangles(&find(document, "prism.back", &file.back, folder)?)?,
-            normals: match file.normals {
-                NormalsFile::Smooth => Normals::Smooth,
-                NormalsFile::Flat => Normals::Flat,
-            },
-        }),
+        PrismFile::Mesh(file) => PrismSpec::Mesh(surface_files::mesh(document, body(&file.glass), &file, folder)?),
     })
 }
 
@@ -158,36 +149,6 @@ fn patch(document: &Document, path: &str, file: &PatchFile) -> Result<Polynomial
     let degree = file.terms.iter().map(|t| t.0 + t.1).max().unwrap_or(0);
     let coefficient = |m, n| file.terms.iter().find(|t| (t.0, t.1) == (m, n)).map_or(0.0, |t| t.2);
     Ok(PolynomialPatch { sag: Poly2::new(degree, file.centre_mm, file.scale_mm, coefficient), domain })
-}
-
-fn cloud(
-    document: &Document,
-    path: &str,
-    file: &CloudFile,
-    folder: Option<&Path>,
-    face: Face,
-) -> Result<CloudSpec, Error> {
-    let found = find(document, path, &file.file, folder)?;
-    Ok(CloudSpec { points_mm: read_points(&found, face)?, degree: file.degree })
-}
-
-/// The path of a `file` that the key at `path` names, relative to the scene's folder.
-fn find(document: &Document, path: &str, file: &str, folder: Option<&Path>) -> Result<PathBuf, Error> {
-    let problem = |rule, help| Err(document.problem(document.span(path), rule, help));
-    let Some(folder) = folder else {
-        let rule = format!("`{path}` is {file:?}, and a scene without a folder can name no file");
-        return problem(rule, "save the scene beside its files, and give its path");
-    };
-    let found = folder.join(file);
-    if found.is_dir() {
-        let rule = format!("`{path}` is {file:?}, and {} is a directory", found.display());
-        return problem(rule, "give the path of the file in it, relative to the scene file");
-    }
-    if !found.is_file() {
-        let rule = format!("`{path}` is {file:?}, and there is no file {}", found.display());
-        return problem(rule, "give the file's path relative to the scene file");
-    }
-    Ok(found)
 }
 
 fn board(file: &BoardFile) -> BoardSpec {

@@ -10,6 +10,7 @@
 mod document;
 mod effects;
 mod limits;
+mod body_keys;
 mod prism_tables;
 mod schema;
 mod structure;
@@ -22,6 +23,8 @@ mod tidy;
 mod check;
 mod physics;
 mod model;
+mod surface_files;
+mod surface_keys;
 
 pub use model::{
     Analysis, BiprismSpec, BoardSpec, CameraSpec, CloudSpec, DesignSettings, Encoding, Expect, GlassSpec, MarchOrder,

@@ -4,6 +4,7 @@ use super::limits;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::geom::Pose;
+use crate::num::powers::Powers;
 use crate::optics::medium::Material;
 use crate::surface::mesh::{Normals, Triangles};
 use crate::surface::shape::PolynomialPatch;
@@ -77,6 +78,13 @@ impl GlassSpec {
     pub fn new(index: f64, outer_index: f64) -> Self {
         let wavelength_nm = limits::D_LINE_NM;
         Self { index, outer_index, glass: None, wavelength_nm, world_from_prism: Pose::IDENTITY }
+    }
+}
+
+impl CloudSpec {
+    /// Which powers of y are fitted.
+    pub fn powers(&self) -> Powers {
+        if self.symmetric { Powers::EvenInY } else { Powers::All }
     }
 }
 
@@ -167,6 +175,10 @@ pub struct MeshSpec {
     pub back: Triangles,
     /// Which normals refract.
     pub normals: Normals,
+    /// Front and back of the left half, where they are not the mirror images of those of the right one.
+    pub left: Option<[Triangles; 2]>,
+    /// What was made of a closed body, in words, where front and back are parts of one.
+    pub told: Option<String>,
 }
 
 /// Points of a surface, and how a polynomial is fitted to them.
@@ -176,6 +188,12 @@ pub struct CloudSpec {
     pub points_mm: Vec<DVec3>,
     /// Total degree of the fitted polynomial.
     pub degree: usize,
+    /// Whether the surface is its own mirror image in y = 0, so that only even powers of y are fitted.
+    pub symmetric: bool,
+    /// The largest residual that the fit may leave, in mm.
+    pub max_residual_mm: f64,
+    /// The file of the points, as the scene names it.
+    pub file: String,
 }
 
 /// How a freeform prism is designed.

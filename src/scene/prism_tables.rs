@@ -1,7 +1,8 @@
 //! The table `[prism]` of a scene file as written: the six kinds of glass, with the ranges of their keys.
 
-use super::effects::light::{d_line, glasses};
+use super::body_keys::BodyFile;
 use super::limits::*;
+use super::surface_keys::{CloudFile, MeshPrismFile};
 use crate::num::bernstein::MAX_DEGREE;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -22,32 +23,6 @@ pub(super) enum PrismFile {
     PointCloud(PointCloudFile),
     /// Front and back of the right half as triangles; the left half is their mirror image.
     Mesh(MeshPrismFile),
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-pub(super) struct BodyFile {
-    /// Refractive index of the glass.
-    #[schemars(range(min = SMALLEST_INDEX, max = LARGEST_INDEX))]
-    pub(super) index: f64,
-    /// Refractive index of what surrounds the glass.
-    #[serde(default = "one")]
-    #[schemars(range(min = SMALLEST_INDEX, max = LARGEST_INDEX))]
-    pub(super) outer_index: f64,
-    /// Name of the glass: how its index changes with the wavelength.
-    #[schemars(extend("enum" = glasses()))]
-    pub(super) glass: Option<String>,
-    /// Wavelength in vacuum to which `index` belongs, in nm. Left out, it is that of the catalogues' n_d.
-    #[serde(default = "d_line")]
-    #[schemars(range(min = SHORTEST_WAVE_NM, max = LONGEST_WAVE_NM))]
-    pub(super) wavelength_nm: f64,
-    /// Position [x, y, z] of the prism's frame, in mm.
-    #[serde(default)]
-    #[schemars(inner(range(min = -LONGEST_MM, max = LONGEST_MM)))]
-    pub(super) position_mm: [f64; 3],
-    /// Tilt [rx, ry, rz] of the prism about the fixed x, then y, then z axis, in deg.
-    #[serde(default)]
-    #[schemars(inner(range(min = -TILT_DEG, max = TILT_DEG)))]
-    pub(super) tilt_deg: [f64; 3],
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -158,44 +133,4 @@ pub(super) struct PointCloudFile {
     pub(super) front: CloudFile,
     /// The surface that faces the board.
     pub(super) back: CloudFile,
-}
-
-/// Points of a surface and how they are fitted.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct CloudFile {
-    /// File of points x, y, z in mm, relative to the scene file.
-    #[schemars(length(min = 1, max = PATH_CHARS))]
-    pub(super) file: String,
-    /// Total degree of the fitted polynomial.
-    #[schemars(range(min = 1, max = MAX_DEGREE))]
-    pub(super) degree: usize,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[schemars(deny_unknown_fields)]
-pub(super) struct MeshPrismFile {
-    #[serde(flatten)]
-    pub(super) body: BodyFile,
-    /// File of the facet that faces the camera, PLY or OBJ in mm, relative to the scene file; the right half has x above 0.
-    #[schemars(length(min = 1, max = PATH_CHARS))]
-    pub(super) front: String,
-    /// File of the surface that faces the board.
-    #[schemars(length(min = 1, max = PATH_CHARS))]
-    pub(super) back: String,
-    /// Which normals refract: smooth ones between the corners, or each triangle's own.
-    #[serde(default)]
-    pub(super) normals: NormalsFile,
-}
-
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum NormalsFile {
-    #[default]
-    Smooth,
-    Flat,
-}
-
-fn one() -> f64 {
-    1.0
 }

@@ -191,10 +191,17 @@ impl Walk<'_> {
     }
 }
 
-/// The alternative for a value of this kind, a table or a word; the first for any other kind, which none allows.
+/// The alternative for a value of this kind, a table, a list or a word; the first for any other kind, which none allows.
 fn of_kind<'s>(value: &DeValue, alternatives: &'s [Value]) -> &'s Value {
-    let table = matches!(value, DeValue::Table(_));
-    let fits = |schema: &&Value| (schema["type"] == "object") == table;
+    let kind = match value {
+        DeValue::Table(_) => "object",
+        DeValue::Array(_) => "array",
+        _ => "",
+    };
+    let fits = |schema: &&Value| match schema["type"].as_str() {
+        Some(own @ ("object" | "array")) => own == kind,
+        _ => kind.is_empty(),
+    };
     alternatives.iter().find(fits).unwrap_or(&alternatives[0])
 }
 

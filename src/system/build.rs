@@ -2,14 +2,17 @@
 
 use super::auto;
 use super::instrument::System;
+use super::light::require_light;
+use crate::design::cloud_fit::{FitResiduals, fit_cloud};
+use crate::design::misfit::CloudFitInput;
 use crate::design::{self, DesignInput, VIRTUAL_CAMERA_Z_MM};
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::geom::Rect;
 use crate::prism::biprism::Prism;
 use crate::scene::{BiprismSpec, CameraSpec, CloudSpec, PolynomialSpec, PrismSpec, Scene};
-use crate::surface::mesh::Mesh;
-use crate::surface::shape::{PolynomialSurface, Surface};
+use crate::surface::mesh::{Mesh, Triangles};
+use crate::surface::shape::{PolynomialPatch, PolynomialSurface, Surface};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -17,12 +20,15 @@ use std::sync::Arc;
 /// may be left out.
 ///
 /// # Errors
-/// When the prism cannot be designed from the scene's values.
+/// When the prism cannot be designed from the scene's values, its surfaces miss their points by more than they may, or no
+/// ray of the picture passes it.
 pub fn build(scene: &Scene) -> Result<System, Error> {
     let ideal = ideal(scene)?;
     // To bound what every effect changes takes as long as a small picture.
     let verdicts = if scene.effects.auto.is_some() { auto::verdicts(&ideal, scene) } else { Vec::new() };
-    Ok(ideal.with_effects(&auto::settled(&verdicts, scene)))
+    let system = ideal.with_effects(&auto::settled(&verdicts, scene));
+    require_light(scene, &system)?;
+    Ok(system)
 }
 
 /// The instrument of a scene without its effects, large enough for all of them.
@@ -50,27 +56,52 @@ fn prism(prism: &PrismSpec, camera: &CameraSpec, effects: &Effects) -> Result<Op
                 settings: *settings,
                 virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
             };
-            let mut prism = design::freeform(&input)?.prism(flat.body);
-            let reach_mm = |domain: Rect| domain.min.abs().max(domain.max.abs()).length();
-            let reach_mm = reach_mm(prism.front.domain).max(reach_mm(prism.back.domain));
-            let spare_mm = effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index);
-            for patch in [&mut prism.front, &mut prism.back] {
-                patch.domain = patch.domain.grown(spare_mm);
-            }
-            Ok(Some(polynomial(&prism)))
+            let designed = design::freeform(&input)?.prism(flat.body);
+            Ok(Some(polynomial(&with_room_for(designed, flat, effects))))
         }
         PrismSpec::Polynomial(p) => Ok(Some(polynomial(p))),
         PrismSpec::PointCloud(clouds) => {
-            let patch = |cloud: &CloudSpec| Ok(design::fit::fit(&cloud.points_mm, cloud.degree, None)?.patch);
-            let (front, back) = (patch(&clouds.front)?, patch(&clouds.back)?);
-            Ok(Some(polynomial(&PolynomialSpec { body: clouds.body, front, back })))
+            let (front, front_fit) = fitted("front", &clouds.front)?;
+            let (back, back_fit) = fitted("back", &clouds.back)?;
+            let prism = polynomial(&PolynomialSpec { body: clouds.body, front, back });
+            Ok(Some(prism.with_fits([front_fit, back_fit])))
         }
         PrismSpec::Mesh(m) => {
-            let meshes = [&m.front, &m.back].map(|t| Arc::new(Mesh::new(t.clone(), m.normals)));
-            let side = |mirrored| meshes.clone().map(|mesh| Surface::Mesh { mesh, mirrored });
-            Ok(Some(Prism::new(&m.body, [side(true), side(false)])))
+            let meshes = |own: [&Triangles; 2]| own.map(|t| Arc::new(Mesh::new(t.clone(), m.normals)));
+            let side = |own: [Arc<Mesh>; 2], mirrored| own.map(|mesh| Surface::Mesh { mesh, mirrored });
+            let right = meshes([&m.front, &m.back]);
+            Ok(Some(match &m.left {
+                None => Prism::new(&m.body, [side(right.clone(), true), side(right, false)]),
+                Some([front, back]) => {
+                    Prism::new(&m.body, [side(meshes([front, back]), false), side(right, false)]).asymmetric()
+                }
+            }))
         }
     }
+}
+
+/// A designed prism, larger than the rays of its design on every side, so that rays that stray from them by `effects` find
+/// glass as well.
+#[must_use]
+pub fn with_room_for(mut designed: PolynomialSpec, flat: &BiprismSpec, effects: &Effects) -> PolynomialSpec {
+    let reach_mm = |domain: Rect| domain.min.abs().max(domain.max.abs()).length();
+    let reach_mm = reach_mm(designed.front.domain).max(reach_mm(designed.back.domain));
+    let spare_mm = effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index);
+    for patch in [&mut designed.front, &mut designed.back] {
+        patch.domain = patch.domain.grown(spare_mm);
+    }
+    designed
+}
+
+/// The polynomial of a user's cloud, the `key` surface of a prism, and what it leaves.
+fn fitted(key: &str, cloud: &CloudSpec) -> Result<(PolynomialPatch, FitResiduals), Error> {
+    fit_cloud(&CloudFitInput {
+        points_mm: &cloud.points_mm,
+        degree: cloud.degree,
+        powers: cloud.powers(),
+        max_residual_mm: cloud.max_residual_mm,
+        name: &format!("`prism.{key}` ({})", cloud.file),
+    })
 }
 
 fn flat(flat: &BiprismSpec, camera: &CameraSpec) -> Result<Prism, Error> {

@@ -125,6 +125,13 @@ impl System {
         }
     }
 
+    /// This instrument with `prism`, as it is meant to be, in place of its own.
+    #[must_use]
+    pub fn with_prism(&self, prism: &Prism) -> Self {
+        let designed = Some(Arc::new(prism.clone()));
+        Self { prism: Some(prism.with_effects(&self.effects)), designed, ..self.clone() }
+    }
+
     /// This instrument without effects: central, with the glass as it is meant to be, and no stop.
     #[must_use]
     pub fn without_effects(&self) -> Self {

@@ -14,9 +14,14 @@ mod ghost_rays;
 pub(crate) mod instrument;
 mod build;
 mod margin;
+mod doubts;
+mod light;
+mod shape_doubts;
 
-pub use build::{build, ideal};
+pub use build::{build, ideal, with_room_for};
+pub use doubts::doubts;
 pub use instrument::{BoardHit, Footprint, System};
+pub use light::require_light;
 
 pub use crate::prism::biprism::Prism;
 pub use crate::prism::side::Side;

@@ -8,6 +8,7 @@ use biprism::io::mesh;
 use biprism::io::point_cloud::{PointFormat, parse_points};
 use biprism::scene;
 use biprism::scene::PrismSpec;
+use biprism::surface::closed_body::sheets;
 use biprism::surface::face::Face;
 use biprism::surface::mesh::{Mesh, Normals};
 use biprism::system::aim::Aimer;
@@ -72,6 +73,14 @@ pub(crate) fn photograph(bytes: &[u8]) {
 
 /// A mesh: refused, or triangles that rays meet or miss.
 pub(crate) fn mesh(bytes: &[u8], format: mesh::MeshFormat) {
+    if let Ok(raw) = mesh::parse_mesh("hostile", format, bytes, bytes.len() as u64)
+        && mesh::within_reach("hostile", &raw.points).is_ok()
+        && let Ok(body) = sheets(&raw.points, &raw.triangles)
+    {
+        let fronts = [Some(&body.right), body.left.as_ref()];
+        let all = fronts.into_iter().flatten().flatten();
+        assert!(all.flat_map(|sheet| &sheet.point_normals).all(|n| n.is_normalized()));
+    }
     match mesh::parse_triangles("hostile", format, bytes, bytes.len() as u64) {
         Ok(triangles) => {
             assert!(triangles.point_normals.iter().all(|n| n.is_normalized()));

@@ -64,18 +64,22 @@ fn prism(values: &mut Checksum, prism: &PrismSpec) {
         }
         PrismSpec::PointCloud(PointCloudSpec { body, front, back }) => {
             glass(values, body);
-            for CloudSpec { points_mm, degree } in [front, back] {
+            // How much a fit may leave, and what a file is called, change no instrument that is made.
+            for CloudSpec { points_mm, degree, symmetric, max_residual_mm: _, file: _ } in [front, back] {
                 values.list(points_mm, |values, point| values.point(*point));
                 values.count(*degree);
+                values.count(usize::from(*symmetric));
             }
         }
-        PrismSpec::Mesh(MeshSpec { body, front, back, normals }) => {
+        PrismSpec::Mesh(MeshSpec { body, front, back, normals, left, told: _ }) => {
             glass(values, body);
             values.word(match normals {
                 Normals::Flat => "flat",
                 Normals::Smooth => "smooth",
             });
-            for Triangles { points_mm, point_normals, triangles } in [front, back] {
+            for Triangles { points_mm, point_normals, triangles } in
+                [front, back].into_iter().chain(left.iter().flatten())
+            {
                 values.list(points_mm, |values, point| values.point(*point));
                 values.list(point_normals, |values, normal| values.point(*normal));
                 values.list(triangles, |values, corners| values.numbers(corners.map(f64::from)));

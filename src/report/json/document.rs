@@ -2,6 +2,7 @@
 
 use super::budget::ErrorBudget;
 use super::figure::Figure;
+use super::fit::SurfaceFits;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -59,6 +60,9 @@ pub struct Design {
     /// Where the error of a corner comes from, when it was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error_budget: Option<ErrorBudget>,
+    /// How well the surfaces go through the points that they were fitted to, where they were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_fits: Option<SurfaceFits>,
 }
 
 /// How accurately a picture was made: shifts of its lines and corners, in px.

@@ -15,9 +15,11 @@ use serde_json::Value;
 pub mod budget;
 pub mod figure;
 pub mod judgement;
+pub mod fit;
 
 pub use budget::{BudgetTerm, CornerBudget, ErrorBudget};
 pub use figure::{Definition, Figure, Frame, Normaliser, PixelCentreName, Unit};
+pub use fit::{SurfaceFitEntry, SurfaceFits};
 
 /// The report as it is written: indented, keys in the order of the types, a newline at the end.
 pub fn to_text(report: &Report) -> String {

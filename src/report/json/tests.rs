@@ -70,6 +70,7 @@ fn report() -> Report {
         smeared_by: Vec::new(),
         accuracy: None,
         error_budget: None,
+        surface_fits: None,
     };
     Report { schema: SchemaName::V1, scene: "paper".to_owned(), designs: vec![design] }
 }

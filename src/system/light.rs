@@ -1,0 +1,109 @@
+//! Whether light passes a prism: how a coarse grid of rays over the picture ends.
+
+use super::instrument::System;
+use super::shape_doubts;
+use crate::error::Error;
+use crate::geom::Pose;
+use crate::optics::fate::Fate;
+use crate::prism::side::Side;
+use crate::scene::Scene;
+use glam::{DVec2, DVec3};
+use std::collections::BTreeMap;
+
+/// Rays along the width and the height of the picture.
+const RAYS: [usize; 2] = [24, 16];
+/// Variants of the instrument that are asked as well before a prism is given up.
+const VARIANTS: usize = 16;
+
+/// A ray that passed: where it went, in the prism's frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PassedRay {
+    pub(super) side: Side,
+    /// Where it met front and back, in mm.
+    pub(super) met_mm: [DVec3; 2],
+    /// Whether it meets the plane of the board.
+    pub(super) reaches_board: bool,
+}
+
+/// How the rays of a coarse grid over the picture end, through the middle of the pupil.
+#[derive(Debug, Clone)]
+pub(super) struct LightStudy {
+    pub(super) passed: Vec<PassedRay>,
+    /// Rays that end at the prism, by fate.
+    pub(super) lost: BTreeMap<Fate, usize>,
+}
+
+impl LightStudy {
+    pub(super) fn new(system: &System) -> Self {
+        let mut study = Self { passed: Vec::new(), lost: BTreeMap::new() };
+        let prism_from_world = system.designed.as_ref().map_or(Pose::IDENTITY, |prism| prism.prism_from_world());
+        for px in grid(system, RAYS) {
+            match system.path(px) {
+                (path, Ok((ray, side))) => {
+                    if let [front, back] = path.points[..] {
+                        let met_mm = [front, back].map(|p| prism_from_world.point(p));
+                        let reaches_board = system.board.intersect(&ray).is_ok();
+                        study.passed.push(PassedRay { side, met_mm, reaches_board });
+                    }
+                }
+                (_, Err(fate)) => *study.lost.entry(fate).or_default() += 1,
+            }
+        }
+        study
+    }
+
+    /// Shares of the rays that end at the prism, in words: "86 % total_reflection, 14 % missed"; empty where none does.
+    pub(super) fn fates(&self) -> String {
+        let all = self.passed.len() + self.lost.values().sum::<usize>();
+        shares(&self.lost, all)
+    }
+}
+
+/// Shares of `all` by fate, the largest first.
+pub(super) fn shares(counts: &BTreeMap<Fate, usize>, all: usize) -> String {
+    let mut counts: Vec<_> = counts.iter().collect();
+    counts.sort_by_key(|(_, n)| std::cmp::Reverse(**n));
+    let share = |n: usize| 100.0 * n as f64 / all as f64;
+    let words = counts.iter().map(|(fate, n)| format!("{:.1} % {}", share(**n), fate.name()));
+    words.collect::<Vec<_>>().join(", ")
+}
+
+/// The middles of `columns` x `rows` equal parts of the picture.
+pub(super) fn grid(system: &System, [columns, rows]: [usize; 2]) -> impl Iterator<Item = DVec2> + use<> {
+    let size = DVec2::from_array(system.camera.size_px().map(|n| n as f64));
+    let parts = DVec2::new(columns as f64, rows as f64);
+    let place = move |k: usize| DVec2::new((k % columns) as f64 + 0.5, (k / columns) as f64 + 0.5);
+    (0..columns * rows).map(move |k| size * place(k) / parts)
+}
+
+/// Some of the variants that the picture is made of, evenly taken.
+pub(super) fn some_variants(system: &System, count: usize) -> Vec<System> {
+    if system.effects.dimensions() == 0 {
+        return Vec::new();
+    }
+    let variants = system.effects.variants(0);
+    let stride = variants.len().div_ceil(count).max(1);
+    variants.iter().step_by(stride).map(|variant| system.variant(variant)).collect()
+}
+
+/// Refuses an instrument through whose prism no ray of the picture passes.
+///
+/// # Errors
+/// A [`Error`] with the fates of the rays, and what is to be written instead as far as the surfaces tell it.
+pub fn require_light(scene: &Scene, system: &System) -> Result<(), Error> {
+    let passes = |system: &System| grid(system, RAYS).any(|px| system.exit_ray(px).is_ok());
+    if system.prism.is_none() || passes(system) || some_variants(system, VARIANTS).iter().any(passes) {
+        return Ok(());
+    }
+    let study = LightStudy::new(system);
+    let rule = format!("no ray of the picture passes the prism: of {} rays {}", RAYS[0] * RAYS[1], study.fates());
+    let help = shape_doubts::of(scene, system).into_iter().next().unwrap_or_else(|| {
+        let most = study.lost.iter().max_by_key(|(_, n)| **n).map(|(fate, _)| *fate);
+        match most {
+            Some(Fate::TotalReflection) => "give a smaller index ratio, or surfaces that are less steep".to_owned(),
+            Some(Fate::Clipped) => "widen what clips the rays: `effect.clipping`".to_owned(),
+            _ => shape_doubts::where_it_is(scene, system),
+        }
+    });
+    Err(Error::new("the prism", rule, help))
+}
