@@ -12,6 +12,9 @@ const LONGEST_SENTENCE: usize = 1000;
 /// Bytes of the line at fault that are shown, at most: beyond it the place alone is told.
 const LONGEST_LINE: usize = 1 << 16;
 
+/// What a line shows in the place of a control character of two bytes: of as many bytes, so that what is underlined stays.
+const SHOWN_CONTROL: &str = "\u{b7}";
+
 /// A user's mistake or a failure of the outside world: one error, complete enough to mend it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error {
@@ -58,7 +61,7 @@ impl Error {
         let help = Level::HELP.message(&help);
         let group = match &self.source {
             Some((text, span)) => Level::ERROR.primary_title(&rule).element(
-                Snippet::source(text)
+                Snippet::source(text.replace(is_second_control, SHOWN_CONTROL))
                     .line_start(self.first_line)
                     .path(&place)
                     .annotation(AnnotationKind::Primary.span(span.clone())),
@@ -67,6 +70,11 @@ impl Error {
         };
         renderer.render(&[group.element(help)])
     }
+}
+
+/// Whether a character is one of the second set of control characters, which the drawing of a line would let through.
+fn is_second_control(c: char) -> bool {
+    matches!(c, '\u{80}'..='\u{9f}')
 }
 
 /// The text with every character written out that a terminal would obey instead of showing it: control characters but for

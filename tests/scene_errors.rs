@@ -45,7 +45,7 @@ fn changed(base: &str, changes: &[(&str, &str)]) -> String {
 /// The line, from 1, that a problem points at.
 fn line(problem: &Error) -> usize {
     let (text, span) = problem.source.as_ref().expect("a problem with a scene's text points into it");
-    1 + text[..span.start].matches('\n').count()
+    problem.first_line + text[..span.start].matches('\n').count()
 }
 
 /// Each file of `tests/bad_scenes` says in its first lines what is to be told of it.

@@ -9,9 +9,10 @@ use std::path::Path;
 
 /// The rooms, each with the rooms that it uses, all of them above it in this list: so no room uses itself by a detour.
 /// The list is the smallest that holds: a use that is not in it is a fault, and so is one of it that nobody has.
-const ROOMS: [(&str, &[&str]); 21] = [
+const ROOMS: [(&str, &[&str]); 22] = [
     ("error", &[]),
     ("accuracy", &[]),
+    ("progress", &[]),
     ("num", &[]),
     ("geom", &[]),
     ("optics", &["num"]),
@@ -24,23 +25,29 @@ const ROOMS: [(&str, &[&str]); 21] = [
     ("effect", &["num", "geom", "optics", "surface", "raster"]),
     ("scene", &["error", "accuracy", "num", "geom", "optics", "surface", "io", "effect"]),
     ("design", &["error", "num", "geom", "optics", "surface", "scene"]),
-    ("prism", &["error", "num", "geom", "optics", "surface", "effect", "scene", "design"]),
-    ("system", &["error", "accuracy", "num", "geom", "optics", "surface", "effect", "scene", "prism"]),
-    ("render", &["accuracy", "num", "optics", "surface", "raster", "effect", "scene", "prism", "system"]),
+    ("prism", &["num", "geom", "optics", "surface", "effect", "scene"]),
+    ("system", &["error", "accuracy", "num", "geom", "optics", "surface", "effect", "scene", "design", "prism"]),
+    ("render", &["accuracy", "progress", "num", "optics", "surface", "raster", "effect", "scene", "prism", "system"]),
     (
         "analysis",
         &[
-            "error", "accuracy", "num", "geom", "optics", "surface", "raster", "vision", "metrics", "effect", "scene",
-            "design", "system", "render",
+            "error", "accuracy", "progress", "num", "geom", "optics", "surface", "raster", "vision", "metrics", "io",
+            "effect", "scene", "design", "system", "render",
         ],
     ),
     ("golden", &["error", "num", "raster", "metrics", "io", "scene", "system", "render", "analysis"]),
-    ("report", &["accuracy", "num", "geom", "raster", "vision", "metrics", "plot", "analysis"]),
+    (
+        "report",
+        &[
+            "error", "accuracy", "progress", "num", "geom", "optics", "surface", "raster", "vision", "metrics", "plot",
+            "io", "effect", "scene", "system", "render", "analysis",
+        ],
+    ),
     (
         "cli",
         &[
-            "error", "accuracy", "optics", "raster", "vision", "metrics", "plot", "io", "scene", "design", "system",
-            "render", "analysis", "golden", "report",
+            "error", "accuracy", "progress", "optics", "surface", "raster", "vision", "metrics", "plot", "io",
+            "effect", "scene", "design", "system", "render", "analysis", "golden", "report",
         ],
     ),
 ];
