@@ -36,12 +36,12 @@ impl FitResiduals {
 ///
 /// # Errors
 /// As [`fit_powers`]; and where a residual is above what the cloud is allowed: then the worst point and its value are
-/// named, and what is to be written instead, as far as the residuals tell it ([`Misfit`]).
+/// named, and what is to be written instead, as far as the residuals tell it.
 pub fn fit_cloud(input: &CloudFitInput) -> Result<(PolynomialPatch, FitResiduals), Error> {
     let fitted = fit_powers(input.points_mm, input.degree, input.powers, None)
         .map_err(|problem| Error { place: input.name.to_owned(), ..problem })?;
     // A fit whose numbers overflow is no better than one that is too far off.
-    if !(fitted.max_mm <= input.max_residual_mm) {
+    if fitted.max_mm.is_nan() || fitted.max_mm > input.max_residual_mm {
         return Err(refused(input, &fitted));
     }
     let residuals = FitResiduals {
@@ -81,7 +81,7 @@ fn refused(input: &CloudFitInput, fitted: &SurfaceFit) -> Error {
             format!("; points {a} and {b} stand {apart_mm:.4} mm apart over one (x, y): the cloud holds two sheets"),
             "write the front and the back into a file each".to_owned(),
         ),
-        Misfit::Kink { x_mm } if x_mm == 0.0 => (
+        Misfit::Kink { x_mm: 0.0 } => (
             "; the surface has a kink at x = 0: the cloud holds both facets".to_owned(),
             "give the right half only, the points with x >= 0: the left half is its mirror image".to_owned(),
         ),

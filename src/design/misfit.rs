@@ -4,7 +4,7 @@ use super::fit::{SurfaceFit, coefficients, fit_powers};
 use crate::num::bernstein::MAX_DEGREE;
 use crate::num::powers::Powers;
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// What is asked of the fit of a cloud.
 #[derive(Debug, Clone, Copy)]
@@ -102,7 +102,7 @@ pub(super) fn of(input: &CloudFitInput, fitted: &SurfaceFit) -> Misfit {
 fn two_sheets(points_mm: &[DVec3], apart_mm: f64) -> Option<Misfit> {
     let extent = points_mm.iter().fold(0.0f64, |most, p| most.max(p.x.abs()).max(p.y.abs()));
     let cell = |value: f64| (value / (SAME_PLACE * extent)).round() as i64;
-    let mut seen: HashMap<(i64, i64), usize> = HashMap::new();
+    let mut seen: BTreeMap<(i64, i64), usize> = BTreeMap::new();
     let mut pairs = 0;
     let mut first = None;
     for (k, p) in points_mm.iter().enumerate() {

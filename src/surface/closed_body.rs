@@ -4,7 +4,7 @@ use super::mesh::{Mesh, Normals, Triangles, corner_normals};
 use super::weld::weld;
 use crate::geom::Ray;
 use glam::{DVec2, DVec3};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// Triangles whose normals have a z below this are side walls: they stand within 6 deg of upright.
 const WALL: f64 = 0.1;
@@ -66,7 +66,7 @@ pub fn sheets(points_mm: &[DVec3], triangles: &[[u32; 3]]) -> Result<Sheets, (St
 pub fn is_closed(points_mm: &[DVec3], triangles: &[[u32; 3]]) -> bool {
     let corners: Vec<DVec3> = triangles.iter().flatten().map(|k| points_mm[*k as usize]).collect();
     let (_, triangles) = weld(&corners);
-    let mut edges: HashMap<(u32, u32), usize> = HashMap::new();
+    let mut edges: BTreeMap<(u32, u32), usize> = BTreeMap::new();
     for [a, b, c] in &triangles {
         for (p, q) in [(a, b), (b, c), (c, a)] {
             *edges.entry((*p.min(q), *p.max(q))).or_default() += 1;
@@ -153,7 +153,7 @@ fn half_of(sheet: &Sheet, sign: f64) -> Sheet {
         .iter()
         .map(|p| if p.x.abs() <= SAME_HEIGHT * width { DVec3::new(0.0, p.y, p.z) } else { *p })
         .collect();
-    let mut cuts: HashMap<(u32, u32), u32> = HashMap::new();
+    let mut cuts: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     let mut triangles = Vec::new();
     for triangle in &sheet.triangles {
         let mut kept: Vec<u32> = Vec::new();

@@ -1,7 +1,7 @@
 //! Corners at one place made one corner.
 
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 /// Corners are at one place when they differ by less than this share of the largest coordinate: some roundings of f32.
 const SAME: f64 = 4.0 * f32::EPSILON as f64;
@@ -12,7 +12,7 @@ pub(crate) fn weld(corners: &[DVec3]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let largest = corners.iter().fold(0.0f64, |most, p| most.max(p.abs().max_element()));
     let same = (SAME * largest).max(f64::MIN_POSITIVE);
     let cell = |p: DVec3| (p / (2.0 * same)).to_array().map(|v| v.floor() as i64);
-    let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+    let mut cells: BTreeMap<[i64; 3], Vec<u32>> = BTreeMap::new();
     let mut points: Vec<DVec3> = Vec::new();
     let mut number = |p: DVec3| {
         // A point within reach lies in this cell or in the nearest one along each axis.

@@ -40,10 +40,7 @@ fn doubtful_surfaces_are_told_with_what_to_write() {
     // Little more than the points that a fit needs.
     let text = csv(RIGHT, back);
     place.write("b.csv", text.lines().step_by(37).collect::<Vec<_>>().join("\n"));
-    has(
-        &place.doubts(&with("front.csv", "b.csv")),
-        &["12 points for 6 coefficients"].map(|_| "coefficients").as_slice(),
-    );
+    has(&place.doubts(&with("front.csv", "b.csv")), &["coefficients"]);
     // A whole front of triangles; a whole plane back is as good as its half.
     let whole: Vec<_> = body(-16.0).into_iter().filter(|t| t.iter().all(|p| p.z < 46.0)).collect();
     let plane: Vec<_> = body(-16.0).into_iter().filter(|t| t.iter().all(|p| p.z > 46.0)).collect();
