@@ -16,7 +16,7 @@ fn main() -> ExitCode {
         of("a_random_case_is_judged_by_its_mean_and_its_noise", a_random_case_is_judged_by_its_mean_and_its_noise),
         of("a_case_without_a_golden_fails", a_case_without_a_golden_fails),
     ];
-    match with_folders(|folders| case_names(folders)) {
+    match with_folders(case_names) {
         Ok(names) => trials.extend(names.into_iter().map(|name| Trial::test(name.clone(), move || case(&name)))),
         Err(problem) => {
             eprintln!("{problem}");

@@ -41,7 +41,6 @@ fn stability(args: &StabilityArgs) -> Result<Outcome, Error> {
             CaseRow { case, outcome, seconds: started.elapsed().as_secs_f64() }
         })
         .collect();
-    drop(watch);
     drop(progress);
     if rows.is_empty() {
         let word = args.only.as_deref().unwrap_or_default();

@@ -19,7 +19,7 @@ pub fn parts(scene: &Scene, system: &System) -> Map<String, Value> {
         part("camera", Checksum::of(|values| camera(values, &scene.camera))),
         part("prism", Checksum::of(|values| prism(values, &scene.prism))),
         part("board", Checksum::of(|values| board(values, &scene.board))),
-        part("effects", Checksum::of(|values| effects::add(values, &system.effects()))),
+        part("effects", Checksum::of(|values| effects::add(values, system.effects()))),
     ]
     .into_iter()
     .collect()
