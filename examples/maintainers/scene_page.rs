@@ -249,7 +249,7 @@ fn list(schema: &Value) -> String {
     };
     match &schema["items"] {
         Value::Array(each) => format!("[{}]", each.iter().map(range).collect::<Vec<_>>().join("; ")),
-        each if each["type"] == "array" => format!("{count} of {}", range(each)),
+        each if each["type"] == "array" || each["type"] == "string" => format!("{count} of {}", range(each)),
         each => format!("{count} numbers, {}", range(each)),
     }
 }

@@ -10,6 +10,8 @@ use std::thread::{Builder, scope};
 pub(super) const MOST_THREADS: usize = 256;
 /// Threads that are left for the writing of files and the like.
 const SPARE: usize = 4;
+/// Address space of a thread: its stack, and what it works with.
+const BYTES_A_THREAD: usize = 16 << 20;
 
 /// Makes as many threads as `RAYON_NUM_THREADS` asks for, or as there are processors: at most [`MOST_THREADS`], and fewer
 /// where the system gives no more.
@@ -22,7 +24,7 @@ pub(super) fn set_up() -> Result<(), Error> {
     if wanted > MOST_THREADS && asked.is_some() {
         output::stderr(&format!("note: RAYON_NUM_THREADS is {wanted}, and {MOST_THREADS} threads are the most"));
     }
-    let wanted = wanted.min(MOST_THREADS);
+    let wanted = wanted.min(MOST_THREADS).min(affordable_threads());
     let refused = |why: String| {
         let rule = format!("no thread can be made: {why}");
         Error::new(
@@ -38,6 +40,15 @@ pub(super) fn set_up() -> Result<(), Error> {
         return Err(refused(format!("it gives {possible}, and two are the fewest")));
     }
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| refused(error.to_string()))
+}
+
+/// How many threads the limit of the address space leaves room for, where there is one: at its very end the C library
+/// ends the program without a sentence, so that it is not to be tried out.
+fn affordable_threads() -> usize {
+    let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
+    let limit = limits.lines().find_map(|line| line.strip_prefix("Max address space"));
+    let bytes = limit.and_then(|line| line.split_whitespace().next()?.parse::<usize>().ok());
+    bytes.map_or(usize::MAX, |bytes| (bytes / BYTES_A_THREAD).max(1))
 }
 
 /// How many threads of `wanted` can be there at a time.

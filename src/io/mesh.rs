@@ -118,7 +118,7 @@ impl RawMesh {
                     k + 1,
                     points_mm[k]
                 );
-                Error::new(name, rule, "remove loose corners; a surface of a prism is a graph z(x, y)")
+                Error::new(name, rule, "remove loose corners; a surface of a prism is a graph z(x, y), and a closed body is `body = \"...\"`")
             })?,
         };
         Ok(Triangles { points_mm, point_normals, triangles })

@@ -21,8 +21,11 @@ pub(super) fn read<R: BufRead>(lines: TextLines<R>, bytes: u64) -> Result<(Vec<D
         |e: std::io::Error| Error::new(name, format!("cannot be read: {e}"), "check the file and its disk");
     (&mut input).take(HEAD as u64).read_to_end(&mut head).map_err(unreadable)?;
     let count = head.get(HEAD - 4..).and_then(|c| c.try_into().ok()).map_or(0, |c| u64::from(u32::from_le_bytes(c)));
-    // Some binary files begin with the word of the ascii ones, so that their length decides.
-    let is_text = head.trim_ascii_start().starts_with(b"solid") && bytes != HEAD as u64 + FACET * count;
+    // Some binary files begin with the word of the ascii ones, so that their length decides, or bytes that no text has.
+    let no_text = |b: &u8| (b.is_ascii_control() && !b.is_ascii_whitespace()) || *b >= 0xf8;
+    let is_text = head.trim_ascii_start().starts_with(b"solid")
+        && bytes != HEAD as u64 + FACET * count
+        && !head.iter().any(no_text);
     let corners = if is_text {
         let input = std::io::Cursor::new(head).chain(input);
         text(TextLines { name, input, line: 0, taken: 0, limit })?

@@ -11,7 +11,7 @@ pub(super) fn tidy(schema: &mut Schema) {
         object.shift_remove("default");
     }
     // The alternatives of a value exclude each other; an optional table has only the one.
-    if let Some(Value::Array(alternatives)) = object.shift_remove("anyOf") {
+    while let Some(Value::Array(alternatives)) = object.shift_remove("anyOf") {
         let mut kept: Vec<Value> = alternatives.into_iter().filter(|a| a["type"] != "null").collect();
         match (kept.len(), kept.pop()) {
             (1, Some(Value::Object(only))) => {

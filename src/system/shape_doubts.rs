@@ -162,9 +162,9 @@ pub(super) fn of(scene: &Scene, system: &System) -> Vec<String> {
     doubts
 }
 
-/// Whether the left half is given by itself, so that the surfaces may reach into both.
+/// Whether the surfaces are parts of a closed body, which may reach into both halves.
 fn is_own_halves(prism: &PrismSpec) -> bool {
-    matches!(prism, PrismSpec::Mesh(MeshSpec { left: Some(_), .. }))
+    matches!(prism, PrismSpec::Mesh(MeshSpec { told: Some(_), .. }))
 }
 
 /// Where the surfaces are and where the rays of the picture are: what to say of a prism that all rays miss.

@@ -25,7 +25,7 @@ const ROOMS: [(&str, &[&str]); 22] = [
     ("effect", &["num", "geom", "optics", "surface", "raster"]),
     ("scene", &["error", "accuracy", "num", "geom", "optics", "surface", "io", "effect"]),
     ("design", &["error", "num", "geom", "optics", "surface", "scene"]),
-    ("prism", &["num", "geom", "optics", "surface", "effect", "scene"]),
+    ("prism", &["num", "geom", "optics", "surface", "effect", "scene", "design"]),
     ("system", &["error", "accuracy", "num", "geom", "optics", "surface", "effect", "scene", "design", "prism"]),
     ("render", &["accuracy", "progress", "num", "optics", "surface", "raster", "effect", "scene", "prism", "system"]),
     (
