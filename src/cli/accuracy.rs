@@ -22,6 +22,7 @@ pub(super) fn entry(account: &Account, counts: &Counts) -> json::Accuracy {
         promise_px: account.promise_px,
         achieved_px: account.achieved_px(),
         capped_pixels: counts.capped_pixels,
+        unpromised_pixels: account.unpromised_pixels,
     }
 }
 

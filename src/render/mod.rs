@@ -3,6 +3,8 @@
 mod border;
 pub mod coverage;
 mod cover;
+mod cut;
+mod divided;
 mod draft;
 mod film;
 mod ghosts;
@@ -10,6 +12,7 @@ mod looks;
 mod map;
 mod mapped;
 mod passes;
+mod piece;
 mod plan;
 mod reference;
 mod settled;
@@ -74,6 +77,15 @@ pub struct Account {
     pub passes: usize,
     /// Standard error of a pixel in the worst block of 16 x 16 px, of full scale 1, where random sets tell it.
     pub noise: Option<f64>,
+    /// Pixels of the picture for which all this does not hold: see [`Counts::unpromised_pixels`].
+    #[serde(skip_serializing_if = "is_zero")]
+    pub unpromised_pixels: u64,
+}
+
+/// Whether nothing was counted.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 impl Account {
@@ -114,6 +126,11 @@ impl std::fmt::Display for Account {
             Some(noise) => write!(f, ", with a standard error of {noise:.1e} of full scale in the worst block"),
             None if self.passes > 1 => write!(f, ", and their sampling not counted"),
             None => Ok(()),
+        }?;
+        match self.unpromised_pixels {
+            0 => Ok(()),
+            1 => write!(f, "; without 1 pixel at a border of the light, which holds no promise"),
+            n => write!(f, "; without {n} pixels at borders of the light, which hold no promise"),
         }
     }
 }
@@ -191,6 +208,10 @@ pub struct Counts {
     pub capped_pixels: u64,
     /// Pixels cut by the ridge or by the border of a fate.
     pub cut_pixels: u64,
+    /// Pixels that hold no promise: those beside or under the border of a fate, which may be curved or have corners, and those
+    /// whose division along a ridge ended at the most parts allowed. It is told with the accuracy of the picture, not here.
+    #[serde(skip)]
+    pub unpromised_pixels: u64,
 }
 
 impl std::ops::AddAssign for Counts {
@@ -200,6 +221,7 @@ impl std::ops::AddAssign for Counts {
         self.divided_pixels += other.divided_pixels;
         self.capped_pixels += other.capped_pixels;
         self.cut_pixels += other.cut_pixels;
+        self.unpromised_pixels += other.unpromised_pixels;
     }
 }
 
@@ -214,6 +236,12 @@ impl Work {
     /// What planning took.
     fn of(plan: &Plan) -> Self {
         Self { counts: Counts { rays: plan.rays, ..Counts::default() }, bend_px: 0.0 }
+    }
+
+    /// The account of the whole picture of `plan`.
+    fn account(&self, plan: &Plan) -> Account {
+        let halves = if plan.mirrored { 2 } else { 1 };
+        Account { unpromised_pixels: halves * self.counts.unpromised_pixels, ..plan.account(self.bend_px) }
     }
 }
 
@@ -295,7 +323,7 @@ pub fn picture(plan: &Plan, wanted: Wanted, progress: &(dyn Fn(usize) + Sync)) -
     let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, progress);
     let mut work = Work::of(plan);
     work += done;
-    Film { radiance, colour, noise, class, board_mm, counts: work.counts, account: plan.account(work.bend_px) }
+    Film { radiance, colour, noise, class, board_mm, counts: work.counts, account: work.account(plan) }
 }
 
 /// The `rows` of the picture of a plan, the first of which is a multiple of [`BAND_ROWS`], and the work they were; `wanted`

@@ -7,7 +7,8 @@ use super::{Account, Work, third};
 use crate::accuracy::{Accuracy, Sampling};
 use crate::effect::Hook;
 use crate::optics::fate::Fate;
-use crate::system::System;
+use crate::optics::surface::Surface;
+use crate::system::{Side, System};
 use glam::DVec2;
 use std::ops::Range;
 
@@ -45,6 +46,8 @@ pub struct Plan<'a> {
     pub(super) gained: bool,
     /// The side of the square in the middle of a pixel that receives light, in px.
     pub(super) active: f64,
+    /// Whether the ridge is seen as a straight line, being that of two planes or the picture's own middle.
+    pub(super) straight_ridge: bool,
 }
 
 impl<'a> Plan<'a> {
@@ -81,6 +84,9 @@ impl<'a> Plan<'a> {
             mirrored,
             gained: false,
             active: system.effects.active_side(),
+            straight_ridge: system.prism.as_ref().is_none_or(|prism| {
+                [Side::Left, Side::Right].iter().all(|side| matches!(prism.surface(*side, 0), Surface::Plane { .. }))
+            }),
         }
     }
 
@@ -148,6 +154,7 @@ impl<'a> Plan<'a> {
             mapped: (sides * mapped) as f64 / (width * height) as f64,
             passes: 1,
             noise: None,
+            unpromised_pixels: 0,
         }
     }
 }

@@ -78,7 +78,7 @@ pub(super) fn by_bands(
         work += done;
         take(strip);
     }
-    (work.counts, plan.account(work.bend_px))
+    (work.counts, work.account(plan))
 }
 
 impl From<&Film> for Strip {

@@ -43,6 +43,7 @@ fn study() -> Study {
         mapped: 0.0,
         passes: 1,
         noise: None,
+        unpromised_pixels: 0,
     };
     let mesh = Meshed {
         triangles: 1000,
