@@ -26,6 +26,7 @@ mod in_light;
 mod json_page;
 mod laws;
 mod lens;
+mod level_law;
 mod levels;
 mod light;
 mod made;

@@ -16,7 +16,7 @@ benign, with the reason; then its tests must pass. `--check` looks that every te
 test exists, and tells the laws that no row breaks: every test in the files of laws and in the `proptest!` blocks.
 
 Exit code 0 when all is as the table says; 1 when a named test did not fail, or a law has no row; 2 when a text is not
-found exactly once, a test is not there or fails without a break, or a break does not build. All rows take 17
+found exactly once, a test is not there or fails without a break, or a break does not build. All rows take 20
 builds, each of 2 to 4 minutes with its tests on two busy cores.
 """
 

@@ -30,7 +30,7 @@ class Row(NamedTuple):
 
 # Every test of these files is a law, and so are those named below.
 LAWS = {
-    *(f"tests/{name}.rs" for name in "laws edges oracle hard_cases levels light lens mesh accounts".split()),
+    *(f"tests/{name}.rs" for name in "laws edges oracle hard_cases levels level_law/mod light lens mesh accounts".split()),
     "suite::effects::a_white_furnace_stays_white",
     "suite::effects::depth_of_field_converges_faster_than_random_points",
     "lib::design::march::the_optical_path_is_the_same_at_a_million_points",
@@ -214,11 +214,11 @@ ROWS = [
     Row("src/render/tiling.rs",
         "*m > bend ||", "*m > 0.0 ||", ("suite::lens::a_rim_at_the_edge_of_the_picture_is_seen",),
         together="pupils, crossings"),
-    Row("src/render/border.rs",
+    Row("src/render/cut.rs",
         "const BORDER_SHARE: f64 = 1.0 / (1u64 << 40) as f64;", "const BORDER_SHARE: f64 = 1.0 / 1024.0;",
         ("suite::lens::a_chamfer_is_a_black_band_of_its_width",), together="folds, marching, effects"),
-    Row("src/render/border.rs",
-        "let ground = plan.system.clips() &&", "let ground = false &&",
+    Row("src/render/cut.rs",
+        "if beyond == classes[next] { ends }", "if true { ends }",
         ("suite::lens::a_chamfer_is_a_black_band_of_its_width",), together="numbers"),
     Row("src/optics/spectrum.rs",
         "part.power[c] / total[c]) }", "part.power[c] / total[1]) }", ("suite::light::a_colour_sensor_sees_edges_in_colours",),
@@ -390,4 +390,13 @@ ROWS = [
     Row("src/system/camera.rs",
         "* tangent_per_px + self.turn;\n                1.0 /", "* tangent_per_px;\n                1.0 /",
         ("suite::effects::the_law_holds_for_every_point_of_a_pupil",), together="accounts"),
+    Row("src/render/checkerboard.rs",
+        ".min(along.t()).max(t).min(1.0)", ".min(along.t()).min(1.0)",
+        ("suite::level_law::lines_on_the_sides_of_pixels_are_where_they_are",)),
+    Row("src/render/truncation_error.rs",
+        "by_step(axis * STEP_PX)? * (1.0 / (STEP_PX * STEP_PX))", "by_step(axis)?",
+        ("suite::level_law::every_pixel_keeps_the_promise_of_its_level",)),
+    Row("src/render/border.rs",
+        "ARC_SHARE * stray_px <= plan.system.accuracy().bend_px", "stray_px <= 1.0",
+        ("suite::level_law::every_pixel_keeps_the_promise_of_its_level",)),
 ]

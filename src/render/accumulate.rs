@@ -200,6 +200,7 @@ impl AccuracyReport {
             map_px: self.map_px.max(other.map_px),
             bend_px: self.bend_px.max(other.bend_px),
             mapped: self.mapped.min(other.mapped),
+            unpromised_pixels: self.unpromised_pixels.max(other.unpromised_pixels),
             ..self
         }
     }

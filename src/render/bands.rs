@@ -19,7 +19,7 @@ pub fn picture(plan: &Plan, wanted: Outputs, observer: &dyn Observer) -> Film {
     let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, observer);
     let mut work = plan.work();
     work += done;
-    Film { radiance, colour, noise, class, board_mm, counts: work.counts, account: plan.account(work.bend_px) }
+    Film { radiance, colour, noise, class, board_mm, counts: work.counts, account: plan.account_of(&work) }
 }
 
 /// The `rows` of the picture of a plan, the first of which is a multiple of [`BAND_ROWS`], and the work they were; `wanted`

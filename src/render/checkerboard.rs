@@ -243,6 +243,12 @@ impl Checkerboard {
         Some((ground + self.amplitude * (squares / area)).clamp(darkest, brightest))
     }
 
+    /// The largest difference of radiances of the board and its surroundings.
+    pub fn contrast(&self) -> f64 {
+        let [darkest, brightest] = self.range();
+        brightest - darkest
+    }
+
     /// The smallest and the largest radiance of the board and its surroundings.
     fn range(&self) -> [f64; 2] {
         let squares = [self.mean - self.amplitude, self.mean + self.amplitude];

@@ -56,6 +56,15 @@ pub struct AccuracyReport {
     pub passes: usize,
     /// Standard error of a pixel in the worst block of 16 x 16 px, of full scale 1, where random sets tell it.
     pub noise: Option<f64>,
+    /// Pixels of the picture for which all this does not hold: see [`Counts::unpromised_pixels`].
+    #[serde(skip_serializing_if = "is_zero")]
+    pub unpromised_pixels: u64,
+}
+
+/// Whether nothing was counted.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 impl AccuracyReport {
@@ -111,6 +120,13 @@ impl std::fmt::Display for AccuracyReport {
             Some(noise) => write!(f, ", with a standard error of {noise:.1e} of full scale in the worst block"),
             None if self.passes > 1 => write!(f, ", and their sampling not counted"),
             None => Ok(()),
+        }?;
+
+        // Count what holds no promise.
+        match self.unpromised_pixels {
+            0 => Ok(()),
+            1 => write!(f, "; without 1 pixel at a border of the light, which holds no promise"),
+            n => write!(f, "; without {n} pixels at borders of the light, which hold no promise"),
         }
     }
 }
@@ -188,6 +204,11 @@ pub struct Counts {
     pub capped_pixels: u64,
     /// Pixels cut by the ridge or by the border of a fate.
     pub cut_pixels: u64,
+    /// Pixels that hold no promise: those beside or under the border of a fate, which may be curved or have corners, and
+    /// those whose division along a ridge ended at the most parts allowed. It is told with the accuracy of the picture, not
+    /// here.
+    #[serde(skip)]
+    pub unpromised_pixels: u64,
 }
 
 impl std::ops::AddAssign for Counts {
@@ -197,6 +218,7 @@ impl std::ops::AddAssign for Counts {
         self.divided_pixels += other.divided_pixels;
         self.capped_pixels += other.capped_pixels;
         self.cut_pixels += other.cut_pixels;
+        self.unpromised_pixels += other.unpromised_pixels;
     }
 }
 

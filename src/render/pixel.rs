@@ -4,8 +4,8 @@ use super::film::Class;
 use super::pixel_mean::{PackedTaylor2, PixelMean, Taylor2, mean_of_points, pixel_means};
 use super::plan::Plan;
 use super::work::Work;
-use crate::accuracy::Accuracy;
 use glam::DVec2;
+use std::f64::consts::SQRT_2;
 
 /// The mean radiance of a pixel that sees the board through one side all over.
 pub(super) fn whole_pixel(plan: &Plan, px: DVec2, taylor: &Taylor2, work: &mut Work) -> f64 {
@@ -97,24 +97,38 @@ pub(super) const MAX_VERTICES: usize = 8;
 pub(super) fn subdivided(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
     work.counts.divided_pixels += 1;
     let mut by_parts = |depth: u32, work: &mut Work| mean_of_parts(plan, px, 2 << depth, |_| 1.0, work);
-    adaptive(plan.system.accuracy(), &mut by_parts, work)
+    adaptive(plan, 0.0, &mut by_parts, work)
 }
 
 /// The last of the values at depth 0, 1, 2 ..., each of parts of half the side: until two in a row differ from those before
 /// by less than the bend allowed, in px, would make. Two, for a line may by chance be as far from its place among small
-/// parts as among large ones. The error of a part falls as the square of its side, so a third of the last difference is
-/// what the last value is wrong by.
-pub(super) fn adaptive(accuracy: &Accuracy, value_at: &mut dyn FnMut(u32, &mut Work) -> f64, work: &mut Work) -> f64 {
+/// parts as among large ones; and not before `stray_px`, of which each halving leaves a quarter, has fallen below the bend.
+/// The error of a part falls as the square of its side, so a third of the last difference is what the last value is wrong
+/// by.
+pub(super) fn adaptive(
+    plan: &Plan,
+    stray_px: f64,
+    value_at: &mut dyn FnMut(u32, &mut Work) -> f64,
+    work: &mut Work,
+) -> f64 {
+    // A line that moves by 1 px changes a pixel by at most its contrast times the pixel's diagonal.
+    let accuracy = plan.system.accuracy();
+    let per_px = (plan.pattern.contrast() * SQRT_2).min(1.0);
+
+    // Halve the parts until the value has settled.
     let deepest = accuracy.max_division.max(8).ilog2() - 1;
     let (mut value, mut close_before) = (value_at(0, work), false);
     for depth in 1..=deepest {
         let finer = value_at(depth, work);
         let difference = (finer - value).abs();
         value = finer;
-        let close = difference <= accuracy.bend_px;
-        if (close && close_before) || depth == deepest {
-            work.bend_px = work.bend_px.max(difference / 3.0);
-            work.counts.capped_pixels += u64::from(!close);
+        let close = difference <= accuracy.bend_px * per_px;
+        let straight = stray_px <= accuracy.bend_px * f64::from(1u32 << (2 * depth));
+        if (close && close_before && straight) || depth == deepest {
+            if difference > 0.0 {
+                work.bend_px = work.bend_px.max(difference / (3.0 * per_px));
+            }
+            work.counts.capped_pixels += u64::from(!(close && straight));
             break;
         }
         close_before = close;

@@ -12,7 +12,9 @@ use crate::accuracy::{Accuracy, Sampling};
 use crate::effect::Hook;
 use crate::optics::fate::Fate;
 use crate::render::film::Counts;
-use crate::system::System;
+use crate::surface::face::Face;
+use crate::surface::shape::Surface;
+use crate::system::{Side, System};
 use glam::DVec2;
 use std::ops::Range;
 
@@ -43,6 +45,8 @@ pub struct Plan<'a> {
     pub(super) has_throughput: bool,
     /// The side of the square in the middle of a pixel that receives light, in px.
     pub(super) active: f64,
+    /// Whether the ridge is seen as a straight line, being that of two planes or the picture's own middle.
+    pub(super) straight_ridge: bool,
 }
 
 impl<'a> Plan<'a> {
@@ -80,6 +84,9 @@ impl<'a> Plan<'a> {
             mirrored,
             has_throughput: false,
             active: system.effects().active_side(),
+            straight_ridge: system.prism().is_none_or(|prism| {
+                [Side::Left, Side::Right].iter().all(|side| matches!(prism.surface(*side, Face::Front), Surface::Plane { .. }))
+            }),
         }
     }
 
@@ -139,6 +146,12 @@ impl<'a> Plan<'a> {
         Work { counts: Counts { rays: self.rays, ..Counts::default() }, bend_px: 0.0 }
     }
 
+    /// What the picture promises and keeps, given the work on all its bands.
+    pub(super) fn account_of(&self, work: &Work) -> AccuracyReport {
+        let halves = if self.mirrored { 2 } else { 1 };
+        AccuracyReport { unpromised_pixels: halves * work.counts.unpromised_pixels, ..self.account(work.bend_px) }
+    }
+
     /// What the picture promises and keeps, given the bend left inside its pixels.
     pub fn account(&self, bend_px: f64) -> AccuracyReport {
         let [width, height] = self.system.camera().size_px();
@@ -157,6 +170,7 @@ impl<'a> Plan<'a> {
             mapped: (sides * mapped) as f64 / (width * height) as f64,
             passes: 1,
             noise: None,
+            unpromised_pixels: 0,
         }
     }
 }

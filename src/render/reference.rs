@@ -17,10 +17,12 @@ use crate::scene::BoardSpec;
 use crate::system::System;
 use glam::{DMat2, DVec2};
 
-/// Halvings of a triangle's side when the place is sought where one class ends.
-const BORDER_HALVINGS: u32 = 40;
+/// Halvings of a triangle's side when the place is sought where one class ends: the side is 1/64 of a pixel, so to 1e-10 px.
+const BORDER_HALVINGS: u32 = 28;
 /// A part of several classes is divided until its side is this share of a pixel's; a border is straight in smaller ones.
 const BORDER_SHARE: f64 = 1.0 / 64.0;
+/// A triangle of several classes is taken by its vertices when its area is below this, in px^2.
+const SMALLEST_AREA: f64 = 1.0 / (1u64 << 25) as f64;
 /// Columns or rows of squares that a triangle is clipped to; one that holds more is taken by its middle.
 const MOST_STRIPS: usize = 256;
 
@@ -102,7 +104,11 @@ impl ReferenceRenderer<'_> {
         if let Some(light) = self.constant(&[a, b, c, d], &middle(&[a, b, c, d])) {
             return side * side * light;
         }
+        self.divided([a, b, c, d], side)
+    }
 
+    /// The same of a part that is not constant, or whose centre says so though its corners do not.
+    fn divided(&mut self, [a, b, c, d]: [TracedPoint; 4], side: f64) -> f64 {
         // Trace the middles of its sides and its own.
         let between = |x: &TracedPoint, y: &TracedPoint| 0.5 * (x.px + y.px);
         let [top, right, bottom, left] = [(a, b), (b, c), (c, d), (d, a)].map(|(x, y)| self.place(between(&x, &y)));
@@ -206,14 +212,20 @@ impl ReferenceRenderer<'_> {
             return self.whole_triangle(&[a, b, c]);
         }
         let one_apart = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|[_, x, y]| x.class == y.class);
-        let Some([lone, x, y]) = one_apart else { return self.by_vertices(&[a, b, c]) };
+        let Some([lone, x, y]) = one_apart else { return self.of_several(&[a, b, c]) };
         let ([near_x, far_x], [near_y, far_y]) = (self.border(lone, x), self.border(lone, y));
-        if far_x.class != x.class || far_y.class != y.class {
-            return self.by_vertices(&[a, b, c]);
+        let apart = self.whole_triangle(&[lone, near_x, near_y]);
+        if far_x.class == x.class && far_y.class == y.class {
+            return apart + self.whole_triangle(&[far_x, x, y]) + self.whole_triangle(&[far_x, y, far_y]);
         }
-        self.whole_triangle(&[lone, near_x, near_y])
-            + self.whole_triangle(&[far_x, x, y])
-            + self.whole_triangle(&[far_x, y, far_y])
+
+        // Or a strip of a third class lies between.
+        let ([begin_x, last_x], [begin_y, last_y]) = (self.border(x, lone), self.border(y, lone));
+        if [last_x, far_y, last_y].iter().any(|place| place.class != far_x.class) {
+            return self.of_several(&[a, b, c]);
+        }
+        let strip = self.whole_triangle(&[far_x, last_x, last_y]) + self.whole_triangle(&[far_x, last_y, far_y]);
+        apart + strip + self.whole_triangle(&[begin_x, x, y]) + self.whole_triangle(&[begin_x, y, begin_y])
     }
 
     /// The places between `a` and `b` where the class of `a` ends: the last of it, and the first after it.
@@ -226,9 +238,14 @@ impl ReferenceRenderer<'_> {
         [near, far]
     }
 
-    /// The integral over a triangle by the mean of its vertices.
-    fn by_vertices(&self, vertices: &[TracedPoint; 3]) -> f64 {
-        area(vertices) * vertices.iter().map(|v| self.light(v)).sum::<f64>() / 3.0
+    /// The integral over a triangle of several classes: of the four that the middles of its sides make of it, and of a small
+    /// one by its vertices alone.
+    fn of_several(&mut self, [a, b, c]: &[TracedPoint; 3]) -> f64 {
+        if area(&[*a, *b, *c]) < SMALLEST_AREA {
+            return area(&[*a, *b, *c]) * [a, b, c].map(|vertex| self.light(vertex)).iter().sum::<f64>() / 3.0;
+        }
+        let [d, e, f] = [(a, b), (b, c), (c, a)].map(|(x, y)| self.place(0.5 * (x.px + y.px)));
+        [[*a, d, f], [d, *b, e], [f, e, *c], [d, e, f]].map(|quarter| self.triangle(quarter)).iter().sum()
     }
 
     /// The integral over a triangle of one class, on which the map is linear.

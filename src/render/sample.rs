@@ -96,6 +96,7 @@ fn traced<'a>(plan: &Plan, window: &'a System) -> Plan<'a> {
         mirrored: false,
         has_throughput: plan.has_throughput,
         active: plan.active,
+        straight_ridge: plan.straight_ridge,
     }
 }
 

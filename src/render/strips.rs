@@ -65,5 +65,5 @@ pub(super) fn by_bands(
         work += done;
         take(strip);
     }
-    (work.counts, plan.account(work.bend_px))
+    (work.counts, plan.account_of(&work))
 }

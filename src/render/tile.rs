@@ -15,6 +15,10 @@ use glam::DVec2;
 /// Columns traced at a time: as many as keep the centres of a band within a second-level cache.
 const TILE_COLUMNS: usize = 256;
 
+/// With so few lit centres in a tile that has dark ones, corners of pixels are traced as well: what is lit may lie between
+/// the centres.
+const FEW_LIT: usize = 64;
+
 /// Centres of the pixels of a tile and of those around it, row by row.
 struct Centres {
     stride: usize,
@@ -38,11 +42,17 @@ pub(super) fn render(plan: &Plan, region: &Region, band: &mut Band) -> Work {
 
 fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
     // Trace the centres of the tile and of one pixel around it.
-    let centres = trace(plan, rect);
+    let centres = trace(plan, rect, DVec2::ZERO);
     work.counts.rays += centres.class.len() as u64;
     let stride = centres.stride;
     let first = centres.class[0];
     let one_side = first.side().is_some() && centres.class.iter().all(|c| *c == first);
+
+    // Where few centres are lit, trace the corners too.
+    let few_lit =
+        || centres.class.iter().filter(|class| class.side().is_some()).count() < FEW_LIT.min(centres.class.len());
+    let corners = (!one_side && few_lit()).then(|| trace(plan, rect, DVec2::splat(-0.5)));
+    work.counts.rays += corners.as_ref().map_or(0, |corners| corners.class.len() as u64);
 
     // Fill row by row.
     let (mut edge_pixels, mut border) = (Vec::new(), Vec::new());
@@ -72,7 +82,9 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         // Integrate the pixels beside a border one by one.
         for &i in &border {
             let px = start_px + DVec2::new(f64::from(i), 0.0);
-            row[i as usize] = pixel(plan, px, &centres, at + i as usize, work) as f32;
+            let at = at + i as usize;
+            let cornered = corners.as_ref().is_some_and(|corners| corners.differ_from(centres.class[at], at));
+            row[i as usize] = pixel(plan, px, &centres, at, cornered, work) as f32;
         }
 
         // Store the ground truth.
@@ -85,14 +97,14 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
     }
 }
 
-/// Traces the centres of `rect` and of one pixel around it.
-fn trace(plan: &Plan, rect: &Region) -> Centres {
+/// Traces the centres of `rect` and of one pixel around it, or the places `off` them, in px.
+fn trace(plan: &Plan, rect: &Region, off: DVec2) -> Centres {
     let (stride, rows) = (rect.columns.len() + 2, rect.rows.len() + 2);
     let size = stride * rows + LANES + 1;
     let mut centres =
         Centres { stride, x_mm: vec![0.0; size], y_mm: vec![0.0; size], class: vec![Class::Missed; stride * rows] };
     for j in 0..rows {
-        let start = DVec2::new(rect.columns.start as f64 - 0.5, (rect.rows.start + j) as f64 - 0.5);
+        let start = off + DVec2::new(rect.columns.start as f64 - 0.5, (rect.rows.start + j) as f64 - 0.5);
         let span = j * stride..(j + 1) * stride;
         let (x_mm, y_mm) = (&mut centres.x_mm[span.clone()], &mut centres.y_mm[span.clone()]);
         plan.centre_tracer.trace(start, Run { x_mm, y_mm, class: &mut centres.class[span] });
@@ -185,11 +197,12 @@ impl Kernel for EdgePixels<'_> {
     }
 }
 
-/// The light that the pixel at `px` receives, whose centre is that of index `at`.
-fn pixel(plan: &Plan, px: DVec2, centres: &Centres, at: usize, work: &mut Work) -> f64 {
+/// The mean radiance of the pixel at `px`, whose centre is that of index `at`; `cornered` where one of its corners is known
+/// to be of another class.
+fn pixel(plan: &Plan, px: DVec2, centres: &Centres, at: usize, cornered: bool, work: &mut Work) -> f64 {
     let own = centres.class[at];
-    if !centres.is_amid_its_class(at) {
-        return border_pixel(plan, px, own, work);
+    if cornered || !centres.is_amid_its_class(at) {
+        return border_pixel(plan, px, own, centres.is_beside_a_fate(at), work);
     }
     if own.side().is_none() {
         return ended_ray_radiance(plan, own) * plan.throughput(px);
@@ -203,6 +216,17 @@ impl Centres {
     fn is_amid_its_class(&self, at: usize) -> bool {
         let rows = [at - self.stride, at, at + self.stride];
         rows.iter().all(|&k| self.class[k - 1..=k + 1].iter().all(|c| *c == self.class[at]))
+    }
+
+    /// Whether it or one of its neighbours sees nothing of the board.
+    fn is_beside_a_fate(&self, at: usize) -> bool {
+        let rows = [at - self.stride, at, at + self.stride];
+        rows.iter().any(|&k| self.class[k - 1..=k + 1].iter().any(|class| class.side().is_none()))
+    }
+
+    /// Of the corners of pixels, by their top left ones: whether one of the pixel of index `at` is not of class `own`.
+    fn differ_from(&self, own: Class, at: usize) -> bool {
+        [at, at + 1, at + self.stride, at + self.stride + 1].iter().any(|&k| self.class[k] != own)
     }
 
     /// Whether it and its neighbours see through one side.

@@ -68,6 +68,7 @@ pub fn accuracy(account: &AccuracyReport, counts: &Counts) -> AccuracyEntry {
         promise_px: account.promise_px,
         achieved_px: account.achieved_px(),
         capped_pixels: counts.capped_pixels,
+        unpromised_pixels: account.unpromised_pixels,
     }
 }
 

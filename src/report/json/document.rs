@@ -80,6 +80,15 @@ pub struct AccuracyEntry {
     pub achieved_px: f64,
     /// Pixels that were divided as often as allowed and not as often as it takes.
     pub capped_pixels: u64,
+    /// Pixels at borders of the light, for which the promise does not hold; absent where there are none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub unpromised_pixels: u64,
+}
+
+/// Whether nothing was counted.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// The two halves of the image.

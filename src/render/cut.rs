@@ -1,0 +1,99 @@
+//! A square part of a pixel that the ridge or the border of a fate passes through: cut along the straight line through the
+//! places where its outline changes class.
+
+use super::centre_rays::trace_scalar;
+use super::piece::Piece;
+use super::plan::Plan;
+use super::film::Class;
+use super::work::Work;
+use crate::system::Side;
+use glam::DVec2;
+
+/// The place where one class ends on a square's side is known to this share of the side: 2^-40.
+const BORDER_SHARE: f64 = 1.0 / (1u64 << 40) as f64;
+/// Steps of the secant method to the ridge; it is nearly straight, and 3 to 4 are enough.
+const SECANTS: usize = 6;
+
+/// The sides of a square along which its class changes, each by the corner where it begins.
+pub(super) fn changes(classes: &[Class; 4]) -> Vec<usize> {
+    (0..4).filter(|&k| classes[k] != classes[(k + 1) % 4]).collect()
+}
+
+/// The two pieces of the square with these corners (about `px`) and classes, which change along two of its sides.
+pub(super) fn pieces(
+    plan: &Plan,
+    px: DVec2,
+    corners: &[DVec2; 4],
+    classes: &[Class; 4],
+    [first, second]: [usize; 2],
+    work: &mut Work,
+) -> [Piece; 2] {
+    let mut cuts = |k: usize| {
+        let next = (k + 1) % 4;
+        let (ends, beyond) = border(plan, px, [corners[k], corners[next]], [classes[k], classes[next]], work);
+        // A third class may lie between, such as a ground ridge between the sides: it is in neither piece, and dark.
+        let swapped = ([corners[next], corners[k]], [classes[next], classes[k]]);
+        let begins = if beyond == classes[next] { ends } else { border(plan, px, swapped.0, swapped.1, work).0 };
+        (ends, begins)
+    };
+    let ((end_a, begin_a), (end_b, begin_b)) = (cuts(first), cuts(second));
+    let piece = |from: usize, to: usize, start: DVec2, end: DVec2| {
+        let mut outline = vec![start];
+        outline.extend((from + 1..=to).map(|k| corners[k % 4]));
+        outline.push(end);
+        Piece { outline, class: classes[to % 4] }
+    };
+    [piece(first, second, begin_a, end_b), piece(second, first + 4, begin_b, end_a)]
+}
+
+/// Whether nothing lies between two pieces.
+pub(super) fn are_adjacent(pieces: &[Piece; 2]) -> bool {
+    let [a, b] = pieces.each_ref().map(|piece| (piece.outline[0], piece.outline[piece.outline.len() - 1]));
+    a.0 == b.1 && a.1 == b.0
+}
+
+/// The place between two corners of these classes where the first class ends, and the class beyond.
+fn border(plan: &Plan, px: DVec2, [a, b]: [DVec2; 2], classes: [Class; 2], work: &mut Work) -> (DVec2, Class) {
+    let at = |share: f64| px + a + (b - a) * share;
+    let offset_mm = |share: f64| {
+        work.counts.rays += 1;
+        plan.system.front_x_mm(at(share), Side::Right)
+    };
+    let on_ridge = if classes.iter().all(|class| class.side().is_some()) { ridge(offset_mm) } else { None };
+    let mut narrowed = (0.0, 1.0);
+    let mut beyond = classes[1];
+    let mut ask = |(near, far): (f64, f64), share: f64| {
+        if share <= near || share >= far {
+            return (near, far);
+        }
+        work.counts.rays += 1;
+        let class = trace_scalar(plan.system, at(share)).1;
+        if class == classes[0] {
+            return (share, far);
+        }
+        beyond = class;
+        (near, share)
+    };
+    if let Some(share) = on_ridge {
+        narrowed = ask(narrowed, share - 0.5 * BORDER_SHARE);
+        narrowed = ask(narrowed, share + 0.5 * BORDER_SHARE);
+    }
+    // Of the ridge this is done already, but where rounding hides on which side of it a ray passes.
+    while narrowed.1 - narrowed.0 > BORDER_SHARE {
+        narrowed = ask(narrowed, 0.5 * (narrowed.0 + narrowed.1));
+    }
+    (a + (b - a) * (0.5 * (narrowed.0 + narrowed.1)), beyond)
+}
+
+/// Where the secant method, from the ends of 0..1 on, finds `offset_mm` to be 0; `None` where it is not known somewhere.
+fn ridge(mut offset_mm: impl FnMut(f64) -> Option<f64>) -> Option<f64> {
+    let (mut before, mut here) = ((0.0, offset_mm(0.0)?), (1.0, offset_mm(1.0)?));
+    for _ in 0..SECANTS {
+        let share: f64 = here.0 - here.1 * (here.0 - before.0) / (here.1 - before.1);
+        if !share.is_finite() || (share - here.0).abs() < 0.25 * BORDER_SHARE {
+            break;
+        }
+        (before, here) = (here, (share, offset_mm(share)?));
+    }
+    Some(here.0)
+}

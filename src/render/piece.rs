@@ -1,0 +1,133 @@
+//! The radiance over a convex piece of a pixel that sees through one side.
+
+use super::plan::Plan;
+use super::pixel::adaptive;
+use super::pixel::part;
+use super::film::Class;
+use super::work::Work;
+use crate::system::Side;
+use glam::{DMat2, DVec2};
+
+/// A convex piece of a pixel between the sides of a square and a border, on which its outline begins and ends.
+#[derive(Debug)]
+pub(super) struct Piece {
+    /// Its vertices about the pixel's centre, in px.
+    pub(super) outline: Vec<DVec2>,
+    /// What becomes of rays in it.
+    pub(super) class: Class,
+}
+
+/// The mean radiance of the piece, times its share of the pixel's active square.
+pub(super) fn piece_radiance(plan: &Plan, px: DVec2, piece: &Piece, work: &mut Work) -> f64 {
+    let Piece { outline, class } = piece;
+    let seen = class.side().and_then(|side| seen(plan, px, outline, side, work));
+    let plain = seen.as_ref().and_then(|(corners_mm, middle_mm)| constant_between(plan, *middle_mm, corners_mm));
+    let mean = match plain {
+        Some(value) => value * share(plan, outline),
+        None => {
+            let stray_px = seen.map_or(0.0, |(corners_mm, middle_mm)| stray_px(outline, &corners_mm, middle_mm));
+            weighted(plan, px, outline, stray_px, work)
+        }
+    };
+    mean * plan.throughput(px + middle(outline))
+}
+
+/// How far the map strays from a linear one, fitted to what the corners and the middle of a piece see, at most at these
+/// places, in px.
+fn stray_px(outline: &[DVec2], corners_mm: &[DVec2], middle_mm: DVec2) -> f64 {
+    let places = || outline.iter().copied().chain([middle(outline)]).zip(corners_mm.iter().copied().chain([middle_mm]));
+    let count = (outline.len() + 1) as f64;
+    let (at, seen_mm) = places().fold((DVec2::ZERO, DVec2::ZERO), |sum, place| (sum.0 + place.0, sum.1 + place.1));
+    let about = || places().map(|place| (place.0 - at / count, place.1 - seen_mm / count));
+    let (mut spread, mut both) = (DMat2::ZERO, DMat2::ZERO);
+    for (px, mm) in about() {
+        spread += DMat2::from_cols(px * px.x, px * px.y);
+        both += DMat2::from_cols(mm * px.x, mm * px.y);
+    }
+    let map = both * spread.inverse();
+    let inverse = map.inverse();
+    about().map(|(px, mm)| (inverse * (mm - map * px)).length()).fold(0.0, f64::max)
+}
+
+/// The least and the largest components of places, and their mean.
+#[inline(always)]
+fn extent(places: &[DVec2]) -> [DVec2; 3] {
+    let (mut low, mut high, mut sum) = (DVec2::INFINITY, DVec2::NEG_INFINITY, DVec2::ZERO);
+    for place in places {
+        (low, high, sum) = (low.min(*place), high.max(*place), sum + *place);
+    }
+    [low, high, sum / places.len() as f64]
+}
+
+/// The radiance of a convex piece whose middle and whose corners see these places of the board, if it is the same all over.
+#[inline(always)]
+pub(super) fn constant_between(plan: &Plan, middle_mm: DVec2, corners_mm: &[DVec2]) -> Option<f64> {
+    let [low, high, mean] = extent(corners_mm);
+    // Twice as far as the middle of the corners is from what the middle sees: the map's bend carries no point farther out.
+    let bend = 2.0 * (mean - middle_mm).abs();
+    let scale = plan.pattern.squares_per_mm();
+    plan.pattern.constant(0.5 * (low + high) * scale, (0.5 * (high - low) + bend) * scale)
+}
+
+/// What the corners and the middle of a convex piece of a pixel see through `side`, in mm.
+fn seen(plan: &Plan, px: DVec2, outline: &[DVec2], side: Side, work: &mut Work) -> Option<(Vec<DVec2>, DVec2)> {
+    let mut see = |at: DVec2| {
+        work.counts.rays += 1;
+        let ray = plan.system.exit_ray_through(px + at, side).ok()?;
+        plan.system.board().intersect(&ray).ok().map(|(board_mm, _)| board_mm)
+    };
+    let corners_mm = outline.iter().map(|at| see(*at)).collect::<Option<Vec<_>>>()?;
+    Some((corners_mm, see(middle(outline))?))
+}
+
+/// The mean radiance of a convex piece of a pixel's active square, times its share of it: by the tangent of the map at
+/// its middle, then at those of ever smaller parts, until it has settled and the map, which strays from a linear one by
+/// `stray_px`, strays in them by less than the bend allowed.
+fn weighted(plan: &Plan, px: DVec2, outline: &[DVec2], stray_px: f64, work: &mut Work) -> f64 {
+    let mut parts = vec![outline.to_vec()];
+    let mut by_parts = |depth: u32, work: &mut Work| {
+        match depth {
+            0 => (),
+            1 => parts = fan(outline),
+            _ => parts = parts.iter().flat_map(|p| quarters(p)).collect(),
+        }
+        parts.iter().map(|p| convex(plan, px, p, work)).sum()
+    };
+    adaptive(plan, stray_px, &mut by_parts, work)
+}
+
+/// The mean of the corners.
+pub(super) fn middle(outline: &[DVec2]) -> DVec2 {
+    outline.iter().copied().sum::<DVec2>() / outline.len() as f64
+}
+
+/// A convex polygon as triangles from its middle to its sides: mirror images are cut alike.
+fn fan(outline: &[DVec2]) -> Vec<Vec<DVec2>> {
+    let n = outline.len();
+    (0..n).map(|k| vec![middle(outline), outline[k], outline[(k + 1) % n]]).collect()
+}
+
+/// A triangle cut in four through the middles of its sides.
+fn quarters(triangle: &[DVec2]) -> [Vec<DVec2>; 4] {
+    let [a, b, c] = [triangle[0], triangle[1], triangle[2]];
+    let [d, e, f] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
+    [[a, d, f], [d, b, e], [f, e, c], [d, e, f]].map(Vec::from)
+}
+
+/// The mean radiance of a convex piece of a pixel's active square, times its share of it, by the tangent of the map at its middle.
+pub(super) fn convex(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
+    let share = share(plan, outline);
+    if share <= 0.0 {
+        return 0.0;
+    }
+    let middle = middle(outline);
+    let about_middle: Vec<DVec2> = outline.iter().map(|p| *p - middle).collect();
+    share * part(plan, px + middle, &about_middle, work)
+}
+
+/// The area of a polygon as a share of a pixel's active square.
+pub(super) fn share(plan: &Plan, outline: &[DVec2]) -> f64 {
+    let n = outline.len();
+    let twice_area: f64 = (0..n).map(|k| outline[k].perp_dot(outline[(k + 1) % n])).sum();
+    0.5 * twice_area / (plan.active * plan.active)
+}

@@ -1,0 +1,170 @@
+//! Does every level keep its promise in every pixel, whatever the scene?
+//!
+//! `LEVEL_LAW_SCENES` random scenes from number `LEVEL_LAW_FIRST` on are made, each from its number alone; with
+//! `LEVEL_LAW_FOLDER` their texts are kept there.
+
+mod scenes;
+
+use crate::instruments::{FLAT, built, scene};
+use biprism::accuracy::{Accuracy, Level};
+use biprism::raster::Raster;
+use biprism::render::{AccuracyReport, Class, Film, render};
+use biprism::system::{Side, System};
+use glam::DVec2;
+use rayon::prelude::*;
+use std::fmt::{self, Display};
+
+/// The first scene by default: faults that were found stand soon after it.
+const FIRST: u64 = 850;
+/// Scenes by default: what takes about 10 s of one processor.
+const SCENES: u64 = 250;
+/// The reference is divided until the map strays from a linear one by less than this, in px: a tenth of the finest promise.
+const JUDGE_PX: f64 = 1e-6;
+/// Two radiances, each rounded to f32 by half of this.
+const ROUNDING: f64 = f32::EPSILON as f64;
+/// The levels that are judged.
+const LEVELS: [Level; 3] = [Level::Draft, Level::Standard, Level::Exact];
+
+/// One level in one scene against the reference.
+struct Verdict {
+    scene: String,
+    account: AccuracyReport,
+    /// Pixels in all, those that are farther off than their promise, and how many may be.
+    pixels: usize,
+    broken: u64,
+    allowed: u64,
+    /// The farthest of the pixels that are promised, as a shift of a line, in px, and where it is.
+    shift_px: f64,
+    at: [usize; 2],
+}
+
+impl Verdict {
+    /// Whether no more pixels break the promise than were counted as without one, and the account says so.
+    fn keeps(&self) -> bool {
+        let account = &self.account;
+        self.broken <= self.allowed && (self.allowed > 0 || account.achieved_px() <= account.promise_px)
+    }
+}
+
+impl Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { scene, account, broken, allowed, shift_px, at: [x, y], .. } = self;
+        write!(
+            f,
+            "scene {scene}: {broken} pixels are off, {allowed} may be, ({x}, {y}) by {shift_px:.2e} px; {account}"
+        )
+    }
+}
+
+/// Whether the border of a fate passes between the centres of the pixel and its neighbours: of these pixels no level but the
+/// reference promises anything.
+fn is_beside_a_fate(system: &System, classes: &Raster<Class>, [x, y]: [usize; 2]) -> bool {
+    let size = [classes.width(), classes.height()];
+    let class = |k: usize| {
+        let [i, j] = [x + k % 3, y + k / 3];
+        if (1..=size[0]).contains(&i) && (1..=size[1]).contains(&j) {
+            classes.get(i - 1, j - 1)
+        } else {
+            let seen = system.trace(DVec2::new(i as f64 - 0.5, j as f64 - 0.5));
+            seen.map_or_else(Class::from, |hit| if hit.side == Side::Left { Class::Left } else { Class::Right })
+        }
+    };
+    (0..9).any(|k| class(k).side().is_none()) && (0..9).any(|k| class(k) != class(4))
+}
+
+/// The picture of a level against that of the reference.
+fn judged(scene: &str, system: &System, level: Level, reference: &Film) -> Verdict {
+    let film = render(&system.clone().with_accuracy(level.accuracy()), &());
+    let board = &system.board().pattern;
+    let lights = [board.black, board.white, board.background];
+    let brightest = lights.iter().copied().fold(0.0, f64::max);
+    let darkest = lights.iter().copied().fold(f64::INFINITY, f64::min);
+    // A line that moves by 1 px changes a pixel by at most its contrast times the pixel's diagonal.
+    let per_px = (brightest - darkest) * 2.0f64.sqrt();
+    let promise_px = film.account.promise_px + reference.account.bend_px;
+    let width = film.radiance.width();
+    let classes = film.class.as_ref().expect("a film has its classes");
+    let (mut broken, mut beside, mut shift_px, mut at) = (0, 0, 0.0, [0; 2]);
+    for (k, (a, b)) in film.radiance.data().iter().zip(reference.radiance.data()).enumerate() {
+        let here = [k % width, k / width];
+        if is_beside_a_fate(system, classes, here) {
+            beside += 1;
+            continue;
+        }
+        let off_px = (f64::from((a - b).abs()) - ROUNDING * brightest).max(0.0) / per_px;
+        broken += u64::from(a.is_nan() || off_px > promise_px);
+        if off_px > shift_px {
+            (shift_px, at) = (off_px, here);
+        }
+    }
+    // Where a half is the mirror image of the other, divisions are counted of one.
+    let halves = if system.is_mirror_symmetric() { 2 } else { 1 };
+    let Film { account, counts, .. } = film;
+    let unpromised = account.unpromised_pixels.checked_sub(beside).expect("what is beside a fate is counted");
+    let allowed = unpromised + halves * counts.capped_pixels + reference.counts.capped_pixels;
+    Verdict { scene: scene.to_owned(), account, pixels: film.radiance.data().len(), broken, allowed, shift_px, at }
+}
+
+/// All levels in a scene.
+fn verdicts(scene: &str, system: &System) -> [Verdict; 3] {
+    let judge = Accuracy { bend_px: JUDGE_PX, ..Accuracy::reference() };
+    let reference = render(&system.clone().with_accuracy(judge), &());
+    LEVELS.map(|level| judged(scene, system, level, &reference))
+}
+
+/// Fails with the verdicts that do not keep the promise, and tells the worst of the others.
+fn assert_kept(verdicts: &[Verdict]) {
+    for level in LEVELS {
+        let of_level: Vec<&Verdict> = verdicts.iter().filter(|verdict| verdict.account.level == level).collect();
+        let pixels: usize = of_level.iter().map(|verdict| verdict.pixels).sum();
+        let unpromised: u64 = of_level.iter().map(|verdict| verdict.account.unpromised_pixels).sum();
+        println!("{}: {} scenes, {unpromised} of {pixels} pixels without promise", level.name(), of_level.len());
+        let whole = of_level.iter().filter(|verdict| verdict.allowed == 0);
+        if let Some(worst) = whole.max_by(|a, b| a.shift_px.total_cmp(&b.shift_px)) {
+            println!("    worst: {worst}");
+        }
+    }
+    let broken: Vec<String> = verdicts.iter().filter(|v| !v.keeps()).map(ToString::to_string).collect();
+    assert!(broken.is_empty(), "{} promises are broken:\n{}", broken.len(), broken.join("\n"));
+}
+
+#[test]
+fn every_pixel_keeps_the_promise_of_its_level() {
+    let variable = |name: &str| std::env::var(name).ok();
+    let number = |name: &str, otherwise| variable(name).and_then(|v| v.parse().ok()).unwrap_or(otherwise);
+    let (first, count) = (number("LEVEL_LAW_FIRST", FIRST), number("LEVEL_LAW_SCENES", SCENES));
+    let folder = variable("LEVEL_LAW_FOLDER");
+    let found: Vec<Verdict> = (first..first + count)
+        .into_par_iter()
+        .filter_map(|number| {
+            let (text, system) = scenes::scene(number)?;
+            if let Some(folder) = &folder {
+                std::fs::write(format!("{folder}/{number}.toml"), text).expect("the folder can be written to");
+            }
+            Some((number, system))
+        })
+        .flat_map_iter(|(number, system)| verdicts(&number.to_string(), &system))
+        .collect();
+    // Numbers drawn that make no instrument, or one through which no ray passes, are few.
+    assert!(10 * found.len() as u64 >= 8 * 3 * count, "only {} of {count} scenes can be", found.len() / 3);
+    assert_kept(&found);
+}
+
+/// Lines of the board on the sides of pixels, on the middle of the picture and on the ridge, which is there as well.
+#[test]
+fn lines_on_the_sides_of_pixels_are_where_they_are() {
+    let mut found = Vec::new();
+    for (width, height) in [(64, 36), (40, 8), (17, 9)] {
+        for (prism, columns) in ["kind = \"none\"", FLAT].into_iter().flat_map(|p| (1..=6).map(move |n| (p, n))) {
+            for pixels in [1.0, 4.0, 12.5] {
+                let square_mm = pixels * 10.56 / width as f64 * 1000.0 / 35.0;
+                let board = format!(
+                    "columns = {columns}\nrows = 4\nsquare_mm = {square_mm:?}\nposition_mm = [0.0, 0.0, 1000.0]"
+                );
+                let name = format!("{width} x {height}, {columns} columns of {pixels} px, {prism}");
+                found.extend(verdicts(&name, &built(&scene(width, height, prism, &board))));
+            }
+        }
+    }
+    assert_kept(&found);
+}
