@@ -5,10 +5,10 @@
 
 use super::centre_rays::trace_scalar;
 use super::cut::{are_adjacent, changes, pieces};
-use super::divided::along_borders;
+use super::divided::{along_borders, outline_is_simple};
 use super::film::Class;
 use super::piece::{Piece, constant_between, piece_radiance};
-use super::pixel::{ended_ray_radiance, mean_of_parts, square, whole_pixel};
+use super::pixel::{ended_ray_radiance, square, whole_pixel};
 use super::pixel_mean::Taylor2;
 use super::plan::Plan;
 use super::work::Work;
@@ -21,57 +21,76 @@ const INSET_PX: f64 = 1e-9;
 /// An arc takes this share of the rectangle about it, so that so much of its height counts as the move of a line.
 const ARC_SHARE: f64 = 2.0 / 3.0;
 
-/// A pixel beside or under the ridge or the border of a fate. Where that passes through it, it is cut along the straight
-/// line through the places where its outline changes class, and each piece is integrated by itself. A ridge that is not
-/// straight is followed. With `rim`, where its centre or that of a neighbour sees nothing of the board, the pixel holds no
-/// promise.
-pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, rim: bool, work: &mut Work) -> f64 {
+/// Where light may pass between the corners of a pixel and its centre, it is divided in parts of at most this share of its side.
+const LARGEST_PART: f64 = 1.0 / 16.0;
+
+/// What may pass through a pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Nearby {
+    /// The ridge alone: its centre and those of its neighbours see the board.
+    Ridge,
+    /// The border of a fate.
+    Fate,
+    /// All of the glass: the picture has few pixels, and some see nothing of the board.
+    Anything,
+}
+
+/// A pixel beside or under the ridge or the border of a fate. Where the straight ridge passes through it, it is cut in two
+/// along it, and each piece is integrated by itself; any other border is followed. `nearby` is what may pass through it.
+pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, nearby: Nearby, work: &mut Work) -> f64 {
+    if nearby == Nearby::Anything {
+        return along_borders(plan, px, LARGEST_PART * plan.active, work);
+    }
+
     // Trace the corners of the active square, and find the sides on which the class changes.
     let corners = square(0.5 * plan.active);
     let corner_hits = corners.map(|c| trace_scalar(plan.system, px + c * (1.0 - 2.0 * INSET_PX)));
-    let classes = corner_hits.map(|(_, class)| class);
+    let classes = corner_hits.map(|(_, class)| class.by_light());
     work.counts.rays += 4;
-    work.counts.unpromised_pixels += u64::from(rim);
-    let in_parts = |work: &mut Work| {
-        if rim { mean_of_parts(plan, px, 16, |at| plan.throughput(at), work) } else { along_borders(plan, px, work) }
-    };
+    let own = own.by_light();
 
     // Take the pixel by the number of borders that cross its outline.
     match changes(&classes)[..] {
-        // No border, and a fate all over.
-        [] if classes[0] == own && own.side().is_none() => ended_ray_radiance(plan, own) * plan.throughput(px),
-        // No border on the outline: an island of one class within another.
-        [] if classes[0] != own => in_parts(work),
-        // The ridge passes through one side of the outline twice.
-        [] if !rim && ridge_bulges(plan, px, &corners) => {
-            work.counts.cut_pixels += 1;
-            along_borders(plan, px, work)
-        }
-        // No border, and one side all over: a constant radiance, the mean by the Taylor expansion, or traced parts.
-        [] => match constant_between(plan, trace_scalar(plan.system, px).0, &corner_hits.map(|(seen_mm, _)| seen_mm)) {
-            Some(value) => value * plan.throughput(px),
-            None => match taylor2_within(plan, px, work) {
+        // None, not even twice through one side.
+        [] if classes[0] == own && !bulges(plan, px, &corners, own, nearby, work) => {
+            if own.side().is_none() {
+                return ended_ray_radiance(plan, own) * plan.throughput(px);
+            }
+            let corners_mm = corner_hits.map(|(seen_mm, _)| seen_mm);
+            if let Some(value) = constant_between(plan, trace_scalar(plan.system, px).0, &corners_mm) {
+                return value * plan.throughput(px);
+            }
+            match taylor2_within(plan, px, work) {
                 Some(taylor) => whole_pixel(plan, px, &taylor, work) * plan.throughput(px),
-                None => in_parts(work),
-            },
-        },
-        // One border: cut the pixel where its outline changes class.
-        [first, second] => {
+                None => along_borders(plan, px, plan.active, work),
+            }
+        }
+        // The ridge alone, as a straight line.
+        [first, second] if nearby == Nearby::Ridge => {
             work.counts.cut_pixels += 1;
             let pieces = pieces(plan, px, &corners, &classes, [first, second], work);
             let lit = classes.iter().all(|class| class.side().is_some());
             let straight = || plan.straight_ridge || (are_adjacent(&pieces) && ridge_is_straight(plan, px, &pieces[0]));
-            if rim || (lit && straight()) {
+            if lit && straight() {
                 piece_radiance(plan, px, &pieces[0], work) + piece_radiance(plan, px, &pieces[1], work)
             } else {
-                along_borders(plan, px, work)
+                along_borders(plan, px, plan.active, work)
             }
         }
-        // More than one border.
+        // The border of a fate, several borders, or an island of one class within another.
         _ => {
             work.counts.cut_pixels += 1;
-            in_parts(work)
+            along_borders(plan, px, plan.active, work)
         }
+    }
+}
+
+/// Whether a border may pass through a side of the pixel twice, between its corners, which are of class `own`.
+fn bulges(plan: &Plan, px: DVec2, corners: &[DVec2; 4], own: Class, nearby: Nearby, work: &mut Work) -> bool {
+    if nearby == Nearby::Fate {
+        !outline_is_simple(plan, px, corners, &[own; 4], work)
+    } else {
+        ridge_bulges(plan, px, corners)
     }
 }
 

@@ -2,17 +2,26 @@
 //! places where its outline changes class.
 
 use super::centre_rays::trace_scalar;
+use super::film::Class;
 use super::piece::Piece;
 use super::plan::Plan;
-use super::film::Class;
 use super::work::Work;
 use crate::system::Side;
 use glam::DVec2;
 
 /// The place where one class ends on a square's side is known to this share of the side: 2^-40.
 const BORDER_SHARE: f64 = 1.0 / (1u64 << 40) as f64;
+/// The place where light ends is sought by halving, to this share of the bend allowed: the area that it moves is less than
+/// that.
+pub(super) const BEND_SHARE: f64 = 1.0 / 16.0;
 /// Steps of the secant method to the ridge; it is nearly straight, and 3 to 4 are enough.
 const SECANTS: usize = 6;
+
+/// The class of a place, with all that are dark as one.
+pub(super) fn class_at(plan: &Plan, px: DVec2, work: &mut Work) -> Class {
+    work.counts.rays += 1;
+    trace_scalar(plan.system, px).1.by_light()
+}
 
 /// The sides of a square along which its class changes, each by the corner where it begins.
 pub(super) fn changes(classes: &[Class; 4]) -> Vec<usize> {
@@ -59,15 +68,16 @@ fn border(plan: &Plan, px: DVec2, [a, b]: [DVec2; 2], classes: [Class; 2], work:
         work.counts.rays += 1;
         plan.system.front_x_mm(at(share), Side::Right)
     };
-    let on_ridge = if classes.iter().all(|class| class.side().is_some()) { ridge(offset_mm) } else { None };
+    let lit = classes.iter().all(|class| class.side().is_some());
+    let on_ridge = if lit { ridge(offset_mm) } else { None };
+    let enough = if lit { BORDER_SHARE } else { plan.system.accuracy().bend_px * BEND_SHARE / a.distance(b) };
     let mut narrowed = (0.0, 1.0);
     let mut beyond = classes[1];
     let mut ask = |(near, far): (f64, f64), share: f64| {
         if share <= near || share >= far {
             return (near, far);
         }
-        work.counts.rays += 1;
-        let class = trace_scalar(plan.system, at(share)).1;
+        let class = class_at(plan, at(share), work);
         if class == classes[0] {
             return (share, far);
         }
@@ -79,7 +89,7 @@ fn border(plan: &Plan, px: DVec2, [a, b]: [DVec2; 2], classes: [Class; 2], work:
         narrowed = ask(narrowed, share + 0.5 * BORDER_SHARE);
     }
     // Of the ridge this is done already, but where rounding hides on which side of it a ray passes.
-    while narrowed.1 - narrowed.0 > BORDER_SHARE {
+    while narrowed.1 - narrowed.0 > enough {
         narrowed = ask(narrowed, 0.5 * (narrowed.0 + narrowed.1));
     }
     (a + (b - a) * (0.5 * (narrowed.0 + narrowed.1)), beyond)

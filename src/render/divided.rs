@@ -1,31 +1,36 @@
 //! Pixels whose borders are no straight line, or are several: divided in four, and so is each part again, until what
 //! borders are left in a part are one straight line.
 
-use super::cut::{changes, pieces};
-use super::centre_rays::trace_scalar;
-use super::piece::{Piece, convex, piece_radiance};
-use super::plan::Plan;
-use super::pixel::{ended_ray_radiance, square};
+use super::cut::{BEND_SHARE, are_adjacent, changes, class_at, pieces};
 use super::film::Class;
+use super::piece::{ARC_HEIGHT, Piece, constant_radiance, convex, middle, piece_radiance, share};
+use super::pixel::{ended_ray_radiance, square};
+use super::plan::Plan;
 use super::work::Work;
 use glam::DVec2;
 
-/// Parts of a pixel at most.
-const MOST_PARTS: u32 = 1 << 13;
+/// Rays of a pixel at most, after which its parts are no longer divided: enough for the corner of a border, of which each
+/// halving takes some 300, and few enough for a whole border at which the map bends without end, as at the critical angle.
+const MOST_RAYS: u64 = 1 << 13;
 /// A part's side is not divided below this, in px.
 const SMALLEST_PX: f64 = 1.0 / 4096.0;
-/// A part whose corners and middle are of one class is asked along its sides at this distance, in px: a border that bulges into
-/// it between two of those places, with a radius of R px, takes less than 2e-5 / R of a pixel.
+/// Around a part its class is asked for at places at this distance, in px: a border that bulges into it between two of them,
+/// with a radius of R px, takes less than 2e-5 / R of a pixel.
 const ALONG_PX: f64 = 1.0 / 16.0;
+/// Places along a side of a smaller part, at least.
+const FEWEST_ALONG: u32 = 4;
 /// Where along a border, as shares of its chord, it is compared with it.
 const COMPARED: [f64; 3] = [0.25, 0.5, 0.75];
 
-/// The mean radiance of the pixel at `px`. Where the parts at which the division ended are more of it than the bend
-/// allowed, the pixel is counted as one without promise.
-pub(super) fn along_borders(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
+/// The mean radiance of the pixel at `px`, whose parts with a side above `largest_px` are divided in any case. Where the
+/// parts at which the division ended are more of it than the bend allowed, the pixel is counted as one without promise.
+pub(super) fn along_borders(plan: &Plan, px: DVec2, largest_px: f64, work: &mut Work) -> f64 {
     let capped_before = work.counts.capped_pixels;
-    let mut division = Division { plan, px, parts: 0, unresolved: 0.0 };
-    let sum = division.quarters(DVec2::ZERO, 0.5 * plan.active, work);
+    // Parts that are divided in any case have their own share.
+    let shares = (plan.active / largest_px) as u64;
+    let last_ray = work.counts.rays + shares * MOST_RAYS;
+    let mut division = Division { plan, px, largest_px, last_ray, unresolved: 0.0 };
+    let sum = division.square(DVec2::ZERO, 0.5 * plan.active, work);
     // Its pieces count as one pixel.
     let capped = work.counts.capped_pixels > capped_before;
     work.counts.capped_pixels = capped_before;
@@ -37,7 +42,9 @@ pub(super) fn along_borders(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
 struct Division<'a> {
     plan: &'a Plan<'a>,
     px: DVec2,
-    parts: u32,
+    largest_px: f64,
+    /// Where the count of rays stands when it has had its share.
+    last_ray: u64,
     /// The share of the pixel's active square at which the division ended.
     unresolved: f64,
 }
@@ -45,11 +52,9 @@ struct Division<'a> {
 impl Division<'_> {
     /// The radiance over the four quarters of the square about `centre` of side 2 `half`.
     fn quarters(&mut self, centre: DVec2, half: f64, work: &mut Work) -> f64 {
-        if 2.0 * half <= SMALLEST_PX || self.parts >= MOST_PARTS {
-            let side = 2.0 * half / self.plan.active;
-            self.unresolved += side * side;
+        if 2.0 * half <= SMALLEST_PX || work.counts.rays >= self.last_ray {
             let outline = square(half).map(|corner| centre + corner);
-            return convex(self.plan, self.px, &outline, work) * self.plan.throughput(self.px + centre);
+            return self.unresolved(&outline, work);
         }
         let mut quarter = |x: f64, y: f64| self.square(centre + DVec2::new(x, y) * (0.5 * half), 0.5 * half, work);
         (quarter(-1.0, -1.0) + quarter(1.0, -1.0)) + (quarter(-1.0, 1.0) + quarter(1.0, 1.0))
@@ -57,40 +62,35 @@ impl Division<'_> {
 
     /// The radiance over the square about `centre` of side 2 `half`: whole, cut along a border, or of its quarters.
     fn square(&mut self, centre: DVec2, half: f64, work: &mut Work) -> f64 {
-        self.parts += 1;
+        if 2.0 * half > self.largest_px {
+            return self.quarters(centre, half, work);
+        }
         let corners = square(half).map(|corner| centre + corner);
         let classes = corners.map(|corner| self.class(corner, work));
         let own = self.class(centre, work);
         match changes(&classes)[..] {
-            [] if classes[0] == own && self.is_whole(&corners, own, work) => {
+            _ if !outline_is_simple(self.plan, self.px, &corners, &classes, work) => self.quarters(centre, half, work),
+            [] if classes[0] == own => {
                 let whole = Piece { outline: corners.to_vec(), class: own };
                 self.piece(&whole, work)
             }
             [first, second] if classes.contains(&own) => {
                 let pieces = pieces(self.plan, self.px, &corners, &classes, [first, second], work);
-                if pieces.iter().all(|piece| self.ends_straight(piece, work)) {
-                    self.piece(&pieces[0], work) + self.piece(&pieces[1], work)
-                } else {
-                    self.quarters(centre, half, work)
+                let is_whole = |piece: &Piece, work: &mut Work| self.class(middle(&piece.outline), work) == piece.class;
+                if !pieces.iter().all(|piece| is_whole(piece, work)) {
+                    return self.quarters(centre, half, work);
                 }
+                if pieces.iter().all(|piece| self.ends_straight(piece, work)) {
+                    return self.piece(&pieces[0], work) + self.piece(&pieces[1], work);
+                }
+                self.arc(&pieces, work).unwrap_or_else(|| self.quarters(centre, half, work))
             }
             _ => self.quarters(centre, half, work),
         }
     }
 
     fn class(&self, at: DVec2, work: &mut Work) -> Class {
-        work.counts.rays += 1;
-        trace_scalar(self.plan.system, self.px + at).1
-    }
-
-    /// Whether places along the sides of a square are of the class that its corners have.
-    fn is_whole(&self, corners: &[DVec2; 4], own: Class, work: &mut Work) -> bool {
-        let steps = (corners[0].distance(corners[1]) / ALONG_PX) as u32;
-        let mut is_own = |side: usize, k: u32| {
-            let share = f64::from(k) / f64::from(steps);
-            self.class(corners[side].lerp(corners[(side + 1) % 4], share), work) == own
-        };
-        (1..steps).all(|k| (0..4).all(|side| is_own(side, k)))
+        class_at(self.plan, self.px + at, work)
     }
 
     /// Whether the border of a piece strays from its chord by less than the bend allowed.
@@ -109,12 +109,90 @@ impl Division<'_> {
         })
     }
 
+    /// The radiance over two constant pieces whose border is a parabola, to within the bend allowed; `None` where they are
+    /// not known to be that.
+    fn arc(&self, pieces: &[Piece; 2], work: &mut Work) -> Option<f64> {
+        if !are_adjacent(pieces) {
+            return None;
+        }
+        let radiances = pieces.each_ref().map(|piece| constant_radiance(self.plan, self.px, piece, work));
+        let [one, other] = [radiances[0]?, radiances[1]?];
+
+        // Find the height of the arc over the middle of its chord, inward of the first piece.
+        let Piece { outline, class } = &pieces[0];
+        let (from, to) = (outline[outline.len() - 1], outline[0]);
+        let length = from.distance(to);
+        let inward = (to - from).perp() / length;
+        let bend_px = self.plan.system.accuracy().bend_px;
+        let mut is_within =
+            |share: f64, off_px: f64| self.class(from.lerp(to, share) + inward * off_px, work) == *class;
+        let (mut low, mut high) = (-ARC_HEIGHT * length, ARC_HEIGHT * length);
+        if is_within(0.5, low) || !is_within(0.5, high) {
+            return None;
+        }
+        while high - low > bend_px * BEND_SHARE {
+            let middle = 0.5 * (low + high);
+            if is_within(0.5, middle) { high = middle } else { low = middle }
+        }
+
+        // Compare it with the parabola between, and move the arc's area (Archimedes) from one piece to the other.
+        let height = 0.5 * (low + high);
+        let is_parabola = [0.25, 0.75]
+            .iter()
+            .all(|share| is_within(*share, 0.75 * height + bend_px) && !is_within(*share, 0.75 * height - bend_px));
+        let area = 2.0 / 3.0 * length * height / (self.plan.active * self.plan.active);
+        is_parabola.then(|| {
+            let shares = [share(self.plan, &pieces[0].outline) - area, share(self.plan, &pieces[1].outline) + area];
+            let throughput = |piece: &Piece| self.plan.throughput(self.px + middle(&piece.outline));
+            one * shares[0] * throughput(&pieces[0]) + other * shares[1] * throughput(&pieces[1])
+        })
+    }
+
+    /// The radiance over a part at which the division ends, by its middle.
+    fn unresolved(&mut self, outline: &[DVec2], work: &mut Work) -> f64 {
+        self.unresolved += share(self.plan, outline);
+        convex(self.plan, self.px, outline, work) * self.plan.throughput(self.px + middle(outline))
+    }
+
     /// The radiance over a piece of the class that it is said to be.
-    fn piece(&self, piece: &Piece, work: &mut Work) -> f64 {
+    fn piece(&mut self, piece: &Piece, work: &mut Work) -> f64 {
+        if work.counts.rays >= self.last_ray {
+            return self.unresolved(&piece.outline, work);
+        }
         if piece.class.side().is_some() {
             return piece_radiance(self.plan, self.px, piece, work);
         }
-        let at = self.px + super::piece::middle(&piece.outline);
-        ended_ray_radiance(self.plan, piece.class) * super::piece::share(self.plan, &piece.outline) * self.plan.throughput(at)
+        let at = self.px + middle(&piece.outline);
+        ended_ray_radiance(self.plan, piece.class) * share(self.plan, &piece.outline) * self.plan.throughput(at)
     }
+}
+
+/// Whether as many borders as the corners of a square (about `px`) tell pass through its outline, by places along a slightly
+/// larger one: a right-angled corner of a border that reaches into the square between two places is wider there.
+pub(super) fn outline_is_simple(
+    plan: &Plan,
+    px: DVec2,
+    corners: &[DVec2; 4],
+    classes: &[Class; 4],
+    work: &mut Work,
+) -> bool {
+    let steps = ((corners[0].distance(corners[1]) / ALONG_PX) as u32).max(FEWEST_ALONG);
+    let middle = 0.5 * (corners[0] + corners[2]);
+    let outer = corners.map(|corner| middle + (corner - middle) * (1.0 + 1.0 / f64::from(steps)));
+    let places = (0..4).flat_map(|side| {
+        (0..steps).map(move |k| outer[side].lerp(outer[(side + 1) % 4], f64::from(k) / f64::from(steps)))
+    });
+
+    // Walk once around it.
+    let first = class_at(plan, px + outer[0], work);
+    let (mut last, mut borders) = (first, 0);
+    for place in places.skip(1).chain([outer[0]]) {
+        let class = class_at(plan, px + place, work);
+        borders += usize::from(class != last);
+        last = class;
+        if borders > 2 || !classes.contains(&class) {
+            return false;
+        }
+    }
+    classes.contains(&first) && borders == changes(classes).len()
 }

@@ -125,8 +125,13 @@ impl std::fmt::Display for AccuracyReport {
         // Count what holds no promise.
         match self.unpromised_pixels {
             0 => Ok(()),
-            1 => write!(f, "; without 1 pixel at a border of the light, which holds no promise"),
-            n => write!(f, "; without {n} pixels at borders of the light, which hold no promise"),
+            1 => {
+                write!(f, "; without 1 pixel divided along its borders as often as is allowed, which holds no promise")
+            }
+            n => write!(
+                f,
+                "; without {n} pixels divided along their borders as often as is allowed, which hold no promise"
+            ),
         }
     }
 }
@@ -169,6 +174,14 @@ impl Class {
         }
     }
 
+    /// The class with all from which no light comes as one, [`Class::Clipped`].
+    pub(super) fn by_light(self) -> Self {
+        match self {
+            Self::Left | Self::Right | Self::PastBoard => self,
+            Self::Missed | Self::TotalReflection | Self::NotConverged | Self::Clipped => Self::Clipped,
+        }
+    }
+
     /// The class of the mirror image.
     pub(super) fn mirrored(self) -> Self {
         match self {
@@ -204,8 +217,7 @@ pub struct Counts {
     pub capped_pixels: u64,
     /// Pixels cut by the ridge or by the border of a fate.
     pub cut_pixels: u64,
-    /// Pixels that hold no promise: those beside or under the border of a fate, which may be curved or have corners, and
-    /// those whose division along a ridge ended at the most parts allowed. It is told with the accuracy of the picture, not
+    /// Pixels that hold no promise: those whose division along borders ended at the most parts allowed. It is told with the accuracy of the picture, not
     /// here.
     #[serde(skip)]
     pub unpromised_pixels: u64,

@@ -1,12 +1,14 @@
 //! The radiance over a convex piece of a pixel that sees through one side.
 
-use super::plan::Plan;
-use super::pixel::adaptive;
-use super::pixel::part;
 use super::film::Class;
+use super::pixel::{adaptive, ended_ray_radiance, part};
+use super::plan::Plan;
 use super::work::Work;
 use crate::system::Side;
 use glam::{DMat2, DVec2};
+
+/// The arc of a border is at most this share of its chord high.
+pub(super) const ARC_HEIGHT: f64 = 1.0 / 8.0;
 
 /// A convex piece of a pixel between the sides of a square and a border, on which its outline begins and ends.
 #[derive(Debug)]
@@ -30,6 +32,19 @@ pub(super) fn piece_radiance(plan: &Plan, px: DVec2, piece: &Piece, work: &mut W
         }
     };
     mean * plan.throughput(px + middle(outline))
+}
+
+/// The radiance of a piece, and of what lies beside it within an eighth of its border's length, if it is the same all over.
+pub(super) fn constant_radiance(plan: &Plan, px: DVec2, piece: &Piece, work: &mut Work) -> Option<f64> {
+    let Some(side) = piece.class.side() else { return Some(ended_ray_radiance(plan, piece.class)) };
+
+    // With the corners of the rectangle over the border, from which the arc does not lead out.
+    let mut outline = piece.outline.clone();
+    let (from, to) = (outline[outline.len() - 1], outline[0]);
+    let outward = (from - to).perp() * ARC_HEIGHT;
+    outline.extend([from + outward, to + outward]);
+    let (corners_mm, middle_mm) = seen(plan, px, &outline, side, work)?;
+    constant_between(plan, middle_mm, &corners_mm)
 }
 
 /// How far the map strays from a linear one, fitted to what the corners and the middle of a piece see, at most at these

@@ -22,6 +22,9 @@ use std::ops::Range;
 /// for the extra row above and below to be cheap.
 pub(super) const BAND_ROWS: usize = 48;
 
+/// In a picture of at most so many pixels all of the glass may lie within one.
+const FEW_PIXELS: usize = 150;
+
 /// The plan of a picture.
 #[derive(Debug)]
 pub struct Plan<'a> {
@@ -47,6 +50,8 @@ pub struct Plan<'a> {
     pub(super) active: f64,
     /// Whether the ridge is seen as a straight line, being that of two planes or the picture's own middle.
     pub(super) straight_ridge: bool,
+    /// Whether the picture has so few pixels that all of the glass may lie within one.
+    pub(super) few_pixels: bool,
 }
 
 impl<'a> Plan<'a> {
@@ -84,8 +89,11 @@ impl<'a> Plan<'a> {
             mirrored,
             has_throughput: false,
             active: system.effects().active_side(),
+            few_pixels: width * height <= FEW_PIXELS,
             straight_ridge: system.prism().is_none_or(|prism| {
-                [Side::Left, Side::Right].iter().all(|side| matches!(prism.surface(*side, Face::Front), Surface::Plane { .. }))
+                [Side::Left, Side::Right]
+                    .iter()
+                    .all(|side| matches!(prism.surface(*side, Face::Front), Surface::Plane { .. }))
             }),
         }
     }

@@ -19,10 +19,15 @@ use glam::{DMat2, DVec2};
 
 /// Halvings of a triangle's side when the place is sought where one class ends: the side is 1/64 of a pixel, so to 1e-10 px.
 const BORDER_HALVINGS: u32 = 28;
-/// A part of several classes is divided until its side is this share of a pixel's; a border is straight in smaller ones.
+/// A part of several classes is divided until its side is this share of a pixel's: in smaller ones a border with a radius of
+/// R px takes less than 2e-5 / R of a pixel more than a straight line.
 const BORDER_SHARE: f64 = 1.0 / 64.0;
+/// The same in a picture of few pixels, where a radius may be as small as a pixel: 2e-6 / R.
+const FINE_BORDER_SHARE: f64 = 1.0 / 256.0;
 /// A triangle of several classes is taken by its vertices when its area is below this, in px^2.
 const SMALLEST_AREA: f64 = 1.0 / (1u64 << 25) as f64;
+/// A pixel under or beside a border is divided at least until its parts' sides are this share of its own.
+const BESIDE_SHARE: f64 = 1.0 / 16.0;
 /// Columns or rows of squares that a triangle is clipped to; one that holds more is taken by its middle.
 const MOST_STRIPS: usize = 256;
 
@@ -47,6 +52,8 @@ struct ReferenceRenderer<'a> {
     stray_px: f64,
     /// Pixels of which some part would have to be divided further than is allowed.
     capped: bool,
+    /// Parts with a longer side are divided even where their corners and their centre see one radiance, in px.
+    largest_constant_px: f64,
 }
 
 /// Renders all columns of `band`.
@@ -58,11 +65,26 @@ pub(super) fn render(plan: &Plan, band: &mut Band) -> Work {
         rays: 0,
         stray_px: 0.0,
         capped: false,
+        largest_constant_px: f64::INFINITY,
     };
     let mut work = Work::default();
+
+    // Trace the centres of the band and of one pixel around it.
+    let stride = band.width + 2;
+    let centres: Vec<TracedPoint> = (0..stride * (band.radiance.len() / band.width + 2))
+        .map(|k| DVec2::new((k % stride) as f64 - 0.5, (band.first_row + k / stride) as f64 - 0.5))
+        .map(|px| reference.place(px))
+        .collect();
+
+    let some_dark = centres.iter().any(|centre| centre.class.side().is_none());
+
+    // Integrate pixel by pixel; beside a border light may pass between the corners of a pixel and its centre.
     for at in 0..band.radiance.len() {
-        let (i, j) = (at % band.width, band.first_row + at / band.width);
-        let centre = reference.place(DVec2::new(i as f64 + 0.5, j as f64 + 0.5));
+        let (i, j) = (at % band.width, at / band.width);
+        let centre = centres[(j + 1) * stride + i + 1];
+        let beside = (plan.few_pixels && some_dark)
+            || (0..9).any(|k| centres[(j + k / 3) * stride + i + k % 3].class != centre.class);
+        reference.largest_constant_px = if beside { BESIDE_SHARE * plan.active } else { f64::INFINITY };
         band.radiance[at] = reference.pixel(&centre, &mut work) as f32;
         if let Some(truth) = &mut band.truth {
             let (seen_mm, class) = trace_scalar(plan.system, centre.px);
@@ -87,13 +109,18 @@ impl ReferenceRenderer<'_> {
     fn pixel(&mut self, centre: &TracedPoint, work: &mut Work) -> f64 {
         let start = centre.px - 0.5 * self.plan.active;
         let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|c| self.place(start + c * self.plan.active));
-        if let Some(value) = self.constant(&corners, centre) {
+        if corners.iter().any(|c| c.class != centre.class) {
+            self.largest_constant_px = BESIDE_SHARE * self.plan.active;
+        }
+        if self.plan.active <= self.largest_constant_px
+            && let Some(value) = self.constant(&corners, centre)
+        {
             return value;
         }
         work.counts.edge_pixels += 1;
         work.counts.cut_pixels += u64::from(corners.iter().any(|c| c.class != centre.class));
         self.capped = false;
-        let sum = self.part(corners, self.plan.active);
+        let sum = self.divided(corners, self.plan.active);
         work.counts.capped_pixels += u64::from(self.capped);
         sum / (self.plan.active * self.plan.active)
     }
@@ -101,7 +128,10 @@ impl ReferenceRenderer<'_> {
     /// The integral over a square part of a pixel with the given corners, clockwise from the top left.
     fn part(&mut self, [a, b, c, d]: [TracedPoint; 4], side: f64) -> f64 {
         // Integrate a part of one radiance at once.
-        if let Some(light) = self.constant(&[a, b, c, d], &middle(&[a, b, c, d])) {
+        if side <= self.largest_constant_px
+            && let Some(light) = self.constant(&[a, b, c, d], &middle(&[a, b, c, d]))
+            && (self.largest_constant_px.is_infinite() || self.is_amid_its_class(&a, side))
+        {
             return side * side * light;
         }
         self.divided([a, b, c, d], side)
@@ -116,7 +146,9 @@ impl ReferenceRenderer<'_> {
         let one_class = [a, b, c, d, top, right, bottom, left].iter().all(|p| p.class == centre.class);
 
         // Find whether the map may be taken as linear in its quarters.
-        let linear = if one_class {
+        let linear = if side > self.largest_constant_px {
+            false
+        } else if one_class {
             // Measure how far the middles are seen from the means of the corners, in px by way of d seen / d px.
             let map = DMat2::from_cols(b.seen - a.seen, d.seen - a.seen) * (1.0 / side);
             let off = |p: &TracedPoint, x: &TracedPoint, y: &TracedPoint| {
@@ -136,7 +168,8 @@ impl ReferenceRenderer<'_> {
             self.capped |= capped;
             close || capped
         } else {
-            side <= BORDER_SHARE * self.plan.active
+            let share = if self.plan.few_pixels { FINE_BORDER_SHARE } else { BORDER_SHARE };
+            side <= share * self.plan.active
         };
 
         // Integrate the quarters, as two triangles each or divided again.
@@ -150,6 +183,13 @@ impl ReferenceRenderer<'_> {
             }
         };
         quarters.map(quarter).iter().sum()
+    }
+
+    /// Whether the middles of the eight squares around a part, whose top left corner is given, are of its class: the corner of a
+    /// border that reaches into it is wider there.
+    fn is_amid_its_class(&mut self, corner: &TracedPoint, side: f64) -> bool {
+        let middle = |k: i32| corner.px + side * DVec2::new(f64::from(k % 3) - 0.5, f64::from(k / 3) - 0.5);
+        (0..9).all(|k| self.place(middle(k)).class == corner.class)
     }
 
     /// The light of a pixel or a part that is the same all over: its corners and its centre see one colour, and so does a

@@ -97,6 +97,7 @@ fn traced<'a>(plan: &Plan, window: &'a System) -> Plan<'a> {
         has_throughput: plan.has_throughput,
         active: plan.active,
         straight_ridge: plan.straight_ridge,
+        few_pixels: plan.few_pixels,
     }
 }
 

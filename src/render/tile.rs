@@ -1,10 +1,10 @@
 //! Pixels by traced centre rays, tile by tile: the map about each centre is taken from differences of its neighbours.
 
 use super::band::Band;
-use super::border::border_pixel;
+use super::border::{Nearby, border_pixel};
 use super::centre_rays::Run;
 use super::film::Class;
-use super::pixel::{ended_ray_radiance, mean_or_subdivide, whole_pixel};
+use super::pixel::{ended_ray_radiance, mean_or_subdivide};
 use super::pixel_mean::{PackedTaylor2, Taylor2, pixel_means};
 use super::plan::Plan;
 use super::region::Region;
@@ -48,7 +48,7 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
     let first = centres.class[0];
     let one_side = first.side().is_some() && centres.class.iter().all(|c| *c == first);
 
-    // Where few centres are lit, trace the corners too.
+    // Where few centres are lit, trace the corners too; where there are few at all, light may pass between both.
     let few_lit =
         || centres.class.iter().filter(|class| class.side().is_some()).count() < FEW_LIT.min(centres.class.len());
     let corners = (!one_side && few_lit()).then(|| trace(plan, rect, DVec2::splat(-0.5)));
@@ -84,7 +84,16 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
             let px = start_px + DVec2::new(f64::from(i), 0.0);
             let at = at + i as usize;
             let cornered = corners.as_ref().is_some_and(|corners| corners.differ_from(centres.class[at], at));
-            row[i as usize] = pixel(plan, px, &centres, at, cornered, work) as f32;
+            let nearby = match (plan.few_pixels, centres.is_beside_a_fate(at)) {
+                (_, false) => Nearby::Ridge,
+                (false, true) => Nearby::Fate,
+                (true, true) => Nearby::Anything,
+            };
+            row[i as usize] = if cornered || nearby == Nearby::Anything || !centres.is_amid_its_class(at) {
+                border_pixel(plan, px, centres.class[at], nearby, work) as f32
+            } else {
+                (ended_ray_radiance(plan, centres.class[at]) * plan.throughput(px)) as f32
+            };
         }
 
         // Store the ground truth.
@@ -195,20 +204,6 @@ impl Kernel for EdgePixels<'_> {
             }
         }
     }
-}
-
-/// The mean radiance of the pixel at `px`, whose centre is that of index `at`; `cornered` where one of its corners is known
-/// to be of another class.
-fn pixel(plan: &Plan, px: DVec2, centres: &Centres, at: usize, cornered: bool, work: &mut Work) -> f64 {
-    let own = centres.class[at];
-    if cornered || !centres.is_amid_its_class(at) {
-        return border_pixel(plan, px, own, centres.is_beside_a_fate(at), work);
-    }
-    if own.side().is_none() {
-        return ended_ray_radiance(plan, own) * plan.throughput(px);
-    }
-    let taylor = centres.taylor2(at, plan.pattern.squares_per_mm()).by_steps_of(plan.active);
-    whole_pixel(plan, px, &taylor, work) * plan.throughput(px)
 }
 
 impl Centres {

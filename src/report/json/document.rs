@@ -80,7 +80,8 @@ pub struct AccuracyEntry {
     pub achieved_px: f64,
     /// Pixels that were divided as often as allowed and not as often as it takes.
     pub capped_pixels: u64,
-    /// Pixels at borders of the light, for which the promise does not hold; absent where there are none.
+    /// Pixels whose division along their borders ended at the most rays allowed, for which the promise does not hold; absent
+    /// where there are none.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub unpromised_pixels: u64,
 }
