@@ -11,9 +11,11 @@ use glam::DVec2;
 
 /// Rays of a pixel at most, after which its parts are no longer divided: enough for the corner of a border, of which each
 /// halving takes some 300, and few enough for a whole border at which the map bends without end, as at the critical angle.
-const MOST_RAYS: u64 = 1 << 13;
+const MOST_RAYS: u64 = 1 << 14;
 /// A part's side is not divided below this, in px.
 const SMALLEST_PX: f64 = 1.0 / 4096.0;
+/// What a border may stray from what is taken for it, as a share of the bend allowed, which is for the lines of the pattern.
+const BORDER_BEND: f64 = 0.25;
 /// Around a part its class is asked for at places at this distance, in px: a border that bulges into it between two of them,
 /// with a radius of R px, takes less than 2e-5 / R of a pixel.
 const ALONG_PX: f64 = 1.0 / 16.0;
@@ -95,7 +97,7 @@ impl Division<'_> {
 
     /// Whether the border of a piece strays from its chord by less than the bend allowed.
     fn ends_straight(&self, Piece { outline, class }: &Piece, work: &mut Work) -> bool {
-        let bend_px = self.plan.system.accuracy().bend_px;
+        let bend_px = BORDER_BEND * self.plan.system.accuracy().bend_px;
         let (from, to) = (outline[outline.len() - 1], outline[0]);
         let length = from.distance(to);
         // The corner that a shorter border cuts off is less than the bend times the pixel's side.
@@ -109,21 +111,39 @@ impl Division<'_> {
         })
     }
 
-    /// The radiance over two constant pieces whose border is a parabola, to within the bend allowed; `None` where they are
-    /// not known to be that.
-    fn arc(&self, pieces: &[Piece; 2], work: &mut Work) -> Option<f64> {
+    /// The radiance over two pieces whose border is a parabola, to within the bend allowed; `None` where it is not known to be
+    /// that, or too high for the lines of the pattern that may cross it.
+    fn arc(&mut self, pieces: &[Piece; 2], work: &mut Work) -> Option<f64> {
         if !are_adjacent(pieces) {
             return None;
         }
-        let radiances = pieces.each_ref().map(|piece| constant_radiance(self.plan, self.px, piece, work));
-        let [one, other] = [radiances[0]?, radiances[1]?];
+        let Piece { outline, .. } = &pieces[0];
+        let (from, to) = (outline[outline.len() - 1], outline[0]);
+        let height = self.parabola_height(&pieces[0], work)?;
 
-        // Find the height of the arc over the middle of its chord, inward of the first piece.
-        let Piece { outline, class } = &pieces[0];
+        // Take two sides of the same area for the arc (Archimedes): 4/3 as high. Up to a place along the chord they differ from
+        // it by at most 2/81 of the chord times the height.
+        let off = 2.0 / 81.0 * from.distance(to) * height.abs();
+        let constant = |piece: &Piece, work: &mut Work| constant_radiance(self.plan, self.px, piece, work).is_some();
+        if off > BORDER_BEND * self.plan.system.accuracy().bend_px && !pieces.iter().all(|piece| constant(piece, work))
+        {
+            return None;
+        }
+        let apex = from.lerp(to, 0.5) + (to - from).perp().normalize_or_zero() * (4.0 / 3.0 * height);
+        let mut bent = |piece: &Piece| {
+            let outline = piece.outline.iter().copied().chain([apex]).collect();
+            self.piece(&Piece { outline, class: piece.class }, work)
+        };
+        Some(bent(&pieces[0]) + bent(&pieces[1]))
+    }
+
+    /// The height of the border of a piece over the middle of its chord, inward, where it is a parabola.
+    fn parabola_height(&self, Piece { outline, class }: &Piece, work: &mut Work) -> Option<f64> {
+        // Find the height.
         let (from, to) = (outline[outline.len() - 1], outline[0]);
         let length = from.distance(to);
         let inward = (to - from).perp() / length;
-        let bend_px = self.plan.system.accuracy().bend_px;
+        let bend_px = BORDER_BEND * self.plan.system.accuracy().bend_px;
         let mut is_within =
             |share: f64, off_px: f64| self.class(from.lerp(to, share) + inward * off_px, work) == *class;
         let (mut low, mut high) = (-ARC_HEIGHT * length, ARC_HEIGHT * length);
@@ -135,17 +155,12 @@ impl Division<'_> {
             if is_within(0.5, middle) { high = middle } else { low = middle }
         }
 
-        // Compare it with the parabola between, and move the arc's area (Archimedes) from one piece to the other.
+        // Compare the border with the parabola on both sides of the middle.
         let height = 0.5 * (low + high);
-        let is_parabola = [0.25, 0.75]
+        [0.25, 0.75]
             .iter()
-            .all(|share| is_within(*share, 0.75 * height + bend_px) && !is_within(*share, 0.75 * height - bend_px));
-        let area = 2.0 / 3.0 * length * height / (self.plan.active * self.plan.active);
-        is_parabola.then(|| {
-            let shares = [share(self.plan, &pieces[0].outline) - area, share(self.plan, &pieces[1].outline) + area];
-            let throughput = |piece: &Piece| self.plan.throughput(self.px + middle(&piece.outline));
-            one * shares[0] * throughput(&pieces[0]) + other * shares[1] * throughput(&pieces[1])
-        })
+            .all(|share| is_within(*share, 0.75 * height + bend_px) && !is_within(*share, 0.75 * height - bend_px))
+            .then_some(height)
     }
 
     /// The radiance over a part at which the division ends, by its middle.
