@@ -92,12 +92,16 @@ fn refused(input: &CloudFitInput, fitted: &SurfaceFit) -> Error {
                 -x_mm
             ),
         ),
-        Misfit::Outliers(worst) => {
+        Misfit::Outliers { worst, rest_mm } => {
             let named: Vec<String> = worst.iter().take(NAMED).map(|o| outlier(input, o)).collect();
             let more = if worst.len() > NAMED { format!(" and {} more", worst.len() - NAMED) } else { String::new() };
             let (it, plural) = if worst.len() == 1 { ("it", "") } else { ("them", "s") };
             (
-                format!("; without {} outlier{plural} the rest fits: {}{more}", worst.len(), named.join(", ")),
+                format!(
+                    "; without {} outlier{plural} the rest leaves {rest_mm:.1e} mm: {}{more}",
+                    worst.len(),
+                    named.join(", ")
+                ),
                 format!("remove {it} from the file, or write {} to fit through {it}", enough()),
             )
         }

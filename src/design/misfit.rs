@@ -36,8 +36,13 @@ pub(super) enum Misfit {
         /// Where the line is.
         x_mm: f64,
     },
-    /// A few points far off a surface that the others lie on, the farthest first.
-    Outliers(Vec<Outlier>),
+    /// A few points far off a surface that the others lie on.
+    Outliers {
+        /// The points, the farthest first.
+        worst: Vec<Outlier>,
+        /// The largest residual of the others, in mm.
+        rest_mm: f64,
+    },
     /// The lowest degree that is enough.
     Degree(usize),
     /// Odd powers of y are needed.
@@ -67,6 +72,10 @@ const OUTLYING: f64 = 8.0;
 const MOST_OUTLIERS: f64 = 0.1;
 /// Rounds in which outliers are sought.
 const ROUNDS: usize = 12;
+/// Degrees above a fit's that are tried before any other explanation.
+const FEW_DEGREES: usize = 4;
+/// A kink turns the slope so much that, over the width of the cloud, it is this many times what one polynomial leaves.
+const KINKED: f64 = 10.0;
 /// Halvings by which the place of a kink is found.
 const BISECTIONS: usize = 50;
 /// A kink is at x = 0 when it is nearer than this share of the cloud's width.
@@ -83,18 +92,22 @@ pub(super) fn of(input: &CloudFitInput, fitted: &SurfaceFit) -> Misfit {
     if let Some(found) = two_sheets(input.points_mm, explained_mm) {
         return found;
     }
-    if let Some(outliers) = outliers(input, explained_mm) {
-        return Misfit::Outliers(outliers);
+    let determined = |degree: &usize| 2 * coefficients(*degree, input.powers) <= some.len();
+    let enough = |degree: &usize| leaves(*degree, input.powers) <= input.max_residual_mm;
+    let mut degrees = (input.degree + 1..=MAX_DEGREE).take_while(determined);
+    // A few degrees more make up for a degree that is too low; more of them may follow a kink.
+    if let Some(degree) = degrees.by_ref().take(FEW_DEGREES).find(enough) {
+        return Misfit::Degree(degree);
     }
-    if let Some(x_mm) = kink(&some, input, explained_mm) {
+    if let Some(outliers) = outliers(input, explained_mm) {
+        return outliers;
+    }
+    if let Some(x_mm) = kink(&some, input, fitted.max_mm, explained_mm) {
         return Misfit::Kink { x_mm };
     }
     if input.powers == Powers::EvenInY && leaves(input.degree, Powers::All) <= explained_mm {
         return Misfit::Asymmetric;
     }
-    let determined = |degree: usize| 2 * coefficients(degree, input.powers) <= some.len();
-    let enough = |degree: &usize| leaves(*degree, input.powers) <= input.max_residual_mm;
-    let mut degrees = (input.degree + 1..=MAX_DEGREE).filter(|degree| determined(*degree));
     degrees.find(enough).map_or(Misfit::Unknown, Misfit::Degree)
 }
 
@@ -117,7 +130,7 @@ fn two_sheets(points_mm: &[DVec3], apart_mm: f64) -> Option<Misfit> {
 }
 
 /// Where a cut along y leaves two parts that are each well fitted.
-fn kink(points_mm: &[DVec3], input: &CloudFitInput, explained_mm: f64) -> Option<f64> {
+fn kink(points_mm: &[DVec3], input: &CloudFitInput, whole_mm: f64, explained_mm: f64) -> Option<f64> {
     let (min, max) = points_mm.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p.x), b.max(p.x)));
     let step = (max - min) / SPLITS as f64;
     let leaves = |cut: f64| {
@@ -141,6 +154,11 @@ fn kink(points_mm: &[DVec3], input: &CloudFitInput, explained_mm: f64) -> Option
     // The kink is where the two parts meet, in the middle of their border.
     let [left, right] = [part(points_mm, input, &|x| x <= cut)?, part(points_mm, input, &|x| x >= cut)?];
     let y = points_mm.iter().map(|p| p.y).sum::<f64>() / points_mm.len() as f64;
+    // Parts of a smooth surface have nearly one slope where they meet.
+    let turn = left.patch.sag.gradient(cut, y).1 - right.patch.sag.gradient(cut, y).1;
+    if turn.abs() * (max - min) < KINKED * whole_mm {
+        return None;
+    }
     let gap = |x: f64| left.patch.sag.value(x, y) - right.patch.sag.value(x, y);
     let (mut low, mut high) = (cut - step, cut + step);
     if gap(low) * gap(high) > 0.0 {
@@ -162,7 +180,7 @@ fn part(points_mm: &[DVec3], input: &CloudFitInput, keep: &dyn Fn(f64) -> bool) 
 }
 
 /// The points that are far off the surface through the others; `None` where these are many, or the others no surface.
-fn outliers(input: &CloudFitInput, explained_mm: f64) -> Option<Vec<Outlier>> {
+fn outliers(input: &CloudFitInput, explained_mm: f64) -> Option<Misfit> {
     let points = input.points_mm;
     let mut kept = vec![true; points.len()];
     let mut off: Vec<f64> = Vec::new();
@@ -187,5 +205,6 @@ fn outliers(input: &CloudFitInput, explained_mm: f64) -> Option<Vec<Outlier>> {
         (0..points.len()).filter(|k| !kept[*k]).map(|index| Outlier { index, off_mm: off[index] }).collect();
     let few = !outliers.is_empty() && outliers.len() as f64 <= MOST_OUTLIERS * points.len() as f64;
     outliers.sort_by(|a, b| b.off_mm.total_cmp(&a.off_mm));
-    (few && fitted?.max_mm <= explained_mm).then_some(outliers)
+    let rest_mm = fitted?.max_mm;
+    (few && rest_mm <= explained_mm).then_some(Misfit::Outliers { worst: outliers, rest_mm })
 }

@@ -146,36 +146,8 @@ fn closed_body(
         document.problem(document.span("prism.body"), format!("`prism.body` ({name}): {rule}"), help)
     })?;
     let told = Some(told(&parted));
-    let Sheets { right: [front, right_back], left, .. } = parted;
-    // Beside the ridge a ray enters one half and leaves through the back of the other, so that each half has the whole back.
-    let (back, left) = match left {
-        None => (joined(&right_back, &mirrored(&right_back)), None),
-        Some([left_front, left_back]) => {
-            let back = joined(&right_back, &left_back);
-            (back.clone(), Some([left_front, back]))
-        }
-    };
+    let Sheets { right: [front, back], left, .. } = parted;
     Ok(MeshSpec { body, front, back, normals, left, told })
-}
-
-/// The mirror image in the plane x = 0.
-fn mirrored(own: &Triangles) -> Triangles {
-    let image = |v: &DVec3| DVec3::new(-v.x, v.y, v.z);
-    Triangles {
-        points_mm: own.points_mm.iter().map(image).collect(),
-        point_normals: own.point_normals.iter().map(image).collect(),
-        triangles: own.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect(),
-    }
-}
-
-/// The triangles of both, each with its own corners.
-fn joined(a: &Triangles, b: &Triangles) -> Triangles {
-    let first = a.points_mm.len() as u32;
-    Triangles {
-        points_mm: [&a.points_mm[..], &b.points_mm].concat(),
-        point_normals: [&a.point_normals[..], &b.point_normals].concat(),
-        triangles: a.triangles.iter().copied().chain(b.triangles.iter().map(|t| t.map(|k| k + first))).collect(),
-    }
 }
 
 /// What was made of a closed body, in words.

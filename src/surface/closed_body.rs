@@ -53,6 +53,8 @@ pub fn sheets(points_mm: &[DVec3], triangles: &[[u32; 3]]) -> Result<Sheets, (St
     });
     let (low, high) = front.points.iter().fold((0.0f64, 0.0f64), |(a, b), p| (a.min(p.x), b.max(p.x)));
     let spans = -low > ONE_SIDED * high && high > ONE_SIDED * -low;
+    // The mirror image of a half is glass as well: rays that cross x = 0 inside meet its back.
+    let back = if spans { back } else { mirrored_too(&back) };
     let halves = |sign: f64| -> Result<[Triangles; 2], (String, String)> {
         let half = if spans { half_of(&front, sign) } else { front.clone() };
         Ok([continued(finished(&half)?, sign), whole(&back)?])
@@ -182,6 +184,18 @@ fn half_of(sheet: &Sheet, sign: f64) -> Sheet {
         }
     }
     Sheet { points, triangles }.compact()
+}
+
+/// The right part of a sheet and its mirror image.
+fn mirrored_too(sheet: &Sheet) -> Sheet {
+    let right = half_of(sheet, 1.0);
+    let image = |k: u32| right.points[k as usize] * DVec3::new(-1.0, 1.0, 1.0);
+    let both = right.triangles.iter().flat_map(|[a, b, c]| {
+        let own = [a, b, c].map(|k| right.points[*k as usize]);
+        own.into_iter().chain([image(*a), image(*c), image(*b)])
+    });
+    let (points, triangles) = weld(&both.collect::<Vec<_>>());
+    Sheet { points, triangles }
 }
 
 /// A sheet with its normals.

@@ -116,7 +116,9 @@ fn clouds_that_do_not_fit_are_refused_with_what_is_wrong() {
     place.write("spoilt.csv", spoilt.join("\n"));
     let words = place.refused(&clouds("file = \"spoilt.csv\", degree = 5", BACK));
     assert!(
-        words.contains("without 2 outliers the rest fits: point 200 at") && words.contains("point 100 at"),
+        words.contains("without 2 outliers the rest leaves")
+            && words.contains("mm: point 200 at")
+            && words.contains("point 100 at"),
         "{words}"
     );
     assert!(words.contains("remove them from the file, or write `max_residual_mm = "), "{words}");

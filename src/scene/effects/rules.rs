@@ -50,7 +50,10 @@ fn beyond_stop(camera: &CameraSpec, prism: &PrismSpec, board: &BoardSpec) -> (&'
             lowest(body, &mut (0..9).map(place).map(|at| at.extend(sag.value(at.x, at.y))))
         }
         PrismSpec::PointCloud(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
-        PrismSpec::Mesh(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
+        PrismSpec::Mesh(prism) => {
+            let left = prism.left.iter().flat_map(|[front, _]| &front.points_mm);
+            lowest(&prism.body, &mut prism.front.points_mm.iter().chain(left).copied())
+        }
     }
 }
 
