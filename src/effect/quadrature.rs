@@ -11,7 +11,7 @@ pub struct Quadrature {
     pub points: usize,
     /// Sets, each shifted at random; a single one is not. Their spread tells the error of their mean.
     pub replicates: usize,
-    /// No further set is taken once the standard error of the mean is below this, of full scale 1, in the worst block of
+    /// No further set is taken once the standard error of the mean is all but surely below this, of full scale 1, in the worst block of
     /// the picture.
     pub noise: Option<f64>,
     /// Of the random shifts.
@@ -26,13 +26,14 @@ impl Default for Quadrature {
 
 /// The purpose of the random shifts among the random numbers of a scene.
 const PURPOSE: u32 = 0x5AF7;
-/// Sets before a spread is believed.
+/// Sets before a spread tells anything.
 pub const LEAST_REPLICATES: usize = 4;
 
 /// Points that fill the unit cube of some dimensions evenly.
 ///
-/// The first coordinate runs in equal steps; the others are multiples of the inverse powers of the root of
-/// x^(d + 1) = x + 1, the golden ratio for one of them (Roberts, "The unreasonable effectiveness of quasirandom sequences",
+/// The first coordinate runs in equal steps, the second in multiples of the inverse of the golden ratio, whatever others
+/// there are: an effect that is left out must not move the points of another. The others are multiples of the inverse
+/// powers of the root of x^(d + 1) = x + 1 (Roberts, "The unreasonable effectiveness of quasirandom sequences",
 /// 2018; Niederreiter, Random Number Generation and Quasi-Monte Carlo Methods, 1992, 3.2). Two of them on a disk are
 /// Vogel's sunflower spiral. Random shifts modulo 1 keep the set even and make each of its points uniform (Cranley &
 /// Patterson, SIAM J. Numer. Anal. 13, 1976, 904), so that the mean over sets is without bias and their spread tells its
@@ -52,9 +53,12 @@ impl Points {
     /// Set number `replicate` in `dimensions`, at least 1, whose points have `copies` each.
     pub fn new(quadrature: &Quadrature, dimensions: usize, replicate: usize, copies: usize) -> Self {
         let count = quadrature.points.div_ceil(copies);
-        let root = root(dimensions.saturating_sub(1));
-        let powers = std::iter::successors(Some(1.0 / root), |power| Some(power / root));
-        let steps: Vec<f64> = std::iter::once(1.0 / count as f64).chain(powers).take(dimensions).collect();
+        let multiples = |d: usize| {
+            let root = root(d);
+            std::iter::successors(Some(1.0 / root), move |power| Some(power / root))
+        };
+        let first = std::iter::once(1.0 / count as f64).chain(multiples(1).take(1));
+        let steps: Vec<f64> = first.chain(multiples(dimensions.saturating_sub(1)).skip(1)).take(dimensions).collect();
         let mut random = Stream::new(quadrature.seed, PURPOSE, 0, replicate as u32);
         let shifts = steps.iter().enumerate().map(|(k, step)| match (quadrature.replicates, k) {
             (1, _) => 0.5 * step,

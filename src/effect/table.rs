@@ -12,6 +12,8 @@ pub struct EffectRow {
     pub id: EffectId,
     /// The effect without which it is nothing.
     pub needs: Option<EffectId>,
+    /// Whether it acts by the glass of a prism, and does nothing without one.
+    pub of_glass: bool,
     /// Where it takes hold.
     pub hook: Hook,
     /// What it is.
@@ -50,6 +52,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Lamp,
         needs: None,
+        of_glass: false,
         hook: Hook::Transport,
         what: "the board lit by a point lamp and evenly from all around",
         source: "inverse square law and Lambert's cosine law",
@@ -61,6 +64,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Fresnel,
         needs: None,
+        of_glass: true,
         hook: Hook::Transport,
         what: "what the surfaces of the glass reflect is missing behind it, polarised or not",
         source: "Fresnel's formulas (Born & Wolf, Principles of Optics, 1.5.2)",
@@ -72,6 +76,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Coating,
         needs: Some(EffectId::Fresnel),
+        of_glass: true,
         hook: Hook::Transport,
         what: "a single layer on every surface of the glass",
         source: "characteristic matrix (Macleod, Thin-Film Optical Filters, 2.6; Born & Wolf, 1.6.2)",
@@ -83,6 +88,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Absorption,
         needs: None,
+        of_glass: true,
         hook: Hook::Transport,
         what: "what the glass absorbs along the way of each ray",
         source: "Beer and Lambert's law",
@@ -94,6 +100,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Ghosts,
         needs: Some(EffectId::Fresnel),
+        of_glass: true,
         hook: Hook::Ray,
         what: "light that reaches the camera after reflections at the surfaces of the glass",
         source: "rays parted at every surface by Fresnel's formulas, without chance",
@@ -105,6 +112,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Dispersion,
         needs: None,
+        of_glass: false,
         hook: Hook::Ray,
         what: "light of many wavelengths, each bent by its own index",
         source: "dispersion formulas of the makers and of articles, named with each glass in `optics::medium`",
@@ -116,6 +124,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Manufacture,
         needs: None,
+        of_glass: true,
         hook: Hook::Instrument,
         what: "the prism out of place, of another thickness and index, its surfaces out of place and figure",
         source: "rigid motions; Zernike polynomials (ANSI Z80.28; Born & Wolf, Principles of Optics, 9.2.1)",
@@ -127,6 +136,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Roughness,
         needs: None,
+        of_glass: true,
         hook: Hook::Ray,
         what: "rough surfaces, which scatter light by their slopes",
         source: "geometric limit of scatter (Beckmann & Spizzichino, The Scattering of Electromagnetic Waves, 5.3)",
@@ -138,6 +148,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Clipping,
         needs: None,
+        of_glass: false,
         hook: Hook::Instrument,
         what: "the rim of the prism, a ridge that is not sharp, and a stop before the lens, which rays do not pass",
         source: "geometry",
@@ -149,6 +160,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Telecentric,
         needs: None,
+        of_glass: false,
         hook: Hook::Instrument,
         what: "pupils at infinity on both sides: everything is shown equally large, sharp at one distance",
         source: "Born & Wolf, Principles of Optics, 4.8.2 (telecentric stop), 4.5.1 (sine condition)",
@@ -164,6 +176,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::ThinLens,
         needs: None,
+        of_glass: false,
         hook: Hook::Ray,
         what: "an aperture of finite size and shape, in focus at one distance",
         source: "thin lens equation (Born & Wolf, Principles of Optics, 4.4)",
@@ -179,6 +192,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Cos4,
         needs: None,
+        of_glass: false,
         hook: Hook::Transport,
         what: "natural fall of illumination towards the rim of the picture",
         source: "cosine fourth law (Born & Wolf, Principles of Optics, 4.8.3)",
@@ -190,6 +204,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Diffraction,
         needs: None,
+        of_glass: false,
         hook: Hook::Film,
         what: "the Airy pattern of a round aperture in place of a point, to 1.2 % of the contrast",
         source: "Born & Wolf, Principles of Optics, 8.5.2; Goodman, Introduction to Fourier Optics, 7.3",
@@ -201,6 +216,7 @@ pub static TABLE: [EffectRow; 14] = [
     EffectRow {
         id: EffectId::Sensor,
         needs: None,
+        of_glass: false,
         hook: Hook::Film,
         what: "from light to numbers: fill factor, colour filters, fixed pattern, shot and read noise, full well, ADC, gamma",
         source: "EMVA Standard 1288, linear model",
@@ -237,6 +253,12 @@ impl Effects {
         let mut only = Self { quadrature: self.quadrature, ..Self::default() };
         TABLE.iter().filter(|row| kept(row)).for_each(|row| (row.take)(&mut only, self));
         only
+    }
+
+    /// These effects without those that act by the glass of a prism.
+    #[must_use]
+    pub fn without_glass(&self) -> Self {
+        Self { auto: self.auto, ..self.only(|row| !row.of_glass) }
     }
 
     /// Whether an effect with this hook acts.

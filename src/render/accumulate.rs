@@ -66,8 +66,9 @@ pub(super) fn mean(
 
     // Give out the mean with its noise and the truth.
     account.noise = mean.noise();
+    account.noise_target = system.effects().quadrature.noise.filter(|_| most_sets > 1);
     let sets = mean.sets;
-    let squares = mean.squares.filter(|_| sets > 1);
+    let squares = mean.squares.filter(|_| sets >= LEAST_REPLICATES);
     let RunningMean { grey, colour } =
         mean.picture.unwrap_or(RunningMean { grey: Raster::filled(width, height, 0.0), colour: None });
     let (class, board_mm) = truth.map_or((None, None), |film| (film.class, film.board_mm));
@@ -111,15 +112,15 @@ impl MeanOfSets {
         });
     }
 
-    /// Whether enough sets say that the standard error of the worst block is at most `target`.
+    /// Whether the sets say that the standard error of the worst block is at most `target`, and all but surely.
     fn reaches(&self, target: f64) -> bool {
-        self.sets >= LEAST_REPLICATES
-            && self.squares.as_ref().is_some_and(|squares| worst_error(squares, self.sets) <= target)
+        self.noise().is_some_and(|noise| noise * surely_below(self.sets) <= target)
     }
 
-    /// Standard error of a pixel in the worst block; `None` of one set.
+    /// Standard error of a pixel in the worst block; `None` of too few sets to tell it.
     fn noise(&self) -> Option<f64> {
-        self.squares.as_ref().filter(|_| self.sets > 1).map(|squares| worst_error(squares, self.sets))
+        let squares = self.squares.as_ref().filter(|_| self.sets >= LEAST_REPLICATES);
+        squares.map(|squares| worst_error(squares, self.sets))
     }
 }
 
@@ -175,9 +176,28 @@ impl RunningMean {
     }
 }
 
-/// Standard error of the mean of `sets` values whose squared deviations sum up to `square`.
+/// Standard error of the mean of `sets` values whose squared deviations sum up to `square`: the spread of few values is
+/// mostly too small, so that it is multiplied by the quantile of Student's distribution within which the mean lies as often
+/// as a normal one within one standard deviation.
 fn standard_error(square: f64, sets: usize) -> f64 {
-    (square / (sets * (sets - 1)) as f64).sqrt()
+    student_factor(sets) * (square / (sets * (sets - 1)) as f64).sqrt()
+}
+
+/// That quantile, by Fisher's expansion (Abramowitz & Stegun, Handbook of Mathematical Functions, 26.7.5, at x = 1).
+fn student_factor(sets: usize) -> f64 {
+    let dof = (sets - 1) as f64;
+    1.0 + (0.5 + (0.25 + 0.0625 / dof) / dof) / dof
+}
+
+/// What the standard error told of `sets` values may be multiplied by to lie above the true one in 98 of 100 cases, by the
+/// quantile of the chi-squared distribution (Wilson & Hilferty, Proc. Natl. Acad. Sci. 17, 1931, 684).
+fn surely_below(sets: usize) -> f64 {
+    // The normal deviate of 2 %.
+    const DEVIATE: f64 = -2.053_749;
+    let dof = (sets - 1) as f64;
+    let spread = 2.0 / (9.0 * dof);
+    let root = 1.0 - spread + DEVIATE * spread.sqrt();
+    1.0 / (student_factor(sets) * (root * root * root).sqrt())
 }
 
 /// The largest root mean square of the standard errors in a block.

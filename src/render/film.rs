@@ -56,6 +56,9 @@ pub struct AccuracyReport {
     pub passes: usize,
     /// Standard error of a pixel in the worst block of 16 x 16 px, of full scale 1, where random sets tell it.
     pub noise: Option<f64>,
+    /// What that should have been at most, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_target: Option<f64>,
     /// Pixels of the picture for which all this does not hold: see [`Counts::unpromised_pixels`].
     #[serde(skip_serializing_if = "is_zero")]
     pub unpromised_pixels: u64,
@@ -71,6 +74,11 @@ impl AccuracyReport {
     /// The accuracy achieved, as far as the picture itself can tell.
     pub fn achieved_px(&self) -> f64 {
         self.map_px + self.bend_px
+    }
+
+    /// Whether the noise that was asked for is kept, where one was, and told.
+    pub fn keeps_to_noise(&self) -> bool {
+        self.noise_target.is_none_or(|target| self.noise.is_some_and(|noise| noise <= target))
     }
 
     /// Whether what was asked for is kept, where something was, and told by what the picture holds.

@@ -2,6 +2,7 @@
 
 use super::checkerboard::Checkerboard;
 use super::film::Film;
+use super::pixel::square;
 use crate::effect::{BoardPoint, Ghosts, LightPath};
 use crate::optics::polarisation::PolarisationState;
 use crate::prism::reflections::{Exit, GlassBody};
@@ -47,7 +48,7 @@ pub(super) fn add(system: &System, film: &mut Film) {
                     for x in few.clone() {
                         let corner = DVec2::new(x as f64, (j * BLOCK + k) as f64);
                         let ghosts = match &block {
-                            Some(block) => block.pixel(&pass.pattern, corner - first),
+                            Some(block) => block.pixel(&pass.pattern, corner - first, pass.active),
                             None => pass.sampled(corner),
                         };
                         row[x] = (f64::from(row[x]) + ghosts) as f32;
@@ -73,12 +74,13 @@ struct GhostBlock {
 }
 
 impl GhostBlock {
-    /// The mean radiance of all ghosts over the pixel whose corner lies at `offset` from that of the block.
-    fn pixel(&self, pattern: &Checkerboard, offset: DVec2) -> f64 {
+    /// The mean radiance of all ghosts over the square of side `active` in the middle of the pixel whose corner lies at
+    /// `offset` from that of the block.
+    fn pixel(&self, pattern: &Checkerboard, offset: DVec2, active: f64) -> f64 {
         let size = BLOCK as f64;
         let light = between(self.constant, (offset + 0.5) / size);
         let edges = self.edges.iter().map(|(powers, places)| {
-            let outline = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|c| between(*places, (offset + c) / size));
+            let outline = square(0.5 * active).map(|c| between(*places, (offset + 0.5 + c) / size));
             let middle = 0.25 * ((outline[0] + outline[2]) + (outline[1] + outline[3]));
             let reach = outline.iter().fold(DVec2::ZERO, |reach, p| reach.max((*p - middle).abs()));
             let radiance = pattern
@@ -109,6 +111,8 @@ struct GhostPass<'a> {
     pattern: Checkerboard,
     /// The largest radiance that there is.
     brightest: f64,
+    /// The side of the square in the middle of a pixel that receives light, in px.
+    active: f64,
 }
 
 /// A ghost at one place of the picture.
@@ -135,7 +139,8 @@ impl<'a> GhostPass<'a> {
         let light = system.effects().fresnel?.light;
         let board = &system.board().pattern;
         let brightest = board.black.max(board.white).max(board.background).max(ghosts.behind);
-        Some(Self { system, ghosts, body: system.body()?, light, pattern: Checkerboard::new(board), brightest })
+        let active = system.effects().active_side();
+        Some(Self { system, ghosts, body: system.body()?, light, pattern: Checkerboard::new(board), brightest, active })
     }
 
     /// All ghosts at the corners of all blocks, row by row.
@@ -215,13 +220,13 @@ impl<'a> GhostPass<'a> {
         (bend <= BEND).then_some(block)
     }
 
-    /// The mean radiance of all ghosts over the pixel whose corner is `corner`.
+    /// The mean radiance of all ghosts over the square that receives light of the pixel whose corner is `corner`.
     fn sampled(&self, corner: DVec2) -> f64 {
         let n = self.ghosts.samples;
         let at = |k: usize| DVec2::new((k % n) as f64 + 0.5, (k / n) as f64 + 0.5) / n as f64;
         let mut sum = 0.0;
         for k in 0..n * n {
-            self.trace(corner + at(k), |ghost| {
+            self.trace(corner + 0.5 + (at(k) - 0.5) * self.active, |ghost| {
                 let radiance = match ghost.seen {
                     GhostTarget::Uniform(radiance) => radiance,
                     GhostTarget::Board(mm) => self.pattern.at(mm),

@@ -178,6 +178,7 @@ impl<'a> Plan<'a> {
             mapped: (sides * mapped) as f64 / (width * height) as f64,
             passes: 1,
             noise: None,
+            noise_target: None,
             unpromised_pixels: 0,
         }
     }

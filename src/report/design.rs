@@ -68,6 +68,8 @@ pub fn accuracy(account: &AccuracyReport, counts: &Counts) -> AccuracyEntry {
         promise_px: account.promise_px,
         achieved_px: account.achieved_px(),
         capped_pixels: counts.capped_pixels,
+        noise: account.noise,
+        noise_target: account.noise_target,
         unpromised_pixels: account.unpromised_pixels,
     }
 }

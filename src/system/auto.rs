@@ -1,7 +1,8 @@
 //! Automatic choice of effects: what each changes at most, against the threshold below which the scene leaves them out.
 
-use super::bounds::{Bound, bound};
+use super::bounds::bound;
 use super::instrument::System;
+use super::radiance_range::Bound;
 use crate::effect::{Bounding, EffectId, EffectRow, Effects, TABLE};
 use crate::scene::Scene;
 
@@ -35,6 +36,11 @@ pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
         Verdict { effect: row.id, bound: bound(ideal, scene, row), kept: true, why }
     };
     let mut all: Vec<Verdict> = effects.acting().map(verdict).collect();
+    if ideal.prism.is_none() {
+        for idle in all.iter_mut().filter(|verdict| verdict.effect.row().of_glass) {
+            (idle.kept, idle.why) = (false, "there is no glass by which it acts");
+        }
+    }
     let Some(threshold) = effects.auto else { return all };
 
     // Order the effects by their bounds, the weakest first.

@@ -1,6 +1,7 @@
 //! Bounds of effects: what each changes at most, from rays over a grid of the picture.
 //!
-//! Every bound is of one effect against the instrument without it. Where what is bounded is smooth, its extremes between the
+//! Every bound is of one effect against the instrument without it, alone and among the others: rays that stray through a lens
+//! meet other factors, a lamp makes light brighter, and the sensor makes numbers of it. Where what is bounded is smooth, its extremes between the
 //! rays of the grid are covered by the largest step from one ray to the next. With M the brightest radiance of the scene and C the
 //! largest contrast in it:
 //!
@@ -16,149 +17,122 @@
 //! - What changes pixels by up to g on both sides of an edge, which is a ramp over one pixel, moves it by at most
 //!   2 g / (white - black) px.
 
+use super::factor_bounds::{PairedVariants, factors, strayed};
 use super::instrument::System;
+use super::output_gain;
+use super::radiance_range::{Bound, GRID, INSET_PX, RadianceRange, SMALL_GRID, extremes, grid, some};
 use crate::effect::clipping::Clipping;
 use crate::effect::diffraction::encircled_energy;
 use crate::effect::{Bounding, EffectId, EffectRow, Effects, Variant};
 use crate::prism::side::Side;
-use crate::scene::{BoardSpec, Scene};
+use crate::scene::Scene;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
 
-/// Rays along the width and the height of the grid.
-const GRID: [usize; 2] = [33, 17];
 /// The same for ghosts, whose power has steps where one of them begins.
 const FINE_GRID: [usize; 2] = [129, 65];
 /// Rows in which the ridge's image is sought.
 const ROWS: usize = 5;
+/// Variants of other effects among which one is looked at, and its own variants there.
+const AMONG: usize = 8;
+const OWN: usize = 64;
 /// Variants beyond this count are not examined: their effect is kept.
 const MOST_VARIANTS: usize = 2048;
 /// Halvings of the width when a border is sought in a row.
 const HALVINGS: usize = 40;
-/// Places of the grid stay this far inside the picture, in px.
-const INSET_PX: f64 = 1e-6;
 
-/// What an effect changes at most.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Bound {
-    /// Change of a pixel, of full scale 1.
-    pub grey: f64,
-    /// Move of an edge, in px.
-    pub px: f64,
-}
-
-/// What an effect of `scene`, whose instrument without effects is `ideal`, changes at most; `None` where that is not known.
+/// What an effect of `scene`, whose instrument without effects is `ideal`, changes at most, at the output and whatever
+/// other effects of the scene are simulated; `None` where that is not known.
 pub(super) fn bound(ideal: &System, scene: &Scene, row: &EffectRow) -> Option<Bound> {
     let effects = &scene.effects;
     // Another camera is another picture: what it sees is what the others change.
     let stands_on =
         |other: &EffectRow| other.id != row.id && (other.id == EffectId::Telecentric || row.needs == Some(other.id));
-    let without = ideal.with_effects(&effects.only(stands_on));
-    let with = ideal.with_effects(&effects.only(|other| other.id == row.id || stands_on(other)));
-    let light = RadianceRange::of(&without);
+    let strays = |other: &EffectRow| other.id != row.id && other.bounding == Bounding::Displacements;
+    let of = |has: &dyn Fn(&EffectRow) -> bool| ideal.with_effects(&effects.only(has));
+    let without = of(&stands_on);
+    let with = of(&|other| other.id == row.id || stands_on(other));
+
+    // Light that a lamp makes brighter than the scene's radiances makes every change of it larger.
+    let gain = match row.id {
+        EffectId::Lamp => 1.0,
+        EffectId::Ghosts => output_gain::lamp_gain_anywhere(ideal, effects),
+        _ => output_gain::lamp_gain(ideal, effects),
+    };
+    let light = RadianceRange::of(&without).times(gain);
+
+    // Bound it alone, and among the effects that let rays stray.
+    let stray = effects.acting().any(strays);
     let found = match row.bounding {
-        Bounding::Factors => Some(factors(&without, &with, light)),
-        Bounding::Displacements => displacements(&without, &with, light),
+        Bounding::Factors => {
+            let alone = factors(&PairedVariants::all(&without, &with), light, GRID);
+            let among = stray.then(|| {
+                let without = of(&|other| stands_on(other) || strays(other));
+                let with = of(&|other| other.id == row.id || stands_on(other) || strays(other));
+                factors(&PairedVariants::all(&without, &with), light, SMALL_GRID)
+            });
+            Some(among.map_or(alone, |among| alone.or(among)))
+        }
+        Bounding::Displacements => {
+            let alone = displacements(&without, &with, light)?;
+            let among = match stray {
+                true => displaced_among(ideal, effects, row, light)?,
+                false => alone,
+            };
+            Some(alone.or(among).and(strayed(ideal, effects, row, light)))
+        }
         Bounding::Borders => borders(&without, ideal, scene, light),
         Bounding::Spread => spread(effects, light),
-        Bounding::Added => added(&with, light),
+        Bounding::Added => added(&with, light, effects.ghosts?.behind / gain),
         Bounding::Never(_) => None,
     };
+
+    // The sensor has the last word.
+    let sensor = effects.sensor.filter(|sensor| !sensor.is_nothing());
+    let found = found.map(|bound| match &sensor {
+        Some(sensor) => {
+            let board = &scene.board;
+            let darkest = board.black.min(board.white).min(board.background);
+            output_gain::behind_sensor(sensor, bound, darkest * output_gain::least_throughput(ideal, effects))
+        }
+        None => bound,
+    });
     found.filter(|bound| bound.grey.is_finite() && bound.px.is_finite())
-}
-
-/// What the light of a scene has to do with changes of its picture.
-#[derive(Clone, Copy)]
-struct RadianceRange {
-    brightest: f64,
-    /// Between any two things.
-    contrast: f64,
-    /// Between the squares.
-    edge: f64,
-    /// Of the squares.
-    mean: f64,
-    /// Lines of the board through one pixel, at most.
-    lines: f64,
-    /// Whether the ridge of a prism may be seen as well: 1 or 0.
-    ridge: f64,
-}
-
-impl RadianceRange {
-    fn of(system: &System) -> Self {
-        let board = &system.board().pattern;
-        let all = [board.black, board.white, board.background];
-        let (low, high) = all.iter().fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));
-        let edge = (board.white - board.black).abs();
-        let mean = 0.5 * (board.black + board.white);
-        let ridge = if system.prism().is_some() { 1.0 } else { 0.0 };
-        Self { brightest: high, contrast: high - low, edge, mean, lines: lines(system, board), ridge }
-    }
-
-    /// How far an edge between squares moves by what changes pixels by up to `grey`.
-    fn moved_px(&self, grey: f64) -> f64 {
-        if self.edge > 0.0 { 2.0 * grey / self.edge } else { 0.0 }
-    }
-
-    /// The change of a pixel where the board moves by up to `px` and the image of the ridge by up to `ridge_px`.
-    fn moved_by(&self, px: f64, ridge_px: f64) -> f64 {
-        self.contrast * (SQRT_2 * (self.lines * px + self.ridge * ridge_px)).min(1.0)
-    }
-}
-
-/// Lines of the board through one pixel, at most: of each family one more than the lines' distances that a pixel is wide,
-/// and on both sides of the ridge.
-fn lines(system: &System, board: &BoardSpec) -> f64 {
-    let margin = if board.margin_mm > 0.0 { board.margin_mm } else { f64::INFINITY };
-    let distance_mm = board.square_mm.min(margin);
-    let across = |px: &DVec2| {
-        let Ok(footprint) = system.footprint(*px) else { return DVec2::ZERO };
-        (footprint.jacobian.x_axis.abs() + footprint.jacobian.y_axis.abs()) / distance_mm
-    };
-    let spans: Vec<DVec2> = grid(system, GRID).par_iter().map(across).collect();
-    let widest = |of: fn(&DVec2) -> f64| {
-        let (largest, step) = extremes(&spans.iter().map(of).collect::<Vec<_>>(), GRID);
-        (largest + step).floor() + 1.0
-    };
-    let families = widest(|span| span.x) + widest(|span| span.y);
-    if system.prism().is_some() { 2.0 * families } else { families }
-}
-
-/// Places over the picture, row by row.
-fn grid(system: &System, [columns, rows]: [usize; 2]) -> Vec<DVec2> {
-    let [width, height] = system.camera().size_px().map(|n| n as f64);
-    let place = |i: usize, n: usize, side: f64| (side * i as f64 / (n - 1) as f64).clamp(INSET_PX, side - INSET_PX);
-    let row = |j: usize| (0..columns).map(move |i| DVec2::new(place(i, columns, width), place(j, rows, height)));
-    (0..rows).flat_map(row).collect()
-}
-
-/// The largest of values on a grid, and the largest step between neighbours.
-fn extremes(values: &[f64], [columns, _]: [usize; 2]) -> (f64, f64) {
-    let largest = values.iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    let step = |a: usize, b: usize| (values[a] - values[b]).abs();
-    let across = (0..values.len()).filter(|k| k % columns > 0).map(|k| step(k, k - 1));
-    let down = (columns..values.len()).map(|k| step(k, k - columns));
-    (largest, across.chain(down).fold(0.0, f64::max))
-}
-
-fn factors(without: &System, with: &System, light: RadianceRange) -> Bound {
-    let places = grid(with, GRID);
-    let changes: Vec<f64> = places.par_iter().map(|px| with.throughput(*px) - without.throughput(*px)).collect();
-    let (largest, step) = extremes(&changes, GRID);
-    // The share by which the factor changes from one pixel to the next.
-    let ratio = |px: DVec2| with.throughput(px) / without.throughput(px);
-    let slope = |px: &DVec2| {
-        let along = |step: DVec2| 0.5 * (ratio(*px + step) - ratio(*px - step));
-        DVec2::new(along(DVec2::X), along(DVec2::Y)).length() / ratio(*px)
-    };
-    let (steepest, steps) = extremes(&places.par_iter().map(slope).collect::<Vec<_>>(), GRID);
-    let px = if light.edge > 0.0 { (steepest + steps) * light.mean / light.edge } else { 0.0 };
-    Bound { grey: light.brightest * (largest + step), px }
 }
 
 /// By how far all variants of `with` see from what `without` sees. `None` where rays end, so that it cannot be told.
 fn displacements(without: &System, with: &System, light: RadianceRange) -> Option<Bound> {
     let systems: Vec<System> = variants(&with.effects)?.iter().map(|variant| with.variant(variant)).collect();
+    displaced(without, &systems, light, GRID)
+}
+
+/// The same among variants of the other effects that let rays stray.
+fn displaced_among(ideal: &System, effects: &Effects, row: &EffectRow, light: RadianceRange) -> Option<Bound> {
+    let others = effects.only(|other| {
+        other.id == EffectId::Telecentric || (other.id != row.id && other.bounding == Bounding::Displacements)
+    });
+    let all = effects.only(|other| other.id == EffectId::Telecentric || other.bounding == Bounding::Displacements);
+    let own = effects.only(|other| other.id == EffectId::Telecentric || other.id == row.id);
+    let (before, after) = (ideal.with_effects(&others), ideal.with_effects(&all));
+    let own = some(variants(&own)?, OWN);
+    let mut worst = Bound { grey: 0.0, px: 0.0 };
+    for other in some(others.variants(0), AMONG) {
+        // A variant of both: what varies by this effect is its own.
+        let both = |own: &Variant| match row.id {
+            EffectId::ThinLens => Variant { pupil: own.pupil, ..other },
+            EffectId::Roughness => Variant { slopes: own.slopes, ..other },
+            EffectId::Dispersion => Variant { wave: own.wave, ..other },
+            _ => other,
+        };
+        let systems: Vec<System> = own.iter().map(|own| after.variant(&both(own))).collect();
+        worst = worst.or(displaced(&before.variant(&other), &systems, light, SMALL_GRID)?);
+    }
+    Some(worst)
+}
+
+/// By how far `systems` see from what `without` sees, over places of a grid.
+fn displaced(without: &System, systems: &[System], light: RadianceRange, size: [usize; 2]) -> Option<Bound> {
     let stray = |px: &DVec2| {
         let side = without.trace(*px).ok()?.side;
         let here = without.footprint_through(*px, side).ok()?;
@@ -169,8 +143,8 @@ fn displacements(without: &System, with: &System, light: RadianceRange) -> Optio
         };
         systems.iter().try_fold(0.0f64, |most, system| Some(most.max(stray(system)?)))
     };
-    let strays = grid(without, GRID).par_iter().map(stray).collect::<Option<Vec<f64>>>()?;
-    let (largest, step) = extremes(&strays, GRID);
+    let strays = grid(without, size).par_iter().map(stray).collect::<Option<Vec<f64>>>()?;
+    let (largest, step) = extremes(&strays, size);
     let ridges: Option<Vec<f64>> = systems.par_iter().map(|system| ridge_moved(without, system)).collect();
     let ridge_px = ridges?.into_iter().fold(0.0, f64::max);
     let px = largest + step;
@@ -297,7 +271,7 @@ fn spread(effects: &Effects, light: RadianceRange) -> Option<Bound> {
 
 /// Ghosts: their power at each place of the grid, as if all of it came from the brightest thing. What is seen only between
 /// two places of the grid, 1 / 128 of the picture's width apart, may be missed.
-fn added(with: &System, light: RadianceRange) -> Option<Bound> {
+fn added(with: &System, light: RadianceRange, behind: f64) -> Option<Bound> {
     let ghosts = with.effects.ghosts?;
     let polarised = with.effects.fresnel?.light;
     let Some(body) = with.body() else { return Some(Bound { grey: 0.0, px: 0.0 }) };
@@ -308,6 +282,6 @@ fn added(with: &System, light: RadianceRange) -> Option<Bound> {
     };
     let powers: Vec<f64> = grid(with, FINE_GRID).par_iter().map(power).collect();
     let (largest, step) = extremes(&powers, FINE_GRID);
-    let grey = (largest + step) * light.brightest.max(ghosts.behind);
+    let grey = (largest + step) * light.brightest.max(behind);
     Some(Bound { grey, px: light.moved_px(grey) })
 }

@@ -26,7 +26,12 @@ pub fn build(scene: &Scene) -> Result<System, Error> {
     let ideal = ideal(scene)?;
     // To bound what every effect changes takes as long as a small picture.
     let verdicts = if scene.effects.auto.is_some() { auto::verdicts(&ideal, scene) } else { Vec::new() };
-    let system = ideal.with_effects(&auto::settled(&verdicts, scene));
+    let effects = auto::settled(&verdicts, scene);
+    let system = match ideal.prism {
+        Some(_) => ideal.with_effects(&effects),
+        // What acts by the glass would only cost time.
+        None => ideal.with_effects(&effects.without_glass()),
+    };
     require_light(scene, &system)?;
     Ok(system)
 }

@@ -3,6 +3,7 @@
 use super::instrument::System;
 use super::light::{LightStudy, PassedRay, grid, shares, some_variants};
 use super::shape_doubts;
+use crate::effect::EffectId;
 use crate::optics::fate::Fate;
 use crate::prism::side::Side;
 use crate::scene::{GlassSpec, PrismSpec, Scene};
@@ -22,6 +23,7 @@ pub fn doubts(scene: &Scene, system: &System) -> Vec<String> {
         doubts.extend(mesh.told.clone());
     }
     if system.prism.is_none() {
+        doubts.extend(glassless(scene));
         return doubts;
     }
     let study = LightStudy::new(system);
@@ -34,6 +36,20 @@ pub fn doubts(scene: &Scene, system: &System) -> Vec<String> {
     doubts.extend(board_in_front(&study));
     doubts.extend(beam(system));
     doubts
+}
+
+/// Effects that act by a glass that the scene has not.
+fn glassless(scene: &Scene) -> Option<String> {
+    let rims = scene.effects.clipping.is_some_and(|clipping| clipping.outline.is_some() || clipping.chamfer_mm > 0.0);
+    let idle = scene.effects.acting().filter(|row| row.of_glass || (row.id == EffectId::Clipping && rims));
+    let idle: Vec<String> = idle.map(|row| format!("`[effect.{}]`", row.key())).collect();
+    let (acts, them) = if idle.len() == 1 { ("acts", "it") } else { ("act", "them") };
+    (!idle.is_empty()).then(|| {
+        let words = idle.join(", ");
+        format!(
+            "{words} {acts} by the glass of a prism, and `prism.kind` is \"none\": take {them} out, or give a prism"
+        )
+    })
 }
 
 fn few_points(system: &System) -> Option<String> {

@@ -3,6 +3,7 @@
 //! `LEVEL_LAW_SCENES` random scenes from number `LEVEL_LAW_FIRST` on are made, each from its number alone; with
 //! `LEVEL_LAW_FOLDER` their texts are kept there.
 
+pub(crate) mod dice;
 mod scenes;
 
 use crate::instruments::{FLAT, built, scene};

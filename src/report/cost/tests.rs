@@ -44,6 +44,7 @@ fn study() -> CostStudy {
         mapped: 0.0,
         passes: 1,
         noise: None,
+        noise_target: None,
         unpromised_pixels: 0,
     };
     let mesh = Meshed {

@@ -80,6 +80,12 @@ pub struct AccuracyEntry {
     pub achieved_px: f64,
     /// Pixels that were divided as often as allowed and not as often as it takes.
     pub capped_pixels: u64,
+    /// Standard error of a pixel in the worst block of 16 x 16 px, of full scale 1, where random sets tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise: Option<f64>,
+    /// What that should have been at most, where `quadrature.noise` asked for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_target: Option<f64>,
     /// Pixels whose division along their borders ended at the most rays allowed, for which the promise does not hold; absent
     /// where there are none.
     #[serde(default, skip_serializing_if = "is_zero")]

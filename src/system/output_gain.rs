@@ -1,0 +1,85 @@
+//! How much a change of light grows on its way to the output: by a lamp that lights more than the reference, and by the sensor.
+
+use super::instrument::System;
+use super::radiance_range::{Bound, SMALL_GRID, extremes, grid, some};
+use crate::effect::{BoardPoint, Effects, Hook, LightPath, Sensor};
+use rayon::prelude::*;
+
+/// Variants over which the lamp's light is looked at.
+const VARIANTS: usize = 16;
+/// Deviates beyond which the uneven gain of a pixel is not expected: one of 10^7 pixels.
+const PRNU_DEVIATES: f64 = 5.5;
+
+/// The most by which the lamp of `effects` multiplies a radiance that the picture sees, at least 1, rays straying by every
+/// effect that lets them stray.
+pub(super) fn lamp_gain(ideal: &System, effects: &Effects) -> f64 {
+    let Some(lamp) = effects.lamp.filter(|lamp| !lamp.is_nothing()) else { return 1.0 };
+    let system = ideal.with_effects(&effects.only(|row| row.hook != Hook::Transport && row.hook != Hook::Film));
+    let gain = |system: &System| {
+        let at = |px| {
+            let (ray, _) = system.exit_ray(px).ok()?;
+            let (_, t_mm) = system.board().intersect(&ray).ok()?;
+            let landing = Some(BoardPoint { point_mm: ray.at(t_mm), normal: system.board().normal() });
+            Some(lamp.throughput(&LightPath { image_cos: 1.0, crossings: &[], landing }))
+        };
+        let gains: Vec<f64> = grid(system, SMALL_GRID).par_iter().map(|px| at(*px).unwrap_or(1.0)).collect();
+        let (largest, step) = extremes(&gains, SMALL_GRID);
+        largest + step
+    };
+    let variants = some(system.effects().variants(0), VARIANTS);
+    variants.iter().map(|variant| gain(&system.variant(variant))).fold(1.0, f64::max)
+}
+
+/// The most by which it multiplies a radiance anywhere on the plane of the board, where ghosts may be of any place: at the
+/// foot of the lamp.
+pub(super) fn lamp_gain_anywhere(ideal: &System, effects: &Effects) -> f64 {
+    let Some(lamp) = effects.lamp.filter(|lamp| !lamp.is_nothing()) else { return 1.0 };
+    let board = ideal.board();
+    let normal = board.normal();
+    let height = (lamp.position_mm - board.pattern.world_from_board.translation_mm).dot(normal);
+    let foot = BoardPoint { point_mm: lamp.position_mm - normal * height, normal };
+    lamp.throughput(&LightPath { image_cos: 1.0, crossings: &[], landing: Some(foot) }).max(1.0)
+}
+
+/// The least share of a radiance that the transport effects of `effects` leave, over the picture; 0 where rays may end.
+pub(super) fn least_throughput(ideal: &System, effects: &Effects) -> f64 {
+    let system = ideal.with_effects(&effects.only(|row| row.hook != Hook::Film));
+    let least = |system: &System| {
+        let places = grid(system, SMALL_GRID);
+        if places.iter().any(|px| system.trace(*px).is_err()) {
+            return 0.0;
+        }
+        let values: Vec<f64> = places.par_iter().map(|px| system.throughput(*px)).collect();
+        let (_, step) = extremes(&values, SMALL_GRID);
+        (values.iter().copied().fold(f64::INFINITY, f64::min) - step).max(0.0)
+    };
+    let variants = some(system.effects().variants(0), VARIANTS);
+    variants.iter().map(|variant| least(&system.variant(variant))).fold(f64::INFINITY, f64::min)
+}
+
+/// What a change of the light by `bound.grey` is behind `sensor`, where light is `darkest` at least: of the value that is
+/// expected, without noise. The steps of a converter count in full, for any change may be the one that makes one.
+pub(super) fn behind_sensor(sensor: &Sensor, bound: Bound, darkest: f64) -> Bound {
+    if bound.grey == 0.0 {
+        return bound;
+    }
+    // From radiance to the output before the gamma, and its steps.
+    let (gain, dark, step) = match &sensor.adc {
+        None => (1.0, sensor.dark_e / sensor.white_e, 0.0),
+        Some(adc) => {
+            let per_e = adc.gain_dn_per_e / adc.largest_dn();
+            let dark = sensor.dark_e * per_e + adc.black_level_dn / adc.largest_dn();
+            (sensor.white_e * per_e, dark, 1.0 / adc.largest_dn())
+        }
+    };
+    let uneven = PRNU_DEVIATES * sensor.prnu;
+    let change = bound.grey * gain * (1.0 + uneven) + step;
+
+    // The gamma is steepest at the darkest value or at the brightest.
+    let power = 1.0 / sensor.gamma;
+    let spread = (1.0 - uneven).max(0.0);
+    let lowest = if sensor.is_random() { 0.0 } else { (darkest * gain * spread + dark - change).max(0.0) };
+    let rise = |from: f64| libm::pow(from + change, power) - libm::pow(from, power);
+    let highest = (1.0 - change).max(0.0);
+    Bound { grey: rise(lowest).max(rise(highest)), ..bound }
+}

@@ -1,0 +1,135 @@
+//! Is what the program tells of effects true: noise, what acts and what does not, the square that receives light?
+
+use crate::command::biprism;
+use crate::instruments::{BOARD, FLAT, NO_GLASS, built, scene, with};
+use biprism::effect::thin_lens::Aperture;
+use biprism::effect::{Effects, Lens, Quadrature, ThinLens};
+use biprism::render::{Outputs, render_wanted};
+use biprism::scene::{self, Scene};
+use biprism::system::doubts;
+use std::fs;
+
+/// A scene as text, of a picture of 48 x 27 px `times` as fine.
+fn text(times: usize, prism: &str, rest: &str) -> String {
+    let [width, height] = [48 * times, 27 * times];
+    let pitch_um = 10560.0 / width as f64;
+    format!(
+        "name = \"told\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = {width}\nheight_px = {height}\n\
+         pixel_pitch_um = {pitch_um:?}\n[prism]\n{prism}\n[board]\n{BOARD}\n{rest}\n"
+    )
+}
+
+fn parsed(text: &str) -> Scene {
+    scene::parse(text, "told", None).unwrap_or_else(|problem| panic!("{problem}\n{text}"))
+}
+
+/// The standard error told of few sets is that of many pictures, and where sets stop for it, it is kept.
+#[test]
+fn a_standard_error_is_what_pictures_stray_by() {
+    const SEEDS: u64 = 200;
+    // One block, all of it out of focus.
+    let board = "columns = 9\nrows = 9\nsquare_mm = 100.0\nposition_mm = [13.0, 7.0, 1000.0]\ntilt_deg = [0, 0, 20]";
+    let plain = scene(16, 16, NO_GLASS, board);
+    let lens = Lens::Thin(ThinLens::new(2.0, 600.0, Aperture::Circle, 35.0));
+    let of = |quadrature| {
+        let effects = Effects { lens, quadrature, ..Effects::default() };
+        render_wanted(&with(&plain, effects), Outputs { truth: false }, &())
+    };
+    let truth = of(Quadrature { points: 4096, ..Quadrature::default() });
+    let square_error = |film: &biprism::render::Film| {
+        let pixels = film.radiance.data().iter().zip(truth.radiance.data());
+        let squares = pixels.map(|(a, b)| f64::from(a - b) * f64::from(a - b));
+        squares.sum::<f64>() / truth.radiance.data().len() as f64
+    };
+
+    // Compare the root mean squares of what is found and what is told, over the seeds.
+    for replicates in [4, 5, 8] {
+        let (mut found, mut told) = (0.0, 0.0);
+        for seed in 0..SEEDS {
+            let film = of(Quadrature { points: 4, replicates, noise: None, seed });
+            found += square_error(&film) / SEEDS as f64;
+            told += film.account.noise.expect("there are sets enough") / SEEDS as f64;
+        }
+        let ratio = told / found.sqrt();
+        println!("{replicates} sets: told {told:.3e}, found {:.3e}, ratio {ratio:.3}", found.sqrt());
+        assert!((0.8..1.2).contains(&ratio), "{replicates} sets: {ratio}");
+    }
+    // Two sets or three tell nothing.
+    assert!(of(Quadrature { points: 4, replicates: 3, noise: None, seed: 1 }).account.noise.is_none());
+
+    // The true standard error of as many sets as were taken: their variance falls as their number.
+    let mut square = 0.0;
+    for seed in 0..SEEDS {
+        square += square_error(&of(Quadrature { points: 4, replicates: 8, noise: None, seed })) / SEEDS as f64;
+    }
+    let target = (square * 8.0 / 10.0).sqrt();
+    let stopped = |seed| of(Quadrature { points: 4, replicates: 24, noise: Some(target), seed });
+    let missed = (0..SEEDS).filter(|seed| stopped(*seed).account.passes < 10 * 4).count();
+    println!("{missed} of {SEEDS} runs stopped before 10 sets");
+    assert!(missed * 20 <= SEEDS as usize, "{missed} of {SEEDS} runs stopped too early");
+}
+
+/// A noise that was asked for and not reached is exit code 1, in words and in the report's account.
+#[test]
+fn an_unmet_noise_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let lens = |noise: f64| {
+        let rest = "[effect.thin_lens]\nf_number = 4.0\nfocus_mm = 600.0\n[quadrature]\npoints = 4\nreplicates = 8\n";
+        text(1, FLAT, &format!("{rest}noise = {noise:?}"))
+    };
+    for (noise, code, words) in [(1e-3, 1, "`quadrature.noise` asks for 1.0e-3"), (0.5, 0, "")] {
+        fs::write(folder.path().join("scene.toml"), lens(noise)).unwrap();
+        let run = biprism(folder.path(), &["render", "scene.toml", "--out", "a.png"]);
+        let told = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert!(run.status.code() == Some(code) && told.contains(words), "{told}");
+        assert!(folder.path().join("a.png").exists(), "the picture is what it is");
+    }
+}
+
+/// What acts by the glass of a prism does nothing without one, costs nothing, and is told.
+#[test]
+fn effects_of_a_glass_that_is_not_there_are_told() {
+    let plain = built(&parsed(&text(1, NO_GLASS, "")));
+    let plain = render_wanted(&plain, Outputs { truth: true }, &());
+    for (effect, key) in [
+        ("[effect.fresnel]", "fresnel"),
+        ("[effect.fresnel]\n[effect.coating]\nindex = 1.38\nquarter_wave_nm = 550", "coating"),
+        ("[effect.fresnel]\n[effect.ghosts]\nbehind = 0.5", "ghosts"),
+        ("[effect.absorption]\nper_mm = 0.05", "absorption"),
+        ("[effect.roughness]\nback_slope_deg = 1.0", "roughness"),
+        ("[effect.manufacture]\ntilt_deg = [1, 0, 0]", "manufacture"),
+        ("[effect.clipping]\nrim = { diameter_mm = 5.0 }", "clipping"),
+        ("[effect.clipping]\nchamfer_mm = 0.5", "clipping"),
+    ] {
+        let scene = parsed(&text(1, NO_GLASS, effect));
+        let system = built(&scene);
+        let told = doubts(&scene, &system);
+        assert!(told.len() == 1 && told[0].contains(&format!("`[effect.{key}]`")), "{told:?}");
+        let film = render_wanted(&system, Outputs { truth: true }, &());
+        assert!(film.radiance == plain.radiance && film.account.passes == 1, "{key}");
+    }
+    // A stop before the lens needs no glass.
+    let stop = parsed(&text(1, NO_GLASS, "[effect.clipping]\nstop = { at_mm = 30.0, diameter_mm = 5.0 }"));
+    assert!(doubts(&stop, &built(&stop)).is_empty());
+}
+
+/// Ghosts are averaged over the square that receives light: that of a fill factor of 1 / 11^2 is the middle pixel of 11 x 11.
+#[test]
+fn ghosts_are_those_of_the_active_square() {
+    let ghosts = "[effect.fresnel]\n[effect.ghosts]\nbounces = 4\nleast_power = 0.0\nbehind = 0.2\nsamples = 16";
+    let prism = FLAT.replace("1.48", "1.9") + "\nfacet_angle_deg = 1.0";
+    let of = |times: usize, rest: &str| {
+        let scene = parsed(&text(times, &prism, rest));
+        render_wanted(&built(&scene), Outputs { truth: false }, &()).radiance
+    };
+    let part = of(1, &format!("{ghosts}\n[effect.sensor]\nfill_factor = {:?}", 1.0 / 121.0));
+    let [fine, whole] = [of(11, ghosts), of(1, ghosts)];
+    let off = |of: &dyn Fn(usize, usize) -> f32| {
+        let pixels = (0..48 * 27).map(|k| (k % 48, k / 48));
+        pixels.map(|(i, j)| f64::from((of(i, j) - part.get(i, j)).abs())).fold(0.0, f64::max)
+    };
+    let (to_middle, to_whole) = (off(&|i, j| fine.get(11 * i + 5, 11 * j + 5)), off(&|i, j| whole.get(i, j)));
+    println!("to the middle {to_middle:.1e}, to the whole {to_whole:.1e}");
+    // Two pictures keep to their bends of blocks, 1e-5; pixels where light takes several routes are sampled.
+    assert!(to_middle < 1e-3 && to_whole > 0.01, "{to_middle} {to_whole}");
+}
