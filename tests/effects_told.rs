@@ -133,3 +133,38 @@ fn ghosts_are_those_of_the_active_square() {
     // Two pictures keep to their bends of blocks, 1e-5; pixels where light takes several routes are sampled.
     assert!(to_middle < 1e-3 && to_whole > 0.01, "{to_middle} {to_whole}");
 }
+
+/// The grey of a colour picture is the luminance of its channels, as the reader of pictures takes it, with a sensor or not.
+#[test]
+fn grey_is_the_luminance_of_the_colours() {
+    let prism = FLAT.replace("1.48", "1.84666") + "\nglass = \"N-SF57\"";
+    let dispersion = "[effect.dispersion]\nresponse = \"nikon_d5100\"\nwavelengths = 6";
+    for sensor in ["", "[effect.sensor]\nadc_bits = 16", "[effect.diffraction]\nf_number = 8.0"] {
+        let scene = parsed(&text(1, &prism, &format!("{dispersion}\n{sensor}")));
+        let film = render_wanted(&built(&scene), Outputs { truth: false }, &());
+        let colour = film.colour.expect("the sensor tells colours apart");
+        for (grey, [r, g, b]) in film.radiance.data().iter().zip(colour.data()) {
+            let told = 0.2126 * f64::from(*r) + 0.7152 * f64::from(*g) + 0.0722 * f64::from(*b);
+            // Sums of single precision, and what one rounding of each channel leaves.
+            assert!((f64::from(*grey) - told).abs() < 4.0 * f64::from(f32::EPSILON), "{sensor}: {grey} {told}");
+        }
+    }
+}
+
+/// The file of a picture that is no linear light says how it is made light again.
+#[test]
+fn a_file_says_how_its_values_are_made_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let sensor = "[effect.sensor]\nwhite_e = 1000.0\nshot_noise = false\nadc_bits = 12\ngain_dn_per_e = 2.0\n\
+                  black_level_dn = 64.0\ngamma = 2.0";
+    fs::write(folder.path().join("scene.toml"), text(1, FLAT, sensor)).unwrap();
+    assert!(biprism(folder.path(), &["render", "scene.toml", "--out", "a.exr"]).status.success());
+    let (_, metadata) = biprism::io::read(&folder.path().join("a.exr"), None).unwrap();
+    let notes = metadata.texts.values().find(|text| text.contains("\"radiance\"")).expect("the file has notes");
+    let notes: serde_json::Value = serde_json::from_str(notes).unwrap();
+    let words = notes["radiance"].as_str().unwrap();
+    assert!(
+        words.contains("which v^2 undoes") && words.contains(&format!("(v - {}) * {}", 64.0 / 4095.0, 4095.0 / 2000.0)),
+        "{words}"
+    );
+}

@@ -2,6 +2,7 @@
 
 use crate::optics::medium::{Material, OutOfRange};
 use crate::optics::spectrum::SpectrumNode;
+use crate::raster::transfer::luminance;
 
 /// The few wavelengths that stand for the light.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,10 +25,10 @@ pub struct Wavelength {
 }
 
 impl Wavelength {
-    /// Its share of what a sensor receives that adds up its channels.
+    /// Its share of the grey picture, which is the luminance of the channels.
     pub fn grey(&self) -> f64 {
         let [r, g, b] = self.weights;
-        if r == g && g == b { g } else { (r + g + b) / 3.0 }
+        if r == g && g == b { g } else { luminance(r, g, b) }
     }
 }
 

@@ -3,6 +3,7 @@
 
 use super::identity;
 use crate::analysis::fates::fates;
+use crate::effect::Sensor;
 use crate::error::Error;
 use crate::io::exr::Channel;
 use crate::io::{Notes, exr, png};
@@ -15,6 +16,7 @@ use crate::system::System;
 use crate::system::in_light::light_name;
 use glam::DVec2;
 use std::collections::BTreeMap;
+use std::fmt::Write;
 use std::iter::once;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -91,7 +93,8 @@ fn notes(scene: &Scene, system: &System, sampled: bool) -> String {
         "prism": scene.prism.kind(),
         "instrument": identity::parts(scene, system),
         "pixel_centre": "(i + 0.5, j + 0.5)",
-        "radiance": "mean over the pixel, of full scale 1",
+        "radiance": radiance_words(system.effects().sensor.as_ref()),
+        "Y": "of a colour picture the luminance 0.2126 R + 0.7152 G + 0.0722 B of its channels as they are stored",
         "truth_light": light_name(scene, system),
         "board.U, board.V": "position on the board that the pixel's centre sees, mm in the board's frame, f32",
         "P": "the same in the world, mm",
@@ -106,6 +109,30 @@ fn notes(scene: &Scene, system: &System, sampled: bool) -> String {
         what["Y.error"] = "standard error of Y, from the spread of random sets of samples".into();
     }
     what.to_string()
+}
+
+/// What the value of a pixel is, and how a sensor's is made light again.
+fn radiance_words(sensor: Option<&Sensor>) -> String {
+    let Some(sensor) = sensor.filter(|sensor| !sensor.is_nothing()) else {
+        return "mean over the pixel, of full scale 1, linear light".to_owned();
+    };
+    let side = sensor.active_side();
+    let mut words =
+        format!("as the sensor reads it out: mean over the square of side {side} px in the middle of the pixel");
+    if sensor.gamma != 1.0 {
+        let _ = write!(words, "; coded as v^(1/{}), which v^{} undoes", sensor.gamma, sensor.gamma);
+    }
+    if let Some(adc) = &sensor.adc {
+        let dark = (adc.black_level_dn + sensor.dark_e * adc.gain_dn_per_e) / adc.largest_dn();
+        let gain = adc.largest_dn() / (adc.gain_dn_per_e * sensor.white_e);
+        let _ = write!(words, "; then light of full scale 1 is (v - {dark}) * {gain}");
+    } else if sensor.dark_e > 0.0 {
+        let _ = write!(words, "; then light of full scale 1 is v - {}", sensor.dark_e / sensor.white_e);
+    }
+    if sensor.bayer.is_some() {
+        words += "; through colour filters";
+    }
+    words
 }
 
 /// Radiance and, for each pixel's centre, what it sees through the prism.
