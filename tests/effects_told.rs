@@ -6,7 +6,8 @@ use biprism::effect::thin_lens::Aperture;
 use biprism::effect::{Effects, Lens, Quadrature, ThinLens};
 use biprism::render::{Outputs, render_wanted};
 use biprism::scene::{self, Scene};
-use biprism::system::doubts;
+use biprism::system::auto::verdicts;
+use biprism::system::{doubts, ideal};
 use std::fs;
 
 /// A scene as text, of a picture of 48 x 27 px `times` as fine.
@@ -167,4 +168,22 @@ fn a_file_says_how_its_values_are_made_light() {
         words.contains("which v^2 undoes") && words.contains(&format!("(v - {}) * {}", 64.0 / 4095.0, 4095.0 / 2000.0)),
         "{words}"
     );
+}
+
+/// The bound of an effect holds beside a lamp that lights more than the reference, and behind a wide lens.
+#[test]
+fn bounds_hold_among_other_effects() {
+    let lamp = "[effect.lamp]\nposition_mm = [60, 0, 980]\n[effect.absorption]\nper_mm = 2e-4";
+    let lens = "[effect.thin_lens]\nf_number = 1.4\nfocus_mm = 1000\n[effect.cos4]\n[quadrature]\npoints = 8";
+    for (prism, rest, key) in [(FLAT, lamp, "absorption"), (NO_GLASS, lens, "cos4")] {
+        let scene = parsed(&text(1, prism, rest));
+        let without = Scene { effects: scene.effects.only(|row| row.key() != key), ..scene.clone() };
+        let of = |scene: &Scene| render_wanted(&built(scene), Outputs { truth: false }, &()).radiance;
+        let (a, b) = (of(&scene), of(&without));
+        let change = a.data().iter().zip(b.data()).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
+        let told = verdicts(&ideal(&scene).unwrap(), &scene);
+        let bound = told.iter().find(|verdict| verdict.effect.key() == key).unwrap().bound.unwrap();
+        println!("{key}: {change:.2e} of at most {:.2e}", bound.grey);
+        assert!(change <= bound.grey && bound.grey < 10.0 * change, "{key}: {change} above {}", bound.grey);
+    }
 }

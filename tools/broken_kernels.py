@@ -195,7 +195,7 @@ ROWS = [
         ("suite::effects_told::a_standard_error_is_what_pictures_stray_by",)),
     Row("src/system/bounds.rs",
         "let light = RadianceRange::of(&without).times(gain);", "let light = RadianceRange::of(&without);",
-        ("suite::auto_law::what_is_left_out_changes_less_than_the_threshold",)),
+        ("suite::effects_told::bounds_hold_among_other_effects",)),
     Row("src/optics/spectrum.rs",
         "response.at(line.wavelength_nm).map(|r| r * line.power)",
         "response.at(line.wavelength_nm).map(|r| r * line.power * line.wavelength_nm)",
