@@ -194,7 +194,7 @@ ROWS = [
         "noise * surely_below(self.sets) <= target", "noise <= target",
         ("suite::effects_told::a_standard_error_is_what_pictures_stray_by",)),
     Row("src/system/bounds.rs",
-        "let light = RadianceRange::of(&without).times(gain);", "let light = RadianceRange::of(&without);",
+        "let light = RadianceRange::of(&without).times(lamp);", "let light = RadianceRange::of(&without);",
         ("suite::effects_told::bounds_hold_among_other_effects",)),
     Row("src/optics/spectrum.rs",
         "response.at(line.wavelength_nm).map(|r| r * line.power)",

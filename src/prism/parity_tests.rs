@@ -33,6 +33,11 @@ fn flat(glass: &GlassSpec, facet_rad: f64) -> Prism {
 
 /// The same with bent surfaces, each given beyond the ridge.
 fn polynomial(glass: &GlassSpec) -> Prism {
+    Prism::new(glass, bent_sheets())
+}
+
+/// Fronts and backs of both halves that bend, given beyond the ridge.
+pub(super) fn bent_sheets() -> [[Surface; 2]; 2] {
     let domain = Rect { min: DVec2::new(-2.0, -15.0), max: DVec2::new(22.0, 15.0) };
     let sheet = |constant: f64, slope: f64, bend: f64| {
         let sag = Poly2::new(2, [0.0, 0.0], [1.0, 1.0], move |m, n| match (m, n) {
@@ -43,11 +48,10 @@ fn polynomial(glass: &GlassSpec) -> Prism {
         });
         PolynomialPatch { sag, domain }
     };
-    let sides = [true, false].map(|mirrored| {
+    [true, false].map(|mirrored| {
         [sheet(80.0, 0.15, 1e-3), sheet(88.0, 0.0, -7e-4)]
             .map(|patch| Surface::Freeform(PolynomialSurface::new(&patch, mirrored)))
-    });
-    Prism::new(glass, sides)
+    })
 }
 
 /// The k-th ray (in the world), which aims at the front: every lane of a packet at one side, every fourth packet far from

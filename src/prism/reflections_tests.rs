@@ -2,14 +2,14 @@
 
 use super::*;
 use crate::geom::{Ray, Rect};
-use crate::num::poly2::Poly2;
 use crate::optics::fresnel::{Interface, Layer, Polarisation, left_after};
 use crate::optics::polarisation::{Beam, PolarisationState};
 use crate::prism::biprism::Prism;
+use crate::prism::parity_tests::bent_sheets;
 use crate::scene::GlassSpec;
 use crate::surface::face::Face;
 use crate::surface::mesh::{Mesh, Normals, Triangles};
-use crate::surface::shape::{PolynomialPatch, PolynomialSurface, Surface};
+use crate::surface::shape::Surface;
 use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use std::sync::Arc;
@@ -186,23 +186,6 @@ fn a_mesh_of_planes_gives_the_light_of_planes() {
     assert!(compared > 1500);
 }
 
-fn bent() -> [[Surface; 2]; 2] {
-    let domain = Rect { min: DVec2::new(-2.0, -15.0), max: DVec2::new(22.0, 15.0) };
-    let sheet = |constant: f64, slope: f64, bend: f64| {
-        let sag = Poly2::new(2, [0.0, 0.0], [1.0, 1.0], move |m, n| match (m, n) {
-            (0, 0) => constant,
-            (1, 0) => slope,
-            (2, 0) | (0, 2) => bend,
-            _ => 0.0,
-        });
-        PolynomialPatch { sag, domain }
-    };
-    [true, false].map(|mirrored| {
-        [sheet(80.0, 0.15, 1e-3), sheet(88.0, 0.0, -7e-4)]
-            .map(|p| Surface::Freeform(PolynomialSurface::new(&p, mirrored)))
-    })
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1500))]
 
@@ -220,7 +203,7 @@ proptest! {
     ) {
         let layer = layer.map(|(index, thickness_nm)| Layer { index, thickness_nm });
         let body = GlassBody { n_outer, n_glass, layers: [layer; 2], wavelength_nm: 550.0, absorption_per_mm };
-        let faces = if curved { bent() } else { faces(angle) };
+        let faces = if curved { bent_sheets() } else { faces(angle) };
         let limits = Limits { bounces, least_power: libm::pow(10.0, exponent) };
         let (account, found) = exits(body, &faces, &towards(x, y), PolarisationState::Unpolarised, limits);
         let PowerBudget { escaped, absorbed, dropped } = account;

@@ -102,8 +102,8 @@ fn off_ridge_mm(plan: &Plan, px: DVec2) -> Option<f64> {
 
 /// Whether the ridge, along which a piece ends, strays from its chord by less than the bend allowed: by where the front is
 /// met, which takes no ray to the board.
-fn ridge_is_straight(plan: &Plan, px: DVec2, Piece { outline, .. }: &Piece) -> bool {
-    let (from, to) = (outline[outline.len() - 1], outline[0]);
+fn ridge_is_straight(plan: &Plan, px: DVec2, piece: &Piece) -> bool {
+    let [from, to] = piece.border();
     let across = (to - from).perp().normalize_or_zero() * (0.25 * plan.active);
     let off_mm = |at: DVec2| off_ridge_mm(plan, px + at);
     let strays_px = || {

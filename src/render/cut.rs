@@ -57,8 +57,8 @@ pub(super) fn pieces(
 
 /// Whether nothing lies between two pieces.
 pub(super) fn are_adjacent(pieces: &[Piece; 2]) -> bool {
-    let [a, b] = pieces.each_ref().map(|piece| (piece.outline[0], piece.outline[piece.outline.len() - 1]));
-    a.0 == b.1 && a.1 == b.0
+    let [[a_from, a_to], [b_from, b_to]] = pieces.each_ref().map(Piece::border);
+    a_from == b_to && a_to == b_from
 }
 
 /// The place between two corners of these classes where the first class ends, and the class beyond.

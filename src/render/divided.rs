@@ -4,7 +4,7 @@
 use super::cut::{BEND_SHARE, are_adjacent, changes, class_at, pieces};
 use super::film::Class;
 use super::piece::{ARC_HEIGHT, Piece, constant_radiance, convex, middle, piece_radiance, share};
-use super::pixel::{ended_ray_radiance, square};
+use super::pixel::square;
 use super::plan::Plan;
 use super::work::Work;
 use glam::DVec2;
@@ -91,14 +91,19 @@ impl Division<'_> {
         }
     }
 
+    /// What a border may stray from what is taken for it, in px.
+    fn border_bend_px(&self) -> f64 {
+        BORDER_BEND * self.plan.system.accuracy().bend_px
+    }
+
     fn class(&self, at: DVec2, work: &mut Work) -> Class {
         class_at(self.plan, self.px + at, work)
     }
 
     /// Whether the border of a piece strays from its chord by less than the bend allowed.
-    fn ends_straight(&self, Piece { outline, class }: &Piece, work: &mut Work) -> bool {
-        let bend_px = BORDER_BEND * self.plan.system.accuracy().bend_px;
-        let (from, to) = (outline[outline.len() - 1], outline[0]);
+    fn ends_straight(&self, piece: &Piece, work: &mut Work) -> bool {
+        let bend_px = self.border_bend_px();
+        let [from, to] = piece.border();
         let length = from.distance(to);
         // The corner that a shorter border cuts off is less than the bend times the pixel's side.
         if length * length <= bend_px {
@@ -107,7 +112,7 @@ impl Division<'_> {
         let inward = (to - from).perp() * (bend_px / length);
         COMPARED.iter().all(|share| {
             let at = from.lerp(to, *share);
-            self.class(at + inward, work) == *class && self.class(at - inward, work) != *class
+            self.class(at + inward, work) == piece.class && self.class(at - inward, work) != piece.class
         })
     }
 
@@ -117,16 +122,14 @@ impl Division<'_> {
         if !are_adjacent(pieces) {
             return None;
         }
-        let Piece { outline, .. } = &pieces[0];
-        let (from, to) = (outline[outline.len() - 1], outline[0]);
+        let [from, to] = pieces[0].border();
         let height = self.parabola_height(&pieces[0], work)?;
 
         // Take two sides of the same area for the arc (Archimedes): 4/3 as high. Up to a place along the chord they differ from
         // it by at most 2/81 of the chord times the height.
         let off = 2.0 / 81.0 * from.distance(to) * height.abs();
         let constant = |piece: &Piece, work: &mut Work| constant_radiance(self.plan, self.px, piece, work).is_some();
-        if off > BORDER_BEND * self.plan.system.accuracy().bend_px && !pieces.iter().all(|piece| constant(piece, work))
-        {
+        if off > self.border_bend_px() && !pieces.iter().all(|piece| constant(piece, work)) {
             return None;
         }
         let apex = from.lerp(to, 0.5) + (to - from).perp().normalize_or_zero() * (4.0 / 3.0 * height);
@@ -138,14 +141,14 @@ impl Division<'_> {
     }
 
     /// The height of the border of a piece over the middle of its chord, inward, where it is a parabola.
-    fn parabola_height(&self, Piece { outline, class }: &Piece, work: &mut Work) -> Option<f64> {
+    fn parabola_height(&self, piece: &Piece, work: &mut Work) -> Option<f64> {
         // Find the height.
-        let (from, to) = (outline[outline.len() - 1], outline[0]);
+        let [from, to] = piece.border();
         let length = from.distance(to);
         let inward = (to - from).perp() / length;
-        let bend_px = BORDER_BEND * self.plan.system.accuracy().bend_px;
+        let bend_px = self.border_bend_px();
         let mut is_within =
-            |share: f64, off_px: f64| self.class(from.lerp(to, share) + inward * off_px, work) == *class;
+            |share: f64, off_px: f64| self.class(from.lerp(to, share) + inward * off_px, work) == piece.class;
         let (mut low, mut high) = (-ARC_HEIGHT * length, ARC_HEIGHT * length);
         if is_within(0.5, low) || !is_within(0.5, high) {
             return None;
@@ -174,11 +177,7 @@ impl Division<'_> {
         if work.counts.rays >= self.last_ray {
             return self.unresolved(&piece.outline, work);
         }
-        if piece.class.side().is_some() {
-            return piece_radiance(self.plan, self.px, piece, work);
-        }
-        let at = self.px + middle(&piece.outline);
-        ended_ray_radiance(self.plan, piece.class) * share(self.plan, &piece.outline) * self.plan.throughput(at)
+        piece_radiance(self.plan, self.px, piece, work)
     }
 }
 

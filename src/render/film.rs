@@ -66,7 +66,7 @@ pub struct AccuracyReport {
 
 /// Whether nothing was counted.
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
-fn is_zero(count: &u64) -> bool {
+pub(crate) fn is_zero(count: &u64) -> bool {
     *count == 0
 }
 

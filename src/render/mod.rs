@@ -36,6 +36,7 @@ pub mod supersample;
 
 pub use bands::picture;
 pub use driver::{render, render_wanted};
+pub(crate) use film::is_zero;
 pub use film::{AccuracyReport, Class, Counts, Film, Outputs, Strip};
 pub use plan::Plan;
 pub use sample::{GhostSample, PieceOfWork, PixelWork};

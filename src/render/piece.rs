@@ -1,4 +1,4 @@
-//! The radiance over a convex piece of a pixel that sees through one side.
+//! The radiance over a convex piece of a pixel of one class.
 
 use super::film::Class;
 use super::pixel::{adaptive, ended_ray_radiance, part};
@@ -19,10 +19,21 @@ pub(super) struct Piece {
     pub(super) class: Class,
 }
 
+impl Piece {
+    /// The ends of its border, in the order of the outline.
+    pub(super) fn border(&self) -> [DVec2; 2] {
+        [self.outline[self.outline.len() - 1], self.outline[0]]
+    }
+}
+
 /// The mean radiance of the piece, times its share of the pixel's active square.
 pub(super) fn piece_radiance(plan: &Plan, px: DVec2, piece: &Piece, work: &mut Work) -> f64 {
     let Piece { outline, class } = piece;
-    let seen = class.side().and_then(|side| seen(plan, px, outline, side, work));
+    let throughput = plan.throughput(px + middle(outline));
+    let Some(side) = class.side() else {
+        return ended_ray_radiance(plan, *class) * share(plan, outline) * throughput;
+    };
+    let seen = seen(plan, px, outline, side, work);
     let plain = seen.as_ref().and_then(|(corners_mm, middle_mm)| constant_between(plan, *middle_mm, corners_mm));
     let mean = match plain {
         Some(value) => value * share(plan, outline),
@@ -31,7 +42,7 @@ pub(super) fn piece_radiance(plan: &Plan, px: DVec2, piece: &Piece, work: &mut W
             weighted(plan, px, outline, stray_px, work)
         }
     };
-    mean * plan.throughput(px + middle(outline))
+    mean * throughput
 }
 
 /// The radiance of a piece, and of what lies beside it within an eighth of its border's length, if it is the same all over.
@@ -40,7 +51,7 @@ pub(super) fn constant_radiance(plan: &Plan, px: DVec2, piece: &Piece, work: &mu
 
     // With the corners of the rectangle over the border, from which the arc does not lead out.
     let mut outline = piece.outline.clone();
-    let (from, to) = (outline[outline.len() - 1], outline[0]);
+    let [from, to] = piece.border();
     let outward = (from - to).perp() * ARC_HEIGHT;
     outline.extend([from + outward, to + outward]);
     let (corners_mm, middle_mm) = seen(plan, px, &outline, side, work)?;

@@ -2,6 +2,7 @@
 
 use super::bounds::bound;
 use super::instrument::System;
+use super::output_gain::OutputGain;
 use super::radiance_range::Bound;
 use crate::effect::{Bounding, EffectId, EffectRow, Effects, TABLE};
 use crate::scene::Scene;
@@ -27,13 +28,14 @@ pub struct Verdict {
 pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
     // Bound the change of every effect.
     let effects = &scene.effects;
+    let gain = OutputGain::of(ideal, scene);
     let verdict = |row: &'static EffectRow| {
         let why = match (effects.auto, row.bounding) {
             (None, _) => "the scene asks for it",
             (_, Bounding::Never(why)) => why,
             _ => "no bound of its change is known",
         };
-        Verdict { effect: row.id, bound: bound(ideal, scene, row), kept: true, why }
+        Verdict { effect: row.id, bound: bound(ideal, scene, &gain, row), kept: true, why }
     };
     let mut all: Vec<Verdict> = effects.acting().map(verdict).collect();
     if ideal.prism.is_none() {

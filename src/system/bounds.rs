@@ -19,7 +19,7 @@
 
 use super::factor_bounds::{PairedVariants, factors, strayed};
 use super::instrument::System;
-use super::output_gain;
+use super::output_gain::OutputGain;
 use super::radiance_range::{Bound, GRID, INSET_PX, RadianceRange, SMALL_GRID, extremes, grid, some};
 use crate::effect::clipping::Clipping;
 use crate::effect::diffraction::encircled_energy;
@@ -30,7 +30,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
 
-/// The same for ghosts, whose power has steps where one of them begins.
+/// Rays along the width and the height of the grid of ghosts, whose power has steps where one of them begins.
 const FINE_GRID: [usize; 2] = [129, 65];
 /// Rows in which the ridge's image is sought.
 const ROWS: usize = 5;
@@ -42,9 +42,9 @@ const MOST_VARIANTS: usize = 2048;
 /// Halvings of the width when a border is sought in a row.
 const HALVINGS: usize = 40;
 
-/// What an effect of `scene`, whose instrument without effects is `ideal`, changes at most, at the output and whatever
-/// other effects of the scene are simulated; `None` where that is not known.
-pub(super) fn bound(ideal: &System, scene: &Scene, row: &EffectRow) -> Option<Bound> {
+/// What an effect of `scene`, whose instrument without effects is `ideal` and whose changes grow by `gain`, changes at most,
+/// at the output and whatever other effects of the scene are simulated; `None` where that is not known.
+pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &EffectRow) -> Option<Bound> {
     let effects = &scene.effects;
     // Another camera is another picture: what it sees is what the others change.
     let stands_on =
@@ -55,12 +55,12 @@ pub(super) fn bound(ideal: &System, scene: &Scene, row: &EffectRow) -> Option<Bo
     let with = of(&|other| other.id == row.id || stands_on(other));
 
     // Light that a lamp makes brighter than the scene's radiances makes every change of it larger.
-    let gain = match row.id {
+    let lamp = match row.id {
         EffectId::Lamp => 1.0,
-        EffectId::Ghosts => output_gain::lamp_gain_anywhere(ideal, effects),
-        _ => output_gain::lamp_gain(ideal, effects),
+        EffectId::Ghosts => gain.lamp_anywhere,
+        _ => gain.lamp,
     };
-    let light = RadianceRange::of(&without).times(gain);
+    let light = RadianceRange::of(&without).times(lamp);
 
     // Bound it alone, and among the effects that let rays stray.
     let stray = effects.acting().any(strays);
@@ -84,20 +84,12 @@ pub(super) fn bound(ideal: &System, scene: &Scene, row: &EffectRow) -> Option<Bo
         }
         Bounding::Borders => borders(&without, ideal, scene, light),
         Bounding::Spread => spread(effects, light),
-        Bounding::Added => added(&with, light, effects.ghosts?.behind / gain),
+        Bounding::Added => added(&with, light, effects.ghosts?.behind / lamp),
         Bounding::Never(_) => None,
     };
 
     // The sensor has the last word.
-    let sensor = effects.sensor.filter(|sensor| !sensor.is_nothing());
-    let found = found.map(|bound| match &sensor {
-        Some(sensor) => {
-            let board = &scene.board;
-            let darkest = board.black.min(board.white).min(board.background);
-            output_gain::behind_sensor(sensor, bound, darkest * output_gain::least_throughput(ideal, effects))
-        }
-        None => bound,
-    });
+    let found = found.map(|bound| gain.at_output(bound));
     found.filter(|bound| bound.grey.is_finite() && bound.px.is_finite())
 }
 

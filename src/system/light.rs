@@ -1,6 +1,7 @@
 //! Whether light passes a prism: how a coarse grid of rays over the picture ends.
 
 use super::instrument::System;
+use super::radiance_range::some;
 use super::shape_doubts;
 use crate::error::Error;
 use crate::geom::Pose;
@@ -81,9 +82,7 @@ pub(super) fn some_variants(system: &System, count: usize) -> Vec<System> {
     if system.effects.dimensions() == 0 {
         return Vec::new();
     }
-    let variants = system.effects.variants(0);
-    let stride = variants.len().div_ceil(count).max(1);
-    variants.iter().step_by(stride).map(|variant| system.variant(variant)).collect()
+    some(system.effects.variants(0), count).iter().map(|variant| system.variant(variant)).collect()
 }
 
 /// Refuses an instrument through whose prism no ray of the picture passes.

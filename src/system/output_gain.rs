@@ -3,6 +3,7 @@
 use super::instrument::System;
 use super::radiance_range::{Bound, SMALL_GRID, extremes, grid, some};
 use crate::effect::{BoardPoint, Effects, Hook, LightPath, Sensor};
+use crate::scene::Scene;
 use rayon::prelude::*;
 
 /// Variants over which the lamp's light is looked at.
@@ -10,9 +11,39 @@ const VARIANTS: usize = 16;
 /// Deviates beyond which the uneven gain of a pixel is not expected: one of 10^7 pixels.
 const PRNU_DEVIATES: f64 = 5.5;
 
+/// How changes of the light of a scene grow, whichever effect makes them.
+pub(super) struct OutputGain {
+    /// The most by which the lamp multiplies a radiance that the picture sees, and any on the plane of the board.
+    pub(super) lamp: f64,
+    pub(super) lamp_anywhere: f64,
+    /// The sensor, where one acts, and the least light that reaches it.
+    sensor: Option<(Sensor, f64)>,
+}
+
+impl OutputGain {
+    /// That of a scene whose instrument without effects is `ideal`.
+    pub(super) fn of(ideal: &System, scene: &Scene) -> Self {
+        let effects = &scene.effects;
+        let darkest = || {
+            let board = &scene.board;
+            board.black.min(board.white).min(board.background) * least_throughput(ideal, effects)
+        };
+        Self {
+            lamp: lamp_gain(ideal, effects),
+            lamp_anywhere: lamp_gain_anywhere(ideal, effects),
+            sensor: effects.sensor.filter(|sensor| !sensor.is_nothing()).map(|sensor| (sensor, darkest())),
+        }
+    }
+
+    /// What a change of the light is at the output.
+    pub(super) fn at_output(&self, bound: Bound) -> Bound {
+        self.sensor.as_ref().map_or(bound, |(sensor, darkest)| behind_sensor(sensor, bound, *darkest))
+    }
+}
+
 /// The most by which the lamp of `effects` multiplies a radiance that the picture sees, at least 1, rays straying by every
 /// effect that lets them stray.
-pub(super) fn lamp_gain(ideal: &System, effects: &Effects) -> f64 {
+fn lamp_gain(ideal: &System, effects: &Effects) -> f64 {
     let Some(lamp) = effects.lamp.filter(|lamp| !lamp.is_nothing()) else { return 1.0 };
     let system = ideal.with_effects(&effects.only(|row| row.hook != Hook::Transport && row.hook != Hook::Film));
     let gain = |system: &System| {
@@ -32,7 +63,7 @@ pub(super) fn lamp_gain(ideal: &System, effects: &Effects) -> f64 {
 
 /// The most by which it multiplies a radiance anywhere on the plane of the board, where ghosts may be of any place: at the
 /// foot of the lamp.
-pub(super) fn lamp_gain_anywhere(ideal: &System, effects: &Effects) -> f64 {
+fn lamp_gain_anywhere(ideal: &System, effects: &Effects) -> f64 {
     let Some(lamp) = effects.lamp.filter(|lamp| !lamp.is_nothing()) else { return 1.0 };
     let board = ideal.board();
     let normal = board.normal();
@@ -42,7 +73,7 @@ pub(super) fn lamp_gain_anywhere(ideal: &System, effects: &Effects) -> f64 {
 }
 
 /// The least share of a radiance that the transport effects of `effects` leave, over the picture; 0 where rays may end.
-pub(super) fn least_throughput(ideal: &System, effects: &Effects) -> f64 {
+fn least_throughput(ideal: &System, effects: &Effects) -> f64 {
     let system = ideal.with_effects(&effects.only(|row| row.hook != Hook::Film));
     let least = |system: &System| {
         let places = grid(system, SMALL_GRID);
@@ -59,7 +90,7 @@ pub(super) fn least_throughput(ideal: &System, effects: &Effects) -> f64 {
 
 /// What a change of the light by `bound.grey` is behind `sensor`, where light is `darkest` at least: of the value that is
 /// expected, without noise. The steps of a converter count in full, for any change may be the one that makes one.
-pub(super) fn behind_sensor(sensor: &Sensor, bound: Bound, darkest: f64) -> Bound {
+fn behind_sensor(sensor: &Sensor, bound: Bound, darkest: f64) -> Bound {
     if bound.grey == 0.0 {
         return bound;
     }

@@ -88,14 +88,8 @@ pub struct AccuracyEntry {
     pub noise_target: Option<f64>,
     /// Pixels whose division along their borders ended at the most rays allowed, for which the promise does not hold; absent
     /// where there are none.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "crate::render::is_zero")]
     pub unpromised_pixels: u64,
-}
-
-/// Whether nothing was counted.
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for it")]
-fn is_zero(count: &u64) -> bool {
-    *count == 0
 }
 
 /// The two halves of the image.
