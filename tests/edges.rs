@@ -6,6 +6,7 @@ use crate::instruments::{BOARD, built, scene};
 use biprism::geom::{Ray, Rect};
 use biprism::num::bernstein::Bernstein;
 use biprism::num::poly2::Poly2;
+use biprism::optics::fate::Fate;
 use biprism::optics::snell::refract;
 use biprism::render;
 use biprism::render::checkerboard::Checkerboard;
@@ -192,6 +193,30 @@ proptest! {
         for value in film.radiance.data() {
             prop_assert!((-1e-6..=0.85 + 1e-6).contains(value), "{value}\n{text}");
         }
+    }
+}
+
+/// A back whose slope grows with x^2 folds the map: no pixel sees further than about 38 mm aside, and what is aimed at
+/// beyond it is refused, not answered with the pixel that comes nearest.
+#[test]
+fn what_lies_beyond_a_fold_is_not_found() {
+    let patch = |terms: &str| {
+        format!("centre_mm = [0.0, 0.0]\nscale_mm = [1.0, 1.0]\ndomain_mm = [[-1.0, 13.0], [-9.0, 9.0]]\nterms = {terms}\n")
+    };
+    let prism = format!(
+        "kind = \"polynomial\"\nindex = 1.48\n[prism.front]\n{}[prism.back]\n{}",
+        patch("[[0, 0, 80.0]]"),
+        patch("[[0, 0, 90.0], [3, 0, -7.9e-4]]")
+    );
+    let system = built(&scene(480, 270, &prism, BOARD));
+    let seen = (0..480 * 270).filter_map(|k| system.trace(DVec2::new(f64::from(k % 480), f64::from(k / 480))).ok());
+    let farthest_mm = seen.map(|sight| sight.board_mm.x.abs()).fold(0.0, f64::max);
+    assert!((30.0..50.0).contains(&farthest_mm), "{farthest_mm}");
+    let aimer = Aimer::new(&system);
+    for k in 0..200 {
+        let board_mm = DVec2::new(farthest_mm + 0.5 + 0.25 * f64::from(k), f64::from(k % 20) - 10.0);
+        let end = aimer.aim(board_mm, system::Side::Right);
+        assert_eq!(end, Err(Fate::NotConverged), "{board_mm}");
     }
 }
 
