@@ -1,5 +1,7 @@
 //! Who hears how far long work is.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 /// Hears how far long work is, from any thread; `()` hears nothing.
 pub trait Observer: Sync {
     /// The stage `name` begins.
@@ -14,6 +16,32 @@ impl Observer for () {
     fn stage(&self, _: &'static str) {}
     fn stage_of(&self, _: &'static str, _: usize) {}
     fn pixels(&self, _: usize) {}
+}
+
+/// An observer of work of `of` steps, which it tells another one as `pixels` pixels.
+#[allow(missing_debug_implementations, reason = "an observer need not have one")]
+pub struct Scaled<'a> {
+    observer: &'a dyn Observer,
+    pixels: usize,
+    of: usize,
+    heard: AtomicUsize,
+}
+
+impl<'a> Scaled<'a> {
+    /// Tells `observer` of `pixels` pixels while it hears of `of` steps.
+    pub fn new(observer: &'a dyn Observer, pixels: usize, of: usize) -> Self {
+        Self { observer, pixels, of: of.max(1), heard: AtomicUsize::new(0) }
+    }
+}
+
+impl Observer for Scaled<'_> {
+    fn stage(&self, _: &'static str) {}
+    fn stage_of(&self, _: &'static str, _: usize) {}
+    fn pixels(&self, count: usize) {
+        let before = self.heard.fetch_add(count, Ordering::Relaxed);
+        let told = |steps: usize| steps.min(self.of) * self.pixels / self.of;
+        self.observer.pixels(told(before + count) - told(before));
+    }
 }
 
 /// An observer that hands the pixels on to a function.

@@ -201,7 +201,9 @@ proptest! {
 #[test]
 fn what_lies_beyond_a_fold_is_not_found() {
     let patch = |terms: &str| {
-        format!("centre_mm = [0.0, 0.0]\nscale_mm = [1.0, 1.0]\ndomain_mm = [[-1.0, 13.0], [-9.0, 9.0]]\nterms = {terms}\n")
+        format!(
+            "centre_mm = [0.0, 0.0]\nscale_mm = [1.0, 1.0]\ndomain_mm = [[-1.0, 13.0], [-9.0, 9.0]]\nterms = {terms}\n"
+        )
     };
     let prism = format!(
         "kind = \"polynomial\"\nindex = 1.48\n[prism.front]\n{}[prism.back]\n{}",

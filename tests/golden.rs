@@ -98,7 +98,8 @@ fn a_shift_of_a_twentieth_of_a_pixel_fails() {
     assert!(failures.join("prism_flat.strip.png").exists());
 }
 
-/// A case with noise: other random numbers pass; a shift of 0.05 px, and stronger read noise, do not.
+/// A case with noise: other frames pass; another specimen, a shift of 0.05 px, stronger read noise, and any parameter of the
+/// noise that is 3 % off, do not.
 fn a_random_case_is_judged_by_its_mean_and_its_noise() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(root.join("scenes/cases/effect_sensor.toml")).expect("the case is there");
@@ -116,11 +117,26 @@ fn a_random_case_is_judged_by_its_mean_and_its_noise() {
         let report = check(&Folders { cases: &cases, golden: &golden, failures: &failures }, Mode::Check);
         report.unwrap_or_else(|p| panic!("{p}"))
     };
-    let redrawn = judged("seed = 1\n", "seed = 4000000000\n");
-    assert!(redrawn.passed(), "{redrawn}");
+    let later = judged("seed = 1\n", "seed = 1\nframe = 4000000\n");
+    assert!(later.passed(), "{later}");
+    let other = judged("seed = 1\n", "seed = 2\n").cases[0].reasons.join("\n");
+    assert!(other.contains("the light of the region"), "another specimen: {other}");
     // What is true of the scene is judged exactly, and moves too; the light must tell by itself.
     let moved = judged("[0.0, 0.0, 1000.0]", "[0.047, 0.0, 1000.0]").cases[0].reasons.join("\n");
     assert!(moved.contains("the light of the region"), "{moved}");
     let noisier = judged("read_noise_e = 8.0", "read_noise_e = 20.0").cases[0].reasons.join("\n");
     assert!(noisier.contains("the variance of the region") && !noisier.contains("the light of"), "{noisier}");
+    for (key, value, figure) in [
+        ("white_e", 2000.0, "the light of the region"),
+        ("prnu", 0.02, "pattern of all bright"),
+        ("dark_e", 10.0, "light of all dark"),
+        ("dsnu_e", 5.0, "pattern of all dark"),
+        ("read_noise_e", 8.0, "variance of all dark"),
+    ] {
+        for factor in [0.97, 1.03] {
+            let told = judged(&format!("{key} = {value:?}"), &format!("{key} = {:?}", value * factor));
+            let reasons = told.cases[0].reasons.join("\n");
+            assert!(reasons.contains(figure), "{key} times {factor}: {reasons}");
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Do lenses, stops and rims do what geometry says?
 
-use crate::instruments::{BOARD, FLAT, FREEFORM, NO_GLASS, built, edge_integral, picture, scene, with};
+use crate::instruments::{BOARD, FLAT, FREEFORM, NO_GLASS, built, edge_integral, picture, scene, scene_from, with};
 use biprism::accuracy::Accuracy;
 use biprism::effect::clipping::{Outline, Stop};
 use biprism::effect::thin_lens::Aperture;
@@ -99,18 +99,24 @@ fn telecentric_pictures_agree_at_every_level() {
 /// (w/2) / (D + (w/2) tan a). The band is cut exactly, so the light that is missing is its width.
 #[test]
 fn a_chamfer_is_a_black_band_of_its_width() {
-    // In the middle of a picture of odd width, a narrow band lies within one pixel.
-    for (columns, chamfer_mm) in [320, 321].into_iter().flat_map(|n| [1e-4, 0.05, 0.4, 2.0].map(|mm| (n, mm))) {
-        let plain = scene(columns, 24, &format!("{FLAT}\nfacet_angle_deg = 8"), WHITE);
+    // In the middle of a picture of odd width, a narrow band lies within one pixel; off it, no centre of a pixel meets it. A
+    // band as narrow as the smallest parts of a pixel is right or told as without promise.
+    let (middle, beside) = ((321, 0.0), (320, 0.3));
+    let places = [(320, 0.0), middle, beside].into_iter().flat_map(|place| [0.05, 0.4, 2.0].map(|mm| (place, mm)));
+    for ((columns, off_px), chamfer_mm) in places.chain([(middle, 1e-4), (beside, 1e-4)]) {
+        let camera = format!("position_mm = [{:?}, 0.0, 0.0]", off_px * 10.56 / f64::from(columns) * 78.472 / 35.0);
+        let plain = scene_from(columns as usize, 24, &camera, &format!("{FLAT}\nfacet_angle_deg = 8"), WHITE);
         let clipping = Clipping { chamfer_mm, ..Clipping::default() };
         let film = render(&with(&plain, Effects { clipping: Some(clipping), ..Effects::default() }), &());
         let half = 0.5 * chamfer_mm;
         let tangent = half / (78.472 + half * libm::tan(8.0f64.to_radians()));
         let width_px = 2.0 * tangent * 35.0 / plain.camera.pitch_mm;
+        let told = chamfer_mm < 1e-3 && film.account.unpromised_pixels == 24;
         for j in 0..24 {
             let missing: f64 = film.radiance.row(j).iter().map(|v| 1.0 - f64::from(*v)).sum();
             // The places of the cuts are found to 2^-40 px, and each of 320 radiances is rounded to f32.
-            assert!((missing - width_px).abs() < 1e-5, "{chamfer_mm} {j}: {missing} {width_px}");
+            let bound = if told { 2e-3 } else { 1e-5 };
+            assert!((missing - width_px).abs() < bound, "{columns} {off_px} {chamfer_mm} {j}: {missing} {width_px}");
         }
         let clipped = film.class.as_ref().unwrap().row(12).iter().filter(|c| **c == Class::Clipped).count();
         assert!((clipped as f64 - width_px).abs() <= 1.0, "{clipped} {width_px}");

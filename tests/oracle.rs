@@ -1,8 +1,14 @@
-//! Do the oracle's tables belong to this program, and does the whole command agree with them?
+//! Do the oracle's tables belong to this program, and does the whole program agree with them?
 //!
-//! The tables in `tests/oracle/` are made by `make_tables.py` (mpmath, 50 digits), whose command stands in each header.
-//! `tests/hard_cases.rs` holds every function against them; here it is the command line that is asked.
+//! The tables in `tests/oracle/` are made by `make_tables.py` (mpmath, 50 digits) and `effects.py` (numpy), whose command
+//! stands in each header. `tests/hard_cases.rs` holds every function against those of rays; here it is the command line that
+//! is asked, and pictures with many effects are rendered.
 
+use biprism::effect::{Effects, Quadrature};
+use biprism::render::{Outputs, render_wanted};
+use biprism::scene::{self, Scene};
+use biprism::system::{self, System};
+use glam::DVec2;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -26,11 +32,13 @@ fn every_table_says_how_it_was_made() {
         if path.extension().is_some_and(|e| e == "csv") {
             tables += 1;
             let text = std::fs::read_to_string(&path).expect("it is text");
-            assert!(text.starts_with("# made by: python3 tests/oracle/make_tables.py (mpmath "), "{}", path.display());
+            let makers = ["make_tables.py (mpmath ", "effects.py (numpy "];
+            let made_by = |maker: &&str| text.starts_with(&format!("# made by: python3 tests/oracle/{maker}"));
+            assert!(makers.iter().any(made_by), "{}", path.display());
             assert!(text.len() < 100_000, "{} is not small", path.display());
         }
     }
-    assert_eq!(tables, 5);
+    assert_eq!(tables, 8);
 }
 
 /// Traces the pixels of a table with the command, and holds what it prints against the table: positions on the board in
@@ -114,5 +122,84 @@ fn the_prism_of_the_tables_is_the_designed_one() {
     assert_eq!(made.len(), committed.len());
     for (a, b) in made.iter().zip(&committed) {
         assert!((a - b).abs() <= 1e-11, "{a:?}, and the committed prism has {b:?}");
+    }
+}
+
+/// A scene of the oracle, with other effects.
+fn oracle_scene(name: &str, change: impl Fn(&Effects) -> Effects) -> System {
+    let scene = scene::load(&folder().join(name)).unwrap_or_else(|problem| panic!("{problem}"));
+    let scene = Scene { effects: change(&scene.effects), ..scene };
+    system::build(&scene).unwrap_or_else(|problem| panic!("{problem}"))
+}
+
+/// The largest and the root mean square difference between a picture and the `value` of a table's rows, of full scale 1, among
+/// the columns of the picture from `first` on.
+fn differences(system: &System, table: &str, value: impl Fn(&[f64]) -> f64, first: usize) -> [f64; 2] {
+    let picture = render_wanted(system, Outputs { truth: false }, &()).radiance;
+    let numbers = |row: &Vec<String>| row.iter().map(|v| v.parse::<f64>().expect("a number")).collect::<Vec<_>>();
+    let rows: Vec<Vec<f64>> = rows(table).iter().map(numbers).filter(|row| row[0] >= first as f64).collect();
+    let off = |row: &Vec<f64>| f64::from(picture.get(row[0] as usize, row[1] as usize)) - value(row);
+    let squares: Vec<f64> = rows.iter().map(|row| off(row) * off(row)).collect();
+    let most = squares.iter().fold(0.0, |most: f64, square| most.max(*square));
+    [most.sqrt(), (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()]
+}
+
+/// Lens, dispersion, ghosts, Fresnel, absorption, cosine, lamp and sensor at once: what remains is the sampling of the pupil,
+/// in which a ridge out of focus is a step where the picture's left sees it, and falls with more points.
+#[test]
+fn a_picture_with_all_effects_at_once_is_the_oracles() {
+    let with = |points: usize, samples: usize| {
+        oracle_scene("effects_scene.toml", |effects| Effects {
+            quadrature: Quadrature { points, ..effects.quadrature },
+            ghosts: effects.ghosts.map(|ghosts| biprism::effect::Ghosts { samples, ..ghosts }),
+            ..effects.clone()
+        })
+    };
+    let mut before = f64::INFINITY;
+    for (points, most, rms) in [(32, 2e-2, 3e-3), (160, 2.5e-3, 5e-4)] {
+        let found = differences(&with(points, 2), "effects.csv", |row| row[4], 0);
+        println!("{points} points: {:.1e}, root mean square {:.1e}", found[0], found[1]);
+        assert!(found[0] < most && found[1] < rms && found[1] < before, "{points} points: {found:?}");
+        before = found[1];
+    }
+    let [most, _] = differences(&with(160, 2), "effects.csv", |row| row[4], 15);
+    println!("160 points, without the ridge: {most:.1e}");
+    assert!(most < 4e-4, "{most}");
+}
+
+/// The ghosts of a wedge, as a picture: 16 samples along a pixel leave w / 32 of an edge of ghosts of 6.5e-3.
+#[test]
+fn ghosts_of_a_wedge_are_the_oracles() {
+    let system = oracle_scene("ghosts_scene.toml", Effects::clone);
+    let sum = differences(&system, "ghosts_picture.csv", |row| row[2] + row[3], 0);
+    let plain = oracle_scene("ghosts_scene.toml", |effects| Effects { ghosts: None, ..effects.clone() });
+    let straight = differences(&plain, "ghosts_picture.csv", |row| row[2], 0);
+    println!("with ghosts {:.1e}, root mean square {:.1e}; without {:.1e}", sum[0], sum[1], straight[0]);
+    assert!(sum[0] < 2.5e-4 && sum[1] < 4e-5 && straight[0] < 2e-6, "{sum:?} {straight:?}");
+}
+
+/// Each ray that the glass of a wedge reflects, by its power, its direction and its place on the board.
+#[test]
+fn reflected_rays_are_the_oracles() {
+    let system = oracle_scene("ghosts_scene.toml", Effects::clone);
+    let (ghosts, light) = (system.effects().ghosts.unwrap(), system.effects().fresnel.unwrap().light);
+    for row in rows("ghosts.csv") {
+        let number = |k: usize| row[k].parse::<f64>().ok();
+        let at = |k: usize| number(k).expect("a number");
+        let mut nearest: Option<(f64, f64, Option<DVec2>)> = None;
+        system.reflected(DVec2::new(at(0), at(1)), light, system.body().unwrap(), &ghosts, |exit| {
+            let off = exit.ray.direction.distance(glam::DVec3::new(at(6), at(7), at(8)));
+            if f64::from(exit.bounces) == at(2) && nearest.is_none_or(|(least, ..)| off < least) {
+                let board_mm = system.board().intersect(&exit.ray).ok().map(|(board_mm, _)| board_mm);
+                nearest = Some((off, exit.power, board_mm));
+            }
+        });
+        let (off, power, board_mm) = nearest.expect("a ray of as many reflections");
+        // Directions and powers after five surfaces, some ten roundings at each; the board is 700 mm away.
+        assert!(off < 1e-14 && (power / at(3) - 1.0).abs() < 1e-12, "{row:?}: {off:e} {power:e}");
+        if let Some((u, v)) = number(4).zip(number(5)) {
+            let off_mm = board_mm.expect("it meets the board").distance(DVec2::new(u, v));
+            assert!(off_mm < 1e-11, "{row:?}: {off_mm:e} mm");
+        }
     }
 }

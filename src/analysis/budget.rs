@@ -102,7 +102,7 @@ pub fn budget(scene: &Scene, system: &System, view: &BoardView, observer: &dyn O
         let under = plain_system.with_effects(&effects);
         let exact = under.with_accuracy(Accuracy::exact());
         let film = render_wanted(&exact, Outputs { truth: false }, observer);
-        let view = see(&exact, &film.radiance, false, &());
+        let view = see(&exact, &exact.effects().decoded(&film.radiance), false, &());
         view.halves.map(|half| half.found.iter().map(|f| (f.index, f.position_px)).collect())
     };
     let plain = found_under(Effects::default());

@@ -22,7 +22,7 @@ pub struct PictureEstimate {
     pub mapped: f64,
     /// Pictures that are summed up, at most.
     pub passes: usize,
-    /// Samples along each side of a pixel.
+    /// Cells along each side of a pixel that diffraction spreads one by one; 1 without.
     pub samples: usize,
     /// The effects that act, and what becomes of each.
     pub effects: Vec<Verdict>,
@@ -44,9 +44,8 @@ const GRID: usize = 65;
 /// What the picture of `system` will be, which was settled by these verdicts.
 pub fn forecast(system: &System, effects: Vec<Verdict>) -> PictureEstimate {
     let account = Plan::new(system).account(0.0);
-    let size = system.camera().size_px();
     let sets = system.effects().sets();
-    let (passes, samples) = (sets * system.effects().variants(0).len(), system.effects().samples(size));
+    let (passes, samples) = (sets * system.effects().variants(0).len(), cells(system));
     let samples_ghosts = system.effects().acting().any(|row| row.id == EffectId::Ghosts);
     PictureEstimate {
         level: account.level,
@@ -57,10 +56,16 @@ pub fn forecast(system: &System, effects: Vec<Verdict>) -> PictureEstimate {
         samples,
         effects,
         ghost_samples: system.effects().ghosts.filter(|_| samples_ghosts).map_or(0, |ghosts| ghosts.samples),
-        memory_bytes: memory_bytes(system, sets, samples),
+        memory_bytes: memory_bytes(system, sets),
         fates: fates(system),
         other_rays: system.effects().dimensions() > 0,
     }
+}
+
+/// Cells along each side of a pixel.
+fn cells(system: &System) -> usize {
+    let effects = system.effects();
+    effects.diffracting().map_or(1, |lens| lens.cells(effects.collecting_side()))
 }
 
 /// Strips of a picture that are held at a time: one is rendered, one waits, and one is written.
@@ -69,7 +74,7 @@ const STRIPS: usize = 3;
 /// What is held of every pixel of the strips at hand, or of the picture where it is rendered as a whole: radiance (4
 /// bytes), class (1) and board position (8). A mean of pictures is summed up in f64 beside the picture of one pass, and
 /// so are the squares of its sets; three more of each where there are colours.
-fn memory_bytes(system: &System, sets: usize, samples: usize) -> u64 {
+fn memory_bytes(system: &System, sets: usize) -> u64 {
     let effects = system.effects();
     let [width, height] = system.camera().size_px();
     let colours = if effects.variants(0).iter().any(|variant| variant.colour.is_some()) { 3 } else { 0 };
@@ -77,10 +82,14 @@ fn memory_bytes(system: &System, sets: usize, samples: usize) -> u64 {
     if effects.averages() {
         each += 4 + 8 + 8 * colours + if sets > 1 { 16 + 8 * colours } else { 0 };
     }
-    let fine = if samples > 1 { each * samples * samples } else { 0 };
     let developed = if effects.act_by(Hook::Film) { 4 + 4 * colours } else { 0 };
-    let rows = height.min(STRIPS * strip_rows(system));
-    (width * rows * (each + fine + developed + 9)) as u64
+    let Some(lens) = effects.diffracting() else {
+        let rows = height.min(STRIPS * strip_rows(system));
+        return (width * rows * (each + developed + 9)) as u64;
+    };
+    // Transforms take two pictures in f64, with the frame.
+    let framed = |n: usize| n + 2 * lens.margin_px();
+    (framed(width) * framed(height) * (each + developed + 9 + 16 + 8 * (1 + colours))) as u64
 }
 
 fn fates(system: &System) -> BTreeMap<&'static str, f64> {

@@ -2,7 +2,7 @@
 
 use crate::effect::{Hook, Picture};
 use crate::raster::Raster;
-use crate::render::{GhostSample, Plan};
+use crate::render::{DiffractionSample, GhostSample, Plan};
 use crate::system::System;
 use glam::DVec2;
 use std::time::Instant;
@@ -19,6 +19,8 @@ const SIDES_PX: [usize; 2] = [4, 16];
 const CHEAP_S: f64 = 0.002;
 /// Side of the picture on which film effects are timed, in px.
 const FILM_PX: usize = 64;
+/// Side of the part of a picture on which diffraction is timed, in px.
+const DIFFRACTION_PX: usize = 128;
 /// The times of pieces tell that of the picture to this factor, besides their own spread: threads share a machine, and its
 /// clock is not steady.
 const FACTOR: f64 = 1.6;
@@ -83,8 +85,8 @@ pub(super) fn picture_time(system: &System, patience_s: f64) -> PictureTime {
 fn from_pieces(system: &System, patience_s: f64) -> PictureTime {
     let effects = &system.effects();
     let begun = Instant::now();
-    let n = effects.samples(system.camera().size_px());
-    let sampled = if n > 1 { system.sampled(n) } else { system.clone() };
+    let framed = effects.diffracting().map(|lens| system.framed(lens.margin_px()));
+    let framed = framed.as_ref().unwrap_or(system);
     let variants = if effects.averages() { effects.variants(0) } else { Vec::new() };
     let passes = variants.len().max(1) * if effects.averages() { effects.sets() } else { 1 };
 
@@ -96,8 +98,8 @@ fn from_pieces(system: &System, patience_s: f64) -> PictureTime {
             break;
         }
         let (setting_up_s, instrument) = timed(|| match variants.len() {
-            0 => sampled.clone(),
-            count => sampled.variant(&variants[((place(k).x * count as f64) as usize).min(count - 1)]),
+            0 => framed.clone(),
+            count => framed.variant(&variants[((place(k).x * count as f64) as usize).min(count - 1)]),
         });
         let (planning_s, plan) = timed(|| Plan::new(&instrument));
         let cold = k == 0 && setting_up_s + planning_s < WARM_UP_S;
@@ -110,12 +112,11 @@ fn from_pieces(system: &System, patience_s: f64) -> PictureTime {
     }
 
     // All passes, what is true of the picture, and the film.
-    let whole = sum.of_pass(&sampled);
-    let own = if n > 1 || effects.averages() { whole.0 / (n * n) as f64 } else { 0.0 };
-    let time_s = passes as f64 * whole.0 + own + film_time(system, n);
+    let whole = sum.of_pass(framed);
+    let own = if effects.averages() { whole.0 } else { 0.0 };
+    let time_s = passes as f64 * whole.0 + own + diffraction_time(framed, passes) + film_time(system);
     let relative = if whole.0 > 0.0 { whole.1.sqrt() / whole.0 } else { 0.0 };
-    let px = 1.0 / n as f64;
-    PictureTime { time_s, factor: FACTOR + 2.0 * relative, achieved_px: px * sum.achieved_px }
+    PictureTime { time_s, factor: FACTOR + 2.0 * relative, achieved_px: sum.achieved_px }
 }
 
 /// The times of parts of passes.
@@ -176,14 +177,26 @@ impl PassTimes {
     }
 }
 
-/// The time of the film effects of a picture of `n` x `n` samples a pixel, from a small one.
-fn film_time(system: &System, n: usize) -> f64 {
+/// The time of what diffraction adds to a picture of so many passes, from a part of it.
+fn diffraction_time(system: &System, passes: usize) -> f64 {
+    if system.effects().diffracting().is_none() {
+        return 0.0;
+    }
+    let (once_s, sample) = timed(|| DiffractionSample::new(system, DIFFRACTION_PX));
+    let (one_s, pixels) = timed(|| sample.spread(1));
+    let (two_s, _) = timed(|| sample.spread(2));
+    let shares = system.camera().size_px().iter().product::<usize>() as f64 / pixels as f64;
+    once_s + shares * (one_s + (passes - 1) as f64 * (two_s - one_s).max(0.0))
+}
+
+/// The time of the sensor of a picture, from a small one.
+fn film_time(system: &System) -> f64 {
     if !system.effects().act_by(Hook::Film) {
         return 0.0;
     }
     let [width, height] = system.camera().size_px();
     let (columns, rows) = (width.min(FILM_PX), height.min(FILM_PX));
-    let grey = Raster::filled(columns * n, rows * n, 0.5);
-    let (seconds, _) = timed(|| system.effects().develop(Picture { grey, colour: None }, n));
+    let grey = Raster::filled(columns, rows, 0.5);
+    let (seconds, _) = timed(|| system.effects().develop(Picture { grey, colour: None }));
     seconds * (width * height) as f64 / (columns * rows) as f64
 }

@@ -4,7 +4,7 @@ use super::absorption::Absorption;
 use super::clipping::Clipping;
 use super::coating::Coating;
 use super::cos4::Cos4;
-use super::diffraction::{Diffraction, PointSpread, blur};
+use super::diffraction::Diffraction;
 use super::dispersion::{self, Dispersion};
 use super::fresnel::Fresnel;
 use super::ghosts::Ghosts;
@@ -19,8 +19,11 @@ use super::roughness::Roughness;
 use super::sensor::Sensor;
 use super::telecentric::Telecentric;
 use super::variant::Variant;
+use crate::raster::Raster;
+use crate::raster::transfer::decoded;
 use crate::surface::face::Face;
 use glam::DVec2;
+use std::borrow::Cow;
 
 /// The effects that a scene calls for, with their settings; `None` is absent.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -128,6 +131,15 @@ impl Effects {
         if self.dimensions() > 0 { self.quadrature.replicates } else { 1 }
     }
 
+    /// Whether they treat mirror images in the plane x = 0 alike, noise aside, where camera, glass and board do.
+    pub fn keep_mirror_images(&self) -> bool {
+        let aperture = match self.lens {
+            Lens::Thin(lens) => lens.is_nothing() || lens.aperture.is_mirror_symmetric(),
+            Lens::Telecentric(_) | Lens::Pinhole => true,
+        };
+        aperture && self.manufacture.is_none() && self.lamp.is_none_or(|lamp| lamp.position_mm.x == 0.0)
+    }
+
     /// Into how many equal parts of a full turn the pupil and the slopes may be cut that are all alike.
     fn turns(&self) -> usize {
         match self.lens {
@@ -216,13 +228,7 @@ impl Effects {
         throughput
     }
 
-    /// Samples along each side of a pixel that a picture of the given size must have before [`Effects::develop`]; 1 is
-    /// its pixels.
-    pub fn samples(&self, size_px: [usize; 2]) -> usize {
-        self.diffracting().map_or(1, |diffraction| diffraction.samples(size_px))
-    }
-
-    /// The side of the square in the middle of a pixel over which its light is to be taken, in px. Diffraction lets light
+    /// The side of the square in the middle of a pixel over which its light is to be rendered, in px. Diffraction lets light
     /// cross its border, so that the whole pixel is rendered, and collects over the square itself.
     pub fn active_side(&self) -> f64 {
         if self.diffracting().is_some() { 1.0 } else { self.collecting_side() }
@@ -233,33 +239,43 @@ impl Effects {
         self.sensor.is_some_and(|sensor| sensor.is_random())
     }
 
-    /// The same effects with other random numbers, by other seeds; themselves for 0.
+    /// The same effects in a later frame of the same specimen; themselves for 0.
     #[must_use]
-    pub fn redrawn(&self, replicate: u64) -> Self {
-        let sensor = self.sensor.map(|sensor| Sensor { seed: sensor.seed.wrapping_add(replicate), ..sensor });
+    pub fn in_frame(&self, later: u32) -> Self {
+        let sensor = self.sensor.map(|sensor| Sensor { frame: sensor.frame.wrapping_add(later), ..sensor });
         Self { sensor, ..self.clone() }
     }
 
-    /// The picture after all film effects, in the order of the light, from one with `samples` along each side of a pixel.
-    pub fn develop(&self, light: Picture, samples: usize) -> Picture {
-        let light = match self.diffracting() {
-            Some(diffraction) => {
-                let kernel = PointSpread::with_samples(diffraction.scale_px(), self.collecting_side(), samples);
-                light.each_channel(|channel| blur(channel, &kernel))
-            }
-            None => light,
-        };
+    /// The same effects with a sensor that is neither uneven nor noisy.
+    #[must_use]
+    pub fn without_noise(&self) -> Self {
+        let quiet = |sensor| Sensor { prnu: 0.0, dsnu_e: 0.0, shot_noise: false, read_noise_e: 0.0, ..sensor };
+        Self { sensor: self.sensor.map(quiet), ..self.clone() }
+    }
+
+    /// The linear light, but for a factor and an offset, of a picture that the sensor has coded by its gamma.
+    pub fn decoded<'a>(&self, picture: &'a Raster<f32>) -> Cow<'a, Raster<f32>> {
+        match self.sensor.map(|sensor| sensor.gamma).filter(|gamma| *gamma != 1.0) {
+            Some(gamma) => Cow::Owned(decoded(picture, gamma)),
+            None => Cow::Borrowed(picture),
+        }
+    }
+
+    /// What the sensor makes of the light that its pixels collect.
+    pub fn develop(&self, light: Picture) -> Picture {
         match &self.sensor {
             Some(sensor) => sensor.expose(&light),
             None => light,
         }
     }
 
-    fn diffracting(&self) -> Option<&Diffraction> {
+    /// Diffraction, where it acts.
+    pub fn diffracting(&self) -> Option<&Diffraction> {
         self.diffraction.as_ref().filter(|diffraction| !diffraction.is_nothing())
     }
 
-    fn collecting_side(&self) -> f64 {
+    /// The side of the square in the middle of a pixel that collects light, in px.
+    pub fn collecting_side(&self) -> f64 {
         self.sensor.map_or(1.0, |sensor| sensor.active_side())
     }
 }

@@ -38,6 +38,18 @@ impl Aperture {
             Self::Circle => 2,
         }
     }
+
+    /// Whether it is its own mirror image in the plane x = 0.
+    pub(super) fn is_mirror_symmetric(self) -> bool {
+        match self {
+            // The mirror image of a corner at angle a is at pi - a.
+            Self::Polygon { blades, rotation_rad } => {
+                let steps = (0.5 * TAU - 2.0 * rotation_rad) * blades as f64 / TAU;
+                (steps - steps.round()).abs() < 1e-9
+            }
+            Self::Circle => true,
+        }
+    }
 }
 
 impl ThinLens {

@@ -236,7 +236,7 @@ pub(super) fn compare_noise(expected: Value, actual: &Regions, case: &mut CaseRe
     };
     case.reasons.extend(found.iter().take(TOLD).cloned());
     if found.len() > TOLD {
-        case.reasons.push(format!("and {} more regions changed", found.len() - TOLD));
+        case.reasons.push(format!("and {} more figures changed", found.len() - TOLD));
     }
 }
 

@@ -4,7 +4,7 @@ use super::cases;
 use super::noise::REPLICATES;
 use super::record::Tolerance;
 use super::report::{CaseResult, Folders, GoldenOutput, GoldenReport, Mode};
-use super::snapshot::{record, redrawn};
+use super::snapshot::{frames, record};
 use crate::error::Error;
 use crate::scene;
 use std::path::Path;
@@ -30,7 +30,8 @@ fn rendered(path: &Path) -> Result<GoldenOutput, Error> {
     let scene = scene::load(path)?;
     let (picture, record) = record(&scene)?;
     if scene.effects.is_random() {
-        return Ok(GoldenOutput::of_random(&redrawn(&scene, REPLICATES)?, record));
+        let (pictures, quiet) = frames(&scene, REPLICATES)?;
+        return Ok(GoldenOutput::of_random(&pictures, &quiet, record));
     }
     Ok(GoldenOutput { picture, record, noise: None })
 }

@@ -22,9 +22,10 @@ pub struct GoldenOutput {
 }
 
 impl GoldenOutput {
-    /// The output of a case that is drawn at random, from its pictures (at least two) by different seeds.
-    pub fn of_random(pictures: &[Raster<f32>], record: Value) -> Self {
-        Self { picture: noise::mean_picture(pictures), record, noise: Some(Regions::of(pictures)) }
+    /// The output of a case that is drawn at random, from the pictures of its frames (at least three) and the one without
+    /// noise.
+    pub fn of_random(pictures: &[Raster<f32>], quiet: &Raster<f32>, record: Value) -> Self {
+        Self { picture: noise::mean_picture(pictures), record, noise: Some(Regions::of(pictures, quiet)) }
     }
 }
 

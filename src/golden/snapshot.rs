@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::raster::Raster;
 use crate::render::Outputs;
 use crate::scene::Scene;
+use crate::system::System;
 use crate::{render, system};
 use serde_json::{Value, json};
 
@@ -22,7 +23,7 @@ pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Error> {
     let system = system::build(scene)?;
     let random = system.effects().is_random();
     let film = render::render(&system, &());
-    let mut view = see(&system, &film.radiance, true, &());
+    let mut view = see(&system, &system.effects().decoded(&film.radiance), true, &());
     let reasons = view.halves.each_ref().map(|half| Reasons::of(&system, half, random));
     if random {
         // The exact residuals are those of all corners, not of those that chance let be found.
@@ -63,17 +64,16 @@ pub fn record(scene: &Scene) -> Result<(Raster<f32>, Value), Error> {
     Ok((film.radiance, value))
 }
 
-/// The pictures that the scene gives with as many different seeds; its own is the first.
+/// The pictures that one specimen of the sensor takes of the scene in as many frames, its own first, and the picture without
+/// noise.
 ///
 /// # Errors
 /// When the instrument cannot be built.
-pub fn redrawn(scene: &Scene, count: usize) -> Result<Vec<Raster<f32>>, Error> {
+pub fn frames(scene: &Scene, count: usize) -> Result<(Vec<Raster<f32>>, Raster<f32>), Error> {
     let system = system::build(scene)?;
-    let picture = |replicate: u64| {
-        let system = system.redrawn(replicate);
-        render::render_wanted(&system, Outputs { truth: false }, &()).radiance
-    };
-    Ok((0..count as u64).map(picture).collect())
+    let picture = |system: &System| render::render_wanted(system, Outputs { truth: false }, &()).radiance;
+    let pictures = (0..count as u32).map(|later| picture(&system.in_frame(later))).collect();
+    Ok((pictures, picture(&system.without_noise())))
 }
 
 fn found(view: &HalfView) -> Value {

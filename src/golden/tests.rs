@@ -245,7 +245,8 @@ fn noisy(output: &GoldenOutput, seed: u64) -> GoldenOutput {
     };
     let picture = |r: u64| Raster::from_data(16, 12, (0..192).map(|k| draw(r, k)).collect());
     let pictures: Vec<_> = (0..noise::REPLICATES as u64).map(picture).collect();
-    GoldenOutput::of_random(&pictures, output.record.clone())
+    let quiet = output.picture.map(|value| 0.2 + 0.5 * value);
+    GoldenOutput::of_random(&pictures, &quiet, output.record.clone())
 }
 
 #[test]

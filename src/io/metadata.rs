@@ -34,6 +34,17 @@ pub struct Metadata {
     pub texts: BTreeMap<String, String>,
 }
 
+impl Metadata {
+    /// The gamma by which the program's own notes say that a sensor has coded the light.
+    pub(super) fn gamma(&self) -> Option<f64> {
+        let notes: serde_json::Value = serde_json::from_str(self.texts.get(KEY)?).ok()?;
+        notes[GAMMA].as_f64().filter(|gamma| (0.1..=10.0).contains(gamma) && *gamma != 1.0)
+    }
+}
+
+/// The key of a sensor's gamma in [`Notes::json`].
+pub const GAMMA: &str = "gamma";
+
 /// The key of [`Notes::json`] in a file, and the name of the program that wrote it.
 pub(super) const KEY: &str = "biprism";
 

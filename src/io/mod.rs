@@ -20,5 +20,5 @@ pub mod point_grid;
 pub mod corners;
 mod lines;
 
-pub use metadata::{Metadata, Notes};
+pub use metadata::{GAMMA, Metadata, Notes};
 pub use picture_file::read;

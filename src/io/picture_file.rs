@@ -5,20 +5,33 @@ use super::open::{open, unreadable};
 use super::{exr, photo, png, pnm};
 use crate::error::Error;
 use crate::raster::Raster;
-use crate::raster::transfer::Transfer;
+use crate::raster::transfer::{Transfer, decoded};
 use std::io::{Read, Seek};
 use std::path::Path;
 
 /// Reads a PNG, an EXR or a photograph (JPEG, BMP, PNM), known by its first bytes and not by its name, as linear light.
 ///
 /// `stated` says which curve a PNG has. It is needed where the file does not say, and beats the file where both speak;
-/// [`Metadata::transfer_source`] keeps which was used. An EXR is linear by definition.
+/// [`Metadata::transfer_source`] keeps which was used. An EXR is linear by definition. What a file of this program says in
+/// its notes of a sensor's gamma is undone, unless a curve is stated.
 ///
 /// # Errors
 /// A file that is missing, of another format, damaged, too short for its pixels, outside the limits of
 /// [`crate::raster::MAX_SIDE_PX`], [`crate::raster::MAX_PIXELS`] and [`super::memory::PICTURE_BYTES`] (all of which its header
 /// is asked for before memory is taken), not opaque, not finite, or that leaves the transfer curve to be guessed.
 pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Error> {
+    let (picture, metadata) = read_as_stored(path, stated)?;
+    match metadata.gamma().filter(|_| stated.is_none()) {
+        Some(gamma) => {
+            let (transfer, transfer_source) = (format!("power {gamma}"), "the file's notes".to_owned());
+            Ok((decoded(&picture, gamma), Metadata { transfer, transfer_source, ..metadata }))
+        }
+        None => Ok((picture, metadata)),
+    }
+}
+
+/// [`read`] without a look at the notes.
+fn read_as_stored(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Error> {
     let mut file = open(path)?;
     let mut start = Vec::new();
     (&mut file)

@@ -56,6 +56,11 @@ impl<T: Copy> Raster<T> {
         &self.data[j * self.width..(j + 1) * self.width]
     }
 
+    /// Row `j`, to be changed.
+    pub fn row_mut(&mut self, j: usize) -> &mut [T] {
+        &mut self.data[j * self.width..(j + 1) * self.width]
+    }
+
     /// The value of pixel (i, j).
     #[inline(always)]
     pub fn get(&self, i: usize, j: usize) -> T {
@@ -68,6 +73,14 @@ impl<T: Copy> Raster<T> {
         let mut data = Vec::with_capacity((last - first) * self.height);
         (0..self.height).for_each(|j| data.extend_from_slice(&self.row(j)[first..last]));
         Self::from_data(last - first, self.height, data)
+    }
+
+    /// The picture without `frame` pixels on every side.
+    #[must_use]
+    pub fn without_frame(&self, frame: usize) -> Self {
+        let (width, height) = (self.width - 2 * frame, self.height - 2 * frame);
+        let rows = (frame..frame + height).flat_map(|j| &self.row(j)[frame..frame + width]);
+        Self::from_data(width, height, rows.copied().collect())
     }
 
     /// Each value changed by `f`.

@@ -1,5 +1,6 @@
 //! Transfer curves: how a stored value in [0, 1] stands for linear light.
 
+use super::pixels::Raster;
 use serde::Serialize;
 
 /// A transfer curve that may be stated for a picture.
@@ -44,6 +45,11 @@ impl Transfer {
 /// weights sum to 1, so that grey is kept.
 pub fn luminance(red: f64, green: f64, blue: f64) -> f64 {
     0.2126 * red + 0.7152 * green + 0.0722 * blue
+}
+
+/// Linear light of a picture whose values were coded as light^(1 / gamma); what is negative, as noise may be, is 0.
+pub fn decoded(picture: &Raster<f32>, gamma: f64) -> Raster<f32> {
+    picture.map(|value| libm::pow(f64::from(value.max(0.0)), gamma) as f32)
 }
 
 #[cfg(test)]

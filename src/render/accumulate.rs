@@ -9,15 +9,31 @@ use super::plan::Plan;
 use super::work::Work;
 use crate::effect::Variant;
 use crate::effect::quadrature::LEAST_REPLICATES;
-use crate::progress::{Observer, OnPixels};
+use crate::progress::{Observer, Scaled};
 use crate::raster::Raster;
 use crate::system::System;
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Side of the blocks by whose mean variance the error of a picture is judged, in px: one pixel's own spread over a few
 /// sets tells little.
 const BLOCK: usize = 16;
+
+/// The light that falls on the pixels of `system`, before film effects: one picture, or the mean over its variants.
+pub(super) fn light(system: &System, wanted: Outputs, observer: &dyn Observer) -> Film {
+    let effects = system.effects();
+    if effects.averages() {
+        mean(system, &|set| effects.variants(set), wanted, observer)
+    } else {
+        picture(&Plan::new(system), wanted, observer)
+    }
+}
+
+/// The variants whose weighted sum the picture with this account is, each with the share of its set.
+pub(super) fn variants_of(system: &System, account: &AccuracyReport) -> Vec<(f64, Variant)> {
+    let effects = system.effects();
+    let sets = account.passes / effects.variants(0).len();
+    (0..sets).flat_map(|set| effects.variants(set)).map(|variant| (1.0 / sets as f64, variant)).collect()
+}
 
 /// A picture in f64.
 struct RunningMean {
@@ -44,16 +60,12 @@ pub(super) fn mean(
     let mut work = Work::default();
     let mut account = own.account(0.0);
     let first = set(0);
-    let heard = AtomicUsize::new(0);
+    let pixels = width * height;
+    let scaled = Scaled::new(observer, pixels, most_sets * first.len() * pixels);
     let mut mean = MeanOfSets::new(most_sets, [width, height]);
     while mean.sets < most_sets {
         let variants = if mean.sets == 0 { first.clone() } else { set(mean.sets) };
-        let passes = most_sets * variants.len();
-        let share = OnPixels(|pixels: usize| {
-            let before = heard.fetch_add(pixels, Ordering::Relaxed);
-            observer.pixels((before + pixels) / passes - before / passes);
-        });
-        mean.add(sum(system, &variants, &mut work, &mut account, &share));
+        mean.add(sum(system, &variants, &mut work, &mut account, &scaled));
         account.passes = mean.sets * variants.len();
         if system.effects().quadrature.noise.is_some_and(|target| mean.reaches(target)) {
             break;
@@ -61,8 +73,7 @@ pub(super) fn mean(
     }
 
     // Report the pixels of the sets that were not needed.
-    let all = most_sets * first.len();
-    observer.pixels(width * height - heard.load(Ordering::Relaxed) / all);
+    scaled.pixels((most_sets - mean.sets) * first.len() * pixels);
 
     // Give out the mean with its noise and the truth.
     account.noise = mean.noise();
@@ -155,7 +166,26 @@ fn sum(
         *work += Work { counts: film.counts, bend_px: film.account.bend_px };
         *account = account.with(&film.account);
     }
+
+    // Points of a set are not their own mirror images; of a symmetric scene, take those that are for as many again.
+    if system.receives_mirror_images() {
+        make_symmetric(&mut grey, |a, b| 0.5 * (a + b));
+        if let Some(colour) = &mut colour {
+            make_symmetric(colour, |a, b| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c])));
+        }
+    }
     RunningMean { grey, colour }
+}
+
+/// Makes each pixel the mean of itself and its mirror image to the left or right.
+pub(super) fn make_symmetric<T: Copy + Send>(picture: &mut Raster<T>, mean: impl Fn(T, T) -> T + Sync) {
+    let width = picture.width();
+    picture.data_mut().par_chunks_mut(width).for_each(|row| {
+        for i in 0..width / 2 {
+            let value = mean(row[i], row[width - 1 - i]);
+            (row[i], row[width - 1 - i]) = (value, value);
+        }
+    });
 }
 
 impl RunningMean {

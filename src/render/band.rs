@@ -1,11 +1,15 @@
-//! A band: the rows of a picture that one thread renders at a time.
+//! A band: the part of a picture that one thread renders at a time.
 
 use super::film::Class;
+use super::region::Region;
+use std::ops::Range;
 
-/// The rows of a picture that one thread renders at a time, written where they stay.
+/// The part of a picture that one thread renders at a time, mostly whole rows, written where it stays.
 pub(super) struct Band<'a> {
-    /// Columns of the picture.
+    /// Columns of the band.
     pub(super) width: usize,
+    /// The picture's column that is the band's first.
+    pub(super) first_column: usize,
     /// The picture's row that is the band's first.
     pub(super) first_row: usize,
     pub(super) radiance: &'a mut [f32],
@@ -23,7 +27,22 @@ impl Band<'_> {
         self.radiance.len() / self.width
     }
 
-    /// Copies the right half over the left half, mirrored.
+    /// The part of `region` in the band.
+    pub(super) fn part_of(&self, region: &Region) -> Region {
+        let within = |range: &Range<usize>, first: usize, count: usize| {
+            let start = range.start.max(first);
+            start..range.end.min(first + count).max(start)
+        };
+        let columns = within(&region.columns, self.first_column, self.width);
+        Region { columns, rows: within(&region.rows, self.first_row, self.rows()) }
+    }
+
+    /// Where the picture's column `x` in row `y` is kept.
+    pub(super) fn at(&self, x: usize, y: usize) -> usize {
+        (y - self.first_row) * self.width + x - self.first_column
+    }
+
+    /// Copies the right half of a band of whole rows over its left half, mirrored.
     pub(super) fn mirror(&mut self) {
         let half = self.width / 2;
         for row in self.radiance.chunks_exact_mut(self.width) {

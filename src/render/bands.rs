@@ -3,7 +3,6 @@
 use super::band::{Band, Truth};
 use super::film::{Class, Film, Outputs, Strip};
 use super::plan::{BAND_ROWS, Plan};
-use super::region::Region;
 use super::work::Work;
 use super::{mapped, reference, tile};
 use crate::accuracy::Sampling;
@@ -39,7 +38,7 @@ pub(super) fn rows(plan: &Plan, rows: Range<usize>, wanted: Outputs, observer: &
     let bands: Vec<Band> = (radiance.data_mut().chunks_mut(size).enumerate())
         .map(|(k, radiance)| {
             let truth = truths.next().map(|(class, board_mm)| Truth { class, board_mm });
-            Band { width, first_row: rows.start + k * BAND_ROWS, radiance, truth }
+            Band { width, first_column: 0, first_row: rows.start + k * BAND_ROWS, radiance, truth }
         })
         .collect();
 
@@ -71,11 +70,25 @@ pub(super) fn render_band(plan: &Plan, band: &mut Band) -> Work {
         work += mapped::render(plan, patch, band);
     }
     for region in &plan.traced {
-        let rows = region.rows.start.max(band.first_row)..region.rows.end.min(band.first_row + band.rows());
-        work += tile::render(plan, &Region { columns: region.columns.clone(), rows }, band);
+        work += tile::render(plan, &band.part_of(region), band);
     }
     if plan.mirrored {
         band.mirror();
     }
     work
+}
+
+/// Renders the part of the picture of a plan, which is not copied from its mirror image, that `band` covers.
+pub(super) fn render_part(plan: &Plan, band: &mut Band) {
+    for patch in &plan.patches {
+        let region = band.part_of(&patch.region);
+        if region.columns.len() < mapped::LEAST_COLUMNS {
+            tile::render(plan, &region, band);
+        } else if !region.rows.is_empty() {
+            mapped::render(plan, &patch.part(region), band);
+        }
+    }
+    for region in &plan.traced {
+        tile::render(plan, &band.part_of(region), band);
+    }
 }

@@ -27,6 +27,16 @@ pub struct Film {
 }
 
 impl Film {
+    /// The part without `frame` pixels on every side, of a film without truth.
+    pub(super) fn without_frame(self, frame: usize) -> Self {
+        Self {
+            radiance: self.radiance.without_frame(frame),
+            colour: self.colour.map(|colour| colour.without_frame(frame)),
+            noise: self.noise.map(|noise| noise.without_frame(frame)),
+            ..self
+        }
+    }
+
     /// What happened to the centre ray of pixel (i, j), where that was asked for.
     pub fn class_at(&self, i: usize, j: usize) -> Option<Class> {
         self.class.as_ref().map(|class| class.get(i, j))

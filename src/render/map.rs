@@ -59,6 +59,11 @@ const GRAIN_PX: f64 = 1.0 / (1u64 << 20) as f64;
 pub(super) const INSET_PX: f64 = 1.0 / (1u64 << 30) as f64;
 
 impl MapPatch {
+    /// The part of the patch over `region`.
+    pub(super) fn part(&self, region: Region) -> Self {
+        Self { region, ..self.clone() }
+    }
+
     /// s of the picture's column x, in -1 ..= 1 inside the patch.
     #[inline(always)]
     pub(super) fn s(&self, x: f64) -> f64 {

@@ -12,11 +12,13 @@ use crate::accuracy::Arithmetic;
 use crate::num::chebyshev::MAX_DEGREE;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
+/// A patch is at least this wide.
+pub(super) const LEAST_COLUMNS: usize = BLOCK;
 const HALF_BLOCK: f64 = 0.5 * BLOCK as f64;
 /// Rounding of positions, in squares.
 const ROUNDING: f64 = 1e-9;
 
-/// Renders the rows of `patch` that lie in `band`.
+/// Renders the rows of `patch` that lie in `band`, which holds all its columns.
 pub(super) fn render(plan: &Plan, patch: &MapPatch, band: &mut Band) -> Work {
     widest(PatchRows { plan, patch, band })
 }
@@ -125,8 +127,8 @@ impl Kernel for PatchRows<'_, '_, '_> {
         let mut work = Work::default();
 
         // Find the rows of the patch in the band, and whether draft pixels keep to the bend allowed.
-        let (columns, rows) = (patch.region.columns.clone(), patch.region.rows.clone());
-        let rows = rows.start.max(band.first_row)..rows.end.min(band.first_row + band.rows());
+        let columns = patch.region.columns.clone();
+        let rows = band.part_of(&patch.region).rows;
         let mut edge_pixels = Vec::new();
         let draft_px = draft_px(plan, patch);
         work.bend_px = draft_px.unwrap_or(0.0);
@@ -136,8 +138,9 @@ impl Kernel for PatchRows<'_, '_, '_> {
         for j in rows {
             let y = j as f64 + 0.5;
             let row = RowMap::new(patch, y, plan.active);
-            let start = (j - band.first_row) * band.width;
-            let out = &mut band.radiance[start + columns.start..start + columns.end];
+            let start = band.at(columns.start, j);
+            let span = start..start + columns.len();
+            let out = &mut band.radiance[span.clone()];
             edge_pixels.clear();
             work.counts.edge_pixels += constant_pixels(plan, patch, &row, draft, out, &mut edge_pixels);
             edge_means(plan, patch, &row, y, out, &edge_pixels, &mut work);
@@ -152,7 +155,6 @@ impl Kernel for PatchRows<'_, '_, '_> {
 
             // Store the ground truth.
             if let Some(truth) = &mut band.truth {
-                let span = start + columns.start..start + columns.end;
                 truth.class[span.clone()].fill(patch.class);
                 board(plan, patch, &row, &mut truth.board_mm[span]);
             }

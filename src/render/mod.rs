@@ -30,11 +30,13 @@ mod strips;
 mod ghosts;
 mod ground_truth;
 mod accumulate;
+mod diffraction;
 mod driver;
 mod sample;
 pub mod supersample;
 
 pub use bands::picture;
+pub use diffraction::DiffractionSample;
 pub use driver::{render, render_wanted};
 pub(crate) use film::is_zero;
 pub use film::{AccuracyReport, Class, Counts, Film, Outputs, Strip};

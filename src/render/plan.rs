@@ -65,6 +65,11 @@ impl<'a> Plan<'a> {
         Self { has_throughput, ..Self::by(system, sampling, mirrored) }
     }
 
+    /// The plan of the picture by a map that is not copied from its mirror image, of which parts can be rendered.
+    pub(super) fn of_parts(system: &'a System) -> Self {
+        Self { has_throughput: system.effects().act_by(Hook::Transport), ..Self::by(system, Sampling::Map, false) }
+    }
+
     /// A plan by a given way of sampling, of both halves or of the right one, which is then copied: the picture is the
     /// same.
     pub(super) fn by(system: &'a System, sampling: Sampling, mirrored: bool) -> Self {

@@ -58,7 +58,8 @@ impl Plan<'_> {
             Some(patch) => {
                 let rows = y..patch.region.rows.end.min(y + MAPPED_ROWS);
                 let mut radiance = vec![0.0; width * rows.len()];
-                let mut band = Band { width, first_row: rows.start, radiance: &mut radiance, truth: None };
+                let mut band =
+                    Band { width, first_column: 0, first_row: rows.start, radiance: &mut radiance, truth: None };
                 let work = mapped::render(self, patch, &mut band);
                 let pixels = patch.region.columns.len() * rows.len();
                 PieceOfWork { mapped: true, pixels, bend_px: work.bend_px }
@@ -67,7 +68,7 @@ impl Plan<'_> {
                 let window = window(self.system, [x, y], side);
                 let [width, height] = window.camera().size_px();
                 let mut radiance = vec![0.0; width * height];
-                let mut band = Band { width, first_row: 0, radiance: &mut radiance, truth: None };
+                let mut band = Band { width, first_column: 0, first_row: 0, radiance: &mut radiance, truth: None };
                 let work = render_band(&traced(self, &window), &mut band);
                 PieceOfWork { mapped: false, pixels: width * height, bend_px: work.bend_px }
             }

@@ -234,7 +234,8 @@ fn any_number_of_threads_makes_the_same_picture() {
 fn colours_are_the_passes_by_their_shares() {
     use crate::effect::{Effects, Lens, ThinLens, Variant, thin_lens::Aperture};
     use glam::DVec2;
-    let scene = scene(66, 38, "kind = \"none\"", &format!("{BOARD}\nposition_mm = [0.0, 0.0, 1000.0]"));
+    // Aside, so that the picture is not made its own mirror image.
+    let scene = scene(66, 38, "kind = \"none\"", &format!("{BOARD}\nposition_mm = [1.0, 0.0, 1000.0]"));
     let lens = ThinLens::new(2.0, 500.0, Aperture::Circle, 35.0);
     let effects = Effects { lens: Lens::Thin(lens), ..Effects::default() };
     let system = built(&scene, Accuracy::exact()).with_effects(&effects);

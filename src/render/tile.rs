@@ -30,7 +30,7 @@ struct Centres {
 /// Renders the part of `region` that lies in `band`, which holds all its rows.
 pub(super) fn render(plan: &Plan, region: &Region, band: &mut Band) -> Work {
     let mut work = Work::default();
-    if region.rows.is_empty() {
+    if region.rows.is_empty() || region.columns.is_empty() {
         return work;
     }
     for first in region.columns.clone().step_by(TILE_COLUMNS) {
@@ -58,7 +58,7 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
     let (mut edge_pixels, mut border) = (Vec::new(), Vec::new());
     for (j, y) in rect.rows.clone().enumerate() {
         let at = (j + 1) * stride + 1;
-        let start = (y - band.first_row) * band.width + rect.columns.start;
+        let start = band.at(rect.columns.start, y);
         let row = &mut band.radiance[start..start + rect.columns.len()];
         let start_px = DVec2::new(rect.columns.start as f64 + 0.5, y as f64 + 0.5);
         edge_pixels.clear();

@@ -6,7 +6,7 @@ use crate::analysis::fates::fates;
 use crate::effect::Sensor;
 use crate::error::Error;
 use crate::io::exr::Channel;
-use crate::io::{Notes, exr, png};
+use crate::io::{GAMMA, Notes, exr, png};
 use crate::progress::Observer;
 use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
@@ -100,6 +100,9 @@ fn notes(scene: &Scene, system: &System, sampled: bool) -> String {
         "P": "the same in the world, mm",
         "class": ["left", "right", "missed", "total_reflection", "not_converged", "past_board"],
     });
+    if let Some(sensor) = system.effects().sensor.filter(|sensor| sensor.gamma != 1.0) {
+        what[GAMMA] = sensor.gamma.into();
+    }
     if system.clips()
         && let Some(classes) = what["class"].as_array_mut()
     {

@@ -109,14 +109,25 @@ impl Camera {
         Self { centre_px: self.centre_px - DVec2::from_array(first.map(|n| n as f64)), size_px, ..*self }
     }
 
+    /// The same camera with a sensor that has `frame` more pixels on every side.
+    #[must_use]
+    pub fn framed(&self, frame: usize) -> Self {
+        Self { centre_px: self.centre_px + frame as f64, size_px: self.size_px.map(|n| n + 2 * frame), ..*self }
+    }
+
     /// Whether mirror images in the plane x = 0 have mirrored rays, bit for bit, and no pixel lies across it.
     pub fn keeps_mirror_images(&self) -> bool {
+        self.is_mirror_symmetric() && self.size_px[0].is_multiple_of(2)
+    }
+
+    /// Whether mirror images in the plane x = 0 have mirrored rays.
+    pub fn is_mirror_symmetric(&self) -> bool {
         let width = self.size_px[0];
         let upright = match self.projection {
             Projection::Pinhole { .. } => true,
             Projection::Telecentric { direction, .. } => direction.x == 0.0,
         };
-        upright && self.position_mm.x == 0.0 && width.is_multiple_of(2) && self.centre_px.x == 0.5 * width as f64
+        upright && self.position_mm.x == 0.0 && self.centre_px.x == 0.5 * width as f64
     }
 
     /// Columns and rows of the sensor.

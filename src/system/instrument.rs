@@ -156,18 +156,40 @@ impl System {
         Self { accuracy, ..self.clone() }
     }
 
-    /// This instrument with other random numbers, by other seeds; itself for 0.
+    /// This instrument in a later frame: with other noise on the same specimen; itself for 0.
     #[must_use]
-    pub fn redrawn(&self, replicate: u64) -> Self {
-        Self { effects: self.effects.redrawn(replicate), ..self.clone() }
+    pub fn in_frame(&self, later: u32) -> Self {
+        Self { effects: self.effects.in_frame(later), ..self.clone() }
+    }
+
+    /// This instrument with a lens that does not diffract.
+    #[must_use]
+    pub fn without_diffraction(&self) -> Self {
+        Self { effects: Effects { diffraction: None, ..self.effects.clone() }, ..self.clone() }
+    }
+
+    /// This instrument with a sensor that is neither uneven nor noisy.
+    #[must_use]
+    pub fn without_noise(&self) -> Self {
+        Self { effects: self.effects.without_noise(), ..self.clone() }
     }
 
     /// Whether the picture is its own mirror image, bit for bit: camera, prism and board have the plane x = 0 as their
     /// plane of symmetry, and no pixel lies across it.
     pub fn is_mirror_symmetric(&self) -> bool {
+        self.camera.keeps_mirror_images() && self.has_symmetric_scenery()
+    }
+
+    /// Whether the light on its pixels is its own mirror image, all effects included and a pixel on the plane x = 0 too, to
+    /// the accuracy of its level and of the points that it is sampled by.
+    pub fn receives_mirror_images(&self) -> bool {
+        self.camera.is_mirror_symmetric() && self.has_symmetric_scenery() && self.effects.keep_mirror_images()
+    }
+
+    /// Whether prism and board have the plane x = 0 as their plane of symmetry.
+    fn has_symmetric_scenery(&self) -> bool {
         let board = &self.board.pattern;
-        self.camera.keeps_mirror_images()
-            && self.prism.as_ref().is_none_or(Prism::keeps_mirror_images)
+        self.prism.as_ref().is_none_or(Prism::keeps_mirror_images)
             && board.columns % 2 == 1
             && board.world_from_board.keeps_mirror_images()
     }

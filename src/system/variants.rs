@@ -18,6 +18,12 @@ impl System {
         Self { camera: self.camera.window(first, size_px), ..self.clone() }
     }
 
+    /// The instrument with a sensor that has `frame` more pixels on every side.
+    #[must_use]
+    pub fn framed(&self, frame: usize) -> Self {
+        Self { camera: self.camera.framed(frame), ..self.clone() }
+    }
+
     /// The instrument in each of the wavelengths that stand for the scene's light, through the middle of the pupil, with its
     /// share of the grey picture; the instrument itself where its light has the wavelength of the scene's own index.
     pub fn wavelengths(&self) -> Vec<(f64, Cow<'_, Self>)> {

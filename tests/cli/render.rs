@@ -103,7 +103,8 @@ fn a_gamma_is_in_the_picture_once() {
     };
     small_scene(folder.path(), grey);
     assert!(biprism(folder.path(), &["render", "scene.toml", "--out", "a.png"]).status.success());
-    let (picture, _) = biprism::io::read(&folder.path().join("a.png"), None).expect("a picture");
+    let stored = Some(biprism::raster::transfer::Transfer::Linear);
+    let (picture, _) = biprism::io::read(&folder.path().join("a.png"), stored).expect("a picture");
     let expected = libm::powf(0.4, 1.0 / 2.2);
     assert!(picture.data().iter().all(|v| (v - expected).abs() < 1.0 / 65535.0), "{}", picture.data()[0]);
 }

@@ -36,12 +36,12 @@ pub(super) struct DetectorRun {
 impl DetectorRun {
     /// Detects the corners of the reference.
     pub(super) fn new(system: &System, reference: &Raster<f32>) -> Self {
-        Self { reference: positions(&look(system, reference)) }
+        Self { reference: positions(&look(system, &system.effects().decoded(reference))) }
     }
 
     /// Compares another picture of the same instrument.
     pub(super) fn measure(&self, system: &System, picture: &Raster<f32>) -> Measured {
-        let view = look(system, picture);
+        let view = look(system, &system.effects().decoded(picture));
         let found = positions(&view);
         let shift = |k: usize| {
             let reference = &self.reference[k];

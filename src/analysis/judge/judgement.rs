@@ -37,7 +37,7 @@ pub fn judge(scene: &Scene, system: &System, observer: &dyn Observer) -> (Film, 
     let look = |system: &System| {
         observer.stage("render");
         let film = render::render(system, observer);
-        let view = see(system, &film.radiance, true, observer);
+        let view = see(system, &system.effects().decoded(&film.radiance), true, observer);
         (film, view)
     };
     let (film, own) = look(system);

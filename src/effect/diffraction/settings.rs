@@ -1,7 +1,16 @@
 //! The settings of diffraction.
 
-use super::kernel;
-use crate::raster::MAX_PIXELS;
+/// Wavelength times f-number is at most this many px.
+pub const LARGEST_SCALE_PX: f64 = 32.0;
+/// The side of a cell, as a share of the geometric mean of the pattern's scale and the larger one of it and the active side:
+/// what edges within cells make of the picture falls as the square of it, and is then some 7e-4 of the contrast.
+const CELL_SHARE: f64 = 0.08;
+/// The most cells along each side of a pixel.
+const MOST_CELLS: usize = 64;
+/// Below this scale, in px, what diffraction adds is taken from the pattern of this scale, in proportion.
+const LEAST_SCALE_PX: f64 = 0.02;
+/// The picture is rendered this many times the pattern's scale beyond its border, and this many pixels more.
+const MARGIN: (f64, usize) = (8.0, 8);
 
 /// The lens as diffraction sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,10 +34,23 @@ impl Diffraction {
         self.scale_px() == 0.0
     }
 
-    /// Samples along each side of a pixel from which a picture of the given size is convolved: as many as
-    /// `kernel::samples` gives, but no more than a picture may hold pixels.
-    pub fn samples(&self, size_px: [usize; 2]) -> usize {
-        let fits = |n: &usize| size_px[0] * size_px[1] * n * n <= MAX_PIXELS;
-        (1..=kernel::samples(self.scale_px())).rev().find(fits).unwrap_or(1)
+    /// The scale of the pattern by which light is spread, in px, and the share of that picture; the rest is the light that the
+    /// active squares receive without it. The light that leaves a square is in proportion to the scale while it is small.
+    pub fn spread_scale(&self) -> (f64, f64) {
+        let scale = self.scale_px();
+        (scale.max(LEAST_SCALE_PX), (scale / LEAST_SCALE_PX).min(1.0))
+    }
+
+    /// Cells along each side of a pixel with an active square of side `active` px, from which pixels that are not evenly lit
+    /// are spread: 1, or an even number.
+    pub fn cells(&self, active: f64) -> usize {
+        let (scale, _) = self.spread_scale();
+        let cells = (1.0 / (CELL_SHARE * (scale * scale.max(active)).sqrt())).ceil();
+        if cells <= 1.0 { 1 } else { (cells.min(MOST_CELLS as f64) as usize).next_multiple_of(2) }
+    }
+
+    /// Pixels beyond the border of a picture whose light is taken to reach it.
+    pub fn margin_px(&self) -> usize {
+        (MARGIN.0 * self.scale_px()).ceil() as usize + MARGIN.1
     }
 }

@@ -1,4 +1,5 @@
-//! The kernel and the blur against closed forms of diffraction theory.
+//! The pattern, its transfer function and the spread of light against closed forms of diffraction theory.
+//! `tests/film.rs` holds rendered pictures against the Fourier series of a board.
 
 use super::*;
 use crate::raster::Raster;
@@ -38,42 +39,6 @@ fn transfer_function_and_pattern_are_a_pair() {
     assert_eq!((mtf(0.0), mtf(1.0), mtf(1.7)), (1.0, 0.0, 0.0));
 }
 
-/// A pattern far wider than a pixel: pixels that are lit and collect all over weigh as the pattern's height, whose middle
-/// is pi / 4 over the square of its scale.
-#[test]
-fn weights_of_a_wide_pattern_are_its_heights() {
-    let scale = 5.0;
-    let kernel = PointSpread::with_samples(scale, 1.0, 1);
-    let side = 2 * kernel.core + 1;
-    for (i, j) in [(0, 0), (1, 0), (2, 3), (6, 0), (9, 4), (0, 21)] {
-        let height = |x: f64, y: f64| airy((x * x + y * y).sqrt() / scale) * PI / 4.0 / (scale * scale);
-        let weight = kernel.near[(kernel.core + j) * side + kernel.core + i];
-        // The spline's response is 0.5 % low at the cut-off, 1/5 a px, where no light is left, and 0.03 % at half of it.
-        assert!((weight - height(i as f64, j as f64)).abs() < 5e-4 * height(0.0, 0.0), "({i}, {j}): {weight}");
-    }
-}
-
-#[test]
-fn all_light_is_accounted_for() {
-    for scale in [1e-3, 0.05, 0.3, 0.8, 1.6, 3.0, 7.0, 16.0] {
-        for active in [1.0, 0.6] {
-            let kernel = PointSpread::new(scale, active);
-            let sum = |weights: &[f64]| weights.iter().sum::<f64>();
-            assert!(kernel.near.iter().chain(&kernel.far.weights).all(|w| *w >= 0.0));
-            let (near, far) = (sum(&kernel.near), sum(&kernel.far.weights));
-            // Some 30000 numbers summed, each rounded.
-            assert!((near + far - 1.0).abs() < 1e-12, "{scale}");
-            // What is far lies beyond the largest circle within the core and within the smallest around it. A pixel blurs
-            // by less than a px itself; 1e-4 is for what HIGHEST leaves out.
-            let beyond = |r: f64| 1.0 - encircled_energy(r / scale);
-            let r = kernel.core as f64 + 0.5;
-            let (most, least) = (beyond(r - 0.75), beyond(2f64.sqrt() * (r + 0.75)));
-            assert!((least - 1e-4..most + 1e-4).contains(&far), "{scale} {active}: {far} {least} {most}");
-            assert!(kernel.lost() <= 0.005 && kernel.far.block % 2 == 1);
-        }
-    }
-}
-
 /// The mean of the pattern over its rings falls as the cube of the distance: of J1^2 it is 1 / (pi v).
 #[test]
 fn the_far_pattern_falls_as_the_cube_of_the_distance() {
@@ -84,168 +49,115 @@ fn the_far_pattern_falls_as_the_cube_of_the_distance() {
         // The next order of J0^2 + J1^2 is a wave of 1 / (2 v) of it.
         assert!((gained / (2.0 * PI * r * mean) - 1.0).abs() < 0.4 / r, "{r}");
     }
-    let kernel = PointSpread::new(2.0, 1.0);
-    let (side, reach) = (2 * kernel.far.reach + 1, kernel.far.reach);
-    let weight = |m: usize| kernel.far.weights[reach * side + reach + m];
-    assert!((weight(8) / weight(16) - 8.0).abs() < 0.2, "{}", weight(8) / weight(16));
 }
 
+/// Wavelengths times f-number and active sides, both in px.
+const LENSES: [[f64; 2]; 8] =
+    [[0.02, 1.0], [0.1, 0.3], [0.3, 1.0], [0.8, 0.5], [1.6, 1.0], [3.0, 0.25], [8.0, 1.0], [20.0, 0.7]];
+
+fn cells(scale: f64, active: f64) -> usize {
+    Diffraction { wavelength_nm: 500.0, f_number: scale / 500e-6, pitch_mm: 1.0 }.cells(active)
+}
+
+fn noise(width: usize, height: usize, seed: u64) -> Raster<f32> {
+    let value = |k: usize| crate::num::deviates::Stream::new(seed, 0, 0, k as u32).uniform() as f32;
+    Raster::from_data(width, height, (0..width * height).map(value).collect())
+}
+
+/// Of a wave so long that pixels and cells do not see its bend, the transfer function's share is left.
 #[test]
-fn without_a_pattern_a_pixel_keeps_its_light() {
-    let kernel = PointSpread::new(1e-6, 1.0);
-    let fine = Raster::from_data(28, 20, (0..28 * 20).map(|k| ((k * 7919) % 97) as f32 / 97.0).collect());
-    let out = blur(&fine, &kernel);
-    let n = kernel.samples();
-    for j in 0..out.height() {
-        for i in 0..out.width() {
-            let mean: f32 = (0..n * n).map(|k| fine.get(n * i + k % n, n * j + k / n)).sum::<f32>() / (n * n) as f32;
-            // The spline takes the light of the pixel's own samples only, but for what HIGHEST leaves out: 1e-5 of each
-            // of the 128 samples around, of a contrast of 1, the half of them too much.
-            assert!((out.get(i, j) - mean).abs() < 6e-4, "{} {mean}", out.get(i, j));
-        }
-    }
-}
-
-/// A wave of `nu` per px along x with the exact means of `n` samples a pixel.
-fn sine(nu: f64, n: usize, width: usize) -> Raster<f32> {
-    let step = 1.0 / n as f64;
-    let edge = |k: usize| -libm::cos(2.0 * PI * nu * k as f64 * step) / (2.0 * PI * nu);
-    let row: Vec<f32> = (0..width * n).map(|k| (0.5 + 0.5 * (edge(k + 1) - edge(k)) / step) as f32).collect();
-    Raster::from_data(width * n, 2 * n, row.repeat(2 * n))
-}
-
-/// The amplitude of the wave of `nu` per px in the middle of a row, by least squares over whole waves; the picture is 1/2 +
-/// a sin + b cos.
-fn amplitude(picture: &Raster<f32>, nu: f64, from: usize, to: usize) -> f64 {
-    let (mut s, mut c) = (0.0, 0.0);
-    for i in from..to {
-        let (sin, cos) = libm::sincos(2.0 * PI * nu * (i as f64 + 0.5));
-        s += (f64::from(picture.get(i, 0)) - 0.5) * sin;
-        c += (f64::from(picture.get(i, 0)) - 0.5) * cos;
-    }
-    2.0 * 2.0 / (to - from) as f64 * (s * s + c * c).sqrt()
-}
-
-/// The measured modulation of rendered waves against the closed form, times the pixel's own sinc.
-#[test]
-fn waves_lose_the_modulation_that_theory_says() {
-    for (scale, active) in [(0.4, 1.0), (0.8, 1.0), (0.8, 0.6), (1.6, 1.0), (3.0, 1.0), (3.0, 0.7)] {
-        let kernel = PointSpread::new(scale, active);
-        let n = kernel.samples();
-        for nu in [0.05, 0.1, 0.2, 0.3, 0.4, 0.45] {
-            let (margin, waves) = (kernel.radius() + 1, 80);
-            let out = blur(&sine(nu, n, 2 * margin + waves), &kernel);
-            let measured = amplitude(&out, nu, margin, margin + waves);
-            let expected = mtf(nu * scale) * libm::sin(PI * nu * active) / (PI * nu * active);
-            // The light that falls beyond the kernel carries at most its own share of the wave.
-            assert!((measured - expected).abs() < kernel.lost(), "{scale} {active} {nu}: {measured} {expected}");
-        }
-    }
-}
-
-/// The most by which the picture of an edge of height 1 can be wrong because its samples were taken `n` a pixel: the
-/// integral over all frequencies of what the samples make of the edge's wave, less what diffraction makes of it.
-fn sampling_error(scale: f64, active: f64, n: f64) -> f64 {
-    let sinc = |x: f64| if x == 0.0 { 1.0 } else { libm::sin(PI * x) / (PI * x) };
-    let optics = |nu: f64| mtf(nu * scale) * sinc(active * nu);
-    // Of the spline: nu^-4 over the sum of its aliases, here n times finer than a pixel.
-    let spline = |nu: f64| {
-        let fourth = |u: f64| if u == 0.0 { 1.0 } else { 1.0 / (u * u * u * u) };
-        let aliases: f64 = (-30..=30).map(|m| fourth(nu / n + f64::from(m))).sum();
-        if (nu / n).fract() == 0.0 { f64::from(nu == 0.0) } else { fourth(nu / n) / aliases }
-    };
-    let response = |nu: f64| -> f64 {
-        let folded = (-6..=6).map(|m| nu + f64::from(m) * n);
-        folded
-            .filter(|nu| nu.abs() < 1.0 / scale && nu.abs() > 1e-9)
-            .map(|nu| optics(nu) * spline(nu) / sinc(nu / n))
-            .sum()
-    };
-    // From one period to the next the wave of an edge falls off and the samples' sinc with it: the rest is 1 %.
-    let (steps, end) = (20_000, 12.0 * n);
-    let nu = |k: usize| (k as f64 + 0.5) * end / steps as f64;
-    let made = |nu: f64| (response(nu) * sinc(nu / n) - optics(nu)).abs() / (PI * nu);
-    1.01 * (0..steps).map(|k| made(nu(k))).sum::<f64>() * end / steps as f64
-}
-
-/// An edge through a pixel row at any phase, against the integral of the transfer function.
-#[test]
-fn edges_look_as_theory_says() {
-    for (scale, active) in [(0.1, 1.0), (0.3, 1.0), (0.8, 1.0), (0.8, 0.6), (1.6, 1.0), (3.0, 1.0)] {
-        let kernel = PointSpread::new(scale, active);
-        let (n, margin) = (kernel.samples(), kernel.radius() + 1);
-        let width = 2 * margin + 20;
-        let step = 1.0 / n as f64;
-        let mut worst: f64 = 0.0;
-        for phase in 0..7 {
-            let edge = margin as f64 + 10.0 + f64::from(phase) / 7.0;
-            let row: Vec<f32> = (0..width * n).map(|k| (k as f64 + 1.0 - edge / step).clamp(0.0, 1.0) as f32).collect();
-            let out = blur(&Raster::from_data(width * n, n, row.repeat(n)), &kernel);
-            let rule = crate::num::quadrature::gauss_legendre(400);
-            for i in margin..margin + 20 {
-                let x = i as f64 + 0.5 - edge;
-                let integral: f64 = (rule.iter())
-                    .map(|[t, w]| {
-                        let nu = t / scale;
-                        let sinc = libm::sin(PI * nu * active) / (PI * nu * active);
-                        w / scale * mtf(*t) * sinc * libm::sin(2.0 * PI * nu * x) / (PI * nu)
-                    })
-                    .sum();
-                worst = worst.max((f64::from(out.get(i, 0)) - 0.5 - integral).abs());
+fn long_waves_lose_the_modulation_that_theory_says() {
+    for [scale, active] in LENSES {
+        let spread = PixelSpread::new(scale, active, cells(scale, active).max(2));
+        for waves in [1, 2, 3] {
+            let width = 512;
+            let nu = f64::from(waves) / 256.0;
+            let wave = |i: usize| 0.5 + 0.5 * libm::cos(2.0 * PI * nu * (i as f64 + 0.5));
+            let row: Vec<f32> = (0..width).map(|i| wave(i) as f32).collect();
+            let out = spread.spread(&Raster::from_data(width, 3, row.repeat(3)));
+            for (i, found) in out.row(1).iter().enumerate() {
+                let expected = 0.5 + (wave(i) - 0.5) * mtf(nu * scale);
+                // The pixel, its active square and two cells of at most half a pixel bend it by (pi nu)^2 / 6 each at most.
+                let bound = 0.5 * 2.0 * (PI * nu) * (PI * nu) / 6.0 + 1e-7;
+                assert!((found - expected).abs() < bound, "{scale} {active} {waves} {i}: {found} {expected}");
             }
         }
-        let bound = 0.5 * kernel.lost() + sampling_error(scale, active, n as f64);
-        assert!(worst < bound, "{scale} {active}: {worst} {bound}");
     }
 }
 
 #[test]
 fn light_is_neither_made_nor_lost_and_uniform_stays_uniform() {
-    for scale in [0.3, 0.8, 3.0] {
-        let kernel = PointSpread::new(scale, 1.0);
-        let n = kernel.samples();
-        let (width, height) = (23, 9);
-        let noise = |k: usize| crate::num::deviates::Stream::new(5, 0, 0, k as u32).uniform() as f32;
-        // Evenly lit pixels: of the light of one sample a little more than of its neighbour's falls beyond the core.
-        let even = |k: usize| noise(k / n % width + k / (width * n) / n * width);
-        let fine = Raster::from_data(width * n, height * n, (0..width * n * height * n).map(even).collect());
-        let sum = |picture: &Raster<f32>| picture.data().iter().map(|v| f64::from(*v)).sum::<f64>();
-        let before = sum(&fine) / (n * n) as f64;
-        let after = blur(&fine, &kernel);
-        // Every value rounds once to f32. Between blocks the far light, 5 %, is linear, which leaves out its bend over a
-        // block: 1/8 of (3 / 5)^2 of what it changes by over the core, by turns too little and too much.
-        assert!((sum(&after) / before - 1.0).abs() < 1e-4, "{scale}: {} {before}", sum(&after));
-        let (low, high) =
-            (fine.data().iter().copied().fold(1.0, f32::min), fine.data().iter().copied().fold(0.0, f32::max));
-        assert!(after.data().iter().all(|v| (low..=high).contains(v)));
-        let uniform = blur(&Raster::filled(width * n, height * n, 0.37f32), &kernel);
-        assert!(uniform.data().iter().all(|v| (v - 0.37).abs() <= 0.37 * f32::EPSILON), "{scale}");
+    for [scale, active] in LENSES {
+        let spread = PixelSpread::new(scale, active, cells(scale, active));
+        let picture = noise(23, 9, 5);
+        let before: f64 = picture.data().iter().map(|v| f64::from(*v)).sum();
+        let after: f64 = spread.spread(&picture).data().iter().sum();
+        // The table of aliases holds 0 for light that is even, to rounding.
+        assert!((after / before - 1.0).abs() < 1e-12, "{scale} {active}: {after} {before}");
+        let even = spread.spread(&Raster::filled(23, 9, 0.37f32));
+        assert!(even.data().iter().all(|v| (v - f64::from(0.37f32)).abs() < 1e-14), "{scale} {active}");
+    }
+}
+
+/// The pattern's height at a pixel, of the light of one pixel: pi / 4 of (scale)^-2 times [`airy`].
+#[test]
+fn one_bright_pixel_makes_the_pattern() {
+    let scale = 9.0;
+    let spread = PixelSpread::new(scale, 0.05, 100);
+    let mut picture = Raster::filled(401, 401, 0.0f32);
+    *picture.row_mut(200).get_mut(200).unwrap() = 1.0;
+    let out = spread.spread(&picture);
+    let peak = PI / 4.0 / (scale * scale);
+    for (i, j) in [(0, 0), (3, 0), (7, 5), (0, 11), (20, 15), (40, 1)] {
+        let r = f64::from(i * i + j * j).sqrt() / scale;
+        let found = out.get(200 + i as usize, 200 + j as usize);
+        // The pattern bends by (pi / 9)^2 / 2 px^-2 in its middle, and the mean of x^2 over a pixel is 1/12: 5.1e-3.
+        assert!((found - peak * airy(r)).abs() < 5.5e-3 * peak, "({i}, {j}): {found} {}", peak * airy(r));
+    }
+}
+
+/// One bright cell makes the pattern about itself, not about its pixel's middle.
+#[test]
+fn one_bright_cell_makes_the_pattern() {
+    let (scale, count) = (3.0, 10);
+    let (spread, cells) = (PixelSpread::new(scale, 0.05, count), CellSpread::new(scale, 0.05, count));
+    let mut picture = Raster::filled(201, 201, 0.0f32);
+    picture.row_mut(100)[100] = 0.01;
+    let out = spread.spread(&picture);
+    let mut around = Vec::new();
+    cells.add(|i, j| if (i, j) == (8, 1) { 1.0 } else { 0.0 }, &mut around);
+    let side = 2 * cells.reach() + 1;
+    let peak = 0.01 * PI / 4.0 / (scale * scale);
+    for (i, j) in [(0, 0), (1, -1), (3, 0), (-2, 1), (-5, -6), (9, 2)] {
+        let near = |k: i32| (cells.reach() as i32 + k) as usize;
+        let found = out.get((100 + i) as usize, (100 + j) as usize) + f64::from(around[near(j) * side + near(i)]);
+        let [x, y] = [f64::from(i) - 0.35, f64::from(j) + 0.35];
+        let expected = peak * airy((x * x + y * y).sqrt() / scale);
+        // The cell bends the pattern by (pi / 3)^2 / 2 * 0.01 / 12 of its middle, and takes that off again.
+        assert!((found - expected).abs() < 5e-4 * peak, "({i}, {j}): {found} {expected}");
     }
 }
 
 #[test]
-fn a_mirrored_picture_has_the_mirrored_bits() {
-    let kernel = PointSpread::new(0.8, 1.0);
-    let n = kernel.samples();
-    let (width, height) = (37, 5);
-    let noise = |k: usize| crate::num::deviates::Stream::new(6, 0, 0, k as u32).uniform() as f32;
-    let fine = Raster::from_data(width * n, height * n, (0..width * n * height * n).map(noise).collect());
-    let turned = |p: &Raster<f32>| {
+fn a_mirrored_picture_is_spread_as_its_mirror_image() {
+    let turned = |p: &Raster<f64>| {
         let w = p.width();
         Raster::from_data(w, p.height(), (0..p.data().len()).map(|k| p.get(w - 1 - k % w, k / w)).collect())
     };
-    assert_eq!(blur(&turned(&fine), &kernel), turned(&blur(&fine, &kernel)));
+    let picture = noise(37, 5, 6);
+    let mirrored = turned(&picture.map(f64::from)).map(|v| v as f32);
+    let spread = PixelSpread::new(0.8, 1.0, 14);
+    let (a, b) = (turned(&spread.spread(&picture)), spread.spread(&mirrored));
+    // Some 200 roundings of numbers up to 1.
+    assert!(a.data().iter().zip(b.data()).all(|(a, b)| (a - b).abs() < 1e-13));
 }
 
 #[test]
 fn the_bits_do_not_depend_on_the_threads() {
-    let kernel = PointSpread::new(1.6, 1.0);
-    let n = kernel.samples();
-    let noise = |k: usize| crate::num::deviates::Stream::new(7, 0, 0, k as u32).uniform() as f32;
-    let fine = Raster::from_data(50 * n, 200 * n, (0..50 * n * 200 * n).map(noise).collect());
+    let (spread, picture) = (PixelSpread::new(1.6, 1.0, 10), noise(50, 200, 7));
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a few threads");
-        pool.install(|| blur(&fine, &kernel))
+        pool.install(|| spread.spread(&picture))
     };
     let one = with(1);
     assert!(one == with(2) && one == with(7));

@@ -1,0 +1,300 @@
+//! Diffraction: evenly lit pixels share their light over the whole picture, and the cells of the others around them.
+
+use super::accumulate::{light, make_symmetric, variants_of};
+use super::band::Band;
+use super::bands::{picture, render_part};
+use super::film::{Film, Outputs};
+use super::ground_truth::ground_truth;
+use super::plan::Plan;
+use super::region::Region;
+use crate::accuracy::Accuracy;
+use crate::effect::Variant;
+use crate::effect::diffraction::{CellSpread, Diffraction, PixelSpread};
+use crate::optics::fate::Fate;
+use crate::progress::{Observer, Scaled};
+use crate::raster::{MAX_PIXELS, MAX_SIDE_PX, Raster};
+use crate::system::System;
+use glam::DVec2;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Pixels along the side of a tile whose cells are rendered together, or as many as make [`TILE_CELLS`] cells.
+const TILE: usize = 16;
+const TILE_CELLS: usize = 64;
+/// Pixels whose light differs from that of their neighbours by less than this share of the contrast are taken as evenly lit.
+const EVEN: f32 = 5e-4;
+/// Where squares are smaller than this, in px, pixels may be alike and not be evenly lit.
+const SMALL_SQUARE_PX: f64 = 2.0;
+/// Variants whose plans are held at a time.
+const PLANS: usize = 64;
+/// Pixels between the places where the glass beyond the border is looked for.
+const FRAME_STEP: usize = 8;
+
+/// The light that the pixels of `system` collect behind a lens that diffracts; `wanted` and `observer` as in
+/// [`super::render_wanted`].
+pub(super) fn spread_light(system: &System, lens: &Diffraction, wanted: Outputs, observer: &dyn Observer) -> Film {
+    let pixels: usize = system.camera().size_px().iter().product();
+
+    // Render the light of pixels, and of those beyond the border where the glass is given there.
+    let frame = frame_px(system, lens);
+    let framed = system.framed(frame);
+    let [width, height] = framed.camera().size_px();
+    let even = light(&framed, Outputs { truth: false }, &Scaled::new(observer, pixels / 2, width * height));
+
+    // Spread it as if each of them were evenly lit.
+    let active = system.effects().collecting_side();
+    let cells = lens.cells(active);
+    let (scale, share) = lens.spread_scale();
+    let spread = PixelSpread::new(scale, active, cells);
+    let colour = even.colour.as_ref().map(|colour| [0, 1, 2].map(|c| colour.map(|v| v[c])));
+    let channels = std::iter::once(&even.radiance).chain(colour.iter().flatten());
+    let mut sums: Vec<Raster<f64>> = channels.map(|channel| spread.spread(channel)).collect();
+
+    // Add what the cells of the others make.
+    let rest = Scaled::new(observer, pixels - pixels / 2, width * height);
+    if cells > 1 {
+        let spread = CellSpread::new(scale, active, cells);
+        add_cells(&framed, (&even, &variants_of(&framed, &even.account)), &spread, &mut sums, &rest);
+    }
+    if framed.effects().averages() && framed.receives_mirror_images() {
+        sums.iter_mut().for_each(|sum| make_symmetric(sum, |a, b| 0.5 * (a + b)));
+    }
+    rest.pixels(width * height);
+
+    // No rounding makes light negative.
+    let (grey, colours) = sums.split_first().expect("grey is a channel");
+    let value = |v: f64| v.max(0.0) as f32;
+    let colour = |[r, g, b]: [&Raster<f64>; 3]| {
+        let pixels = r.data().iter().zip(g.data()).zip(b.data());
+        let pixels = pixels.map(|((r, g), b)| [value(*r), value(*g), value(*b)]);
+        Raster::from_data(width, height, pixels.collect())
+    };
+    let colour = <&[_; 3]>::try_from(colours).ok().map(|colours| colour(colours.each_ref()));
+    let spread = Film { radiance: grey.map(value), colour, ..even }.without_frame(frame);
+
+    // Of a small pattern, take its share.
+    let spread = if share < 1.0 { mixed(system, spread, share) } else { spread };
+    if !wanted.truth {
+        return spread;
+    }
+    let Film { class, board_mm, .. } = ground_truth(system);
+    Film { class, board_mm, ..spread }
+}
+
+/// The share of `spread` that a small pattern has, and for the rest the light of active squares without diffraction.
+fn mixed(system: &System, spread: Film, share: f64) -> Film {
+    let sharp = light(&system.without_diffraction(), Outputs { truth: false }, &());
+    let mix = |a: f32, b: f32| (f64::from(a) * share + f64::from(b) * (1.0 - share)) as f32;
+    let of = |a: &Raster<f32>, b: &Raster<f32>| {
+        let values = a.data().iter().zip(b.data()).map(|(a, b)| mix(*a, *b));
+        Raster::from_data(a.width(), a.height(), values.collect())
+    };
+    let of_colours = |(a, b): (&Raster<[f32; 3]>, &Raster<[f32; 3]>)| {
+        let values = a.data().iter().zip(b.data()).map(|(a, b)| [0, 1, 2].map(|c| mix(a[c], b[c])));
+        Raster::from_data(a.width(), a.height(), values.collect())
+    };
+    let colour = spread.colour.as_ref().zip(sharp.colour.as_ref()).map(of_colours);
+    Film { radiance: of(&spread.radiance, &sharp.radiance), colour, ..spread }
+}
+
+/// A part of a picture whose light is to be spread.
+#[derive(Debug)]
+pub struct DiffractionSample {
+    window: System,
+    even: Film,
+    spread: PixelSpread,
+    cells: Option<CellSpread>,
+}
+
+impl DiffractionSample {
+    /// The square of `side` pixels, or what there is of it, in the middle of the picture of a `system` that diffracts, in
+    /// light of its first variant.
+    ///
+    /// # Panics
+    /// When diffraction does not act.
+    pub fn new(system: &System, side: usize) -> Self {
+        let effects = system.effects();
+        let (lens, active) = (effects.diffracting().expect("diffraction acts"), effects.collecting_side());
+        let size = system.camera().size_px().map(|n| n.min(side));
+        let first = [0, 1].map(|axis| (system.camera().size_px()[axis] - size[axis]) / 2);
+        let window = system.window(first, size);
+        let instrument = window.variant(&effects.variants(0)[0]);
+        let even = picture(&Plan::new(&instrument), Outputs { truth: false }, &());
+        let ((scale, _), cells) = (lens.spread_scale(), lens.cells(active));
+        let spread = PixelSpread::new(scale, active, cells);
+        let cells = (cells > 1).then(|| CellSpread::new(scale, active, cells));
+        Self { window, even, spread, cells }
+    }
+
+    /// Spreads its light, with the cells of `passes` variants; returns how many pixels that were.
+    pub fn spread(&self, passes: usize) -> usize {
+        let variant = self.window.effects().variants(0).swap_remove(0);
+        let mut sum = self.spread.spread(&self.even.radiance);
+        if let Some(cells) = &self.cells {
+            let variants = vec![(1.0, variant); passes];
+            add_cells(
+                &self.window,
+                (&self.even, &variants),
+                cells,
+                std::slice::from_mut(&mut sum),
+                &Scaled::new(&(), 0, 1),
+            );
+        }
+        sum.data().len()
+    }
+}
+
+/// Pixels to be rendered beyond the border: none where the glass is not given there, or the picture would be too large.
+fn frame_px(system: &System, lens: &Diffraction) -> usize {
+    let frame = lens.margin_px();
+    let [width, height] = system.camera().size_px().map(|n| n + 2 * frame);
+    if width.max(height) > MAX_SIDE_PX || width * height > MAX_PIXELS {
+        return 0;
+    }
+    let framed = system.framed(frame);
+    let (right, lower) = (width as f64, height as f64);
+    let along = |length: usize| (0..=length.div_ceil(FRAME_STEP)).map(move |k| (k * FRAME_STEP).min(length) as f64);
+    let mut border = along(width)
+        .flat_map(|x| [DVec2::new(x, 0.0), DVec2::new(x, lower)])
+        .chain(along(height).flat_map(|y| [DVec2::new(0.0, y), DVec2::new(right, y)]));
+    if border.any(|px| framed.trace(px).is_err_and(|fate| fate == Fate::Missed)) { 0 } else { frame }
+}
+
+/// Adds to `sums`, grey and the colours where there are some, what the cells of unevenly lit pixels differ by.
+fn add_cells(
+    system: &System,
+    (even, variants): (&Film, &[(f64, Variant)]),
+    spread: &CellSpread,
+    sums: &mut [Raster<f64>],
+    observer: &Scaled,
+) {
+    // Choose the tiles.
+    let cells = spread.cells();
+    let side = TILE.max(TILE_CELLS.div_ceil(cells));
+    let [width, height] = system.camera().size_px();
+    let (darkest, brightest) = extremes(even.radiance.data().iter().copied());
+    let least = EVEN * (brightest - darkest);
+    let tile = |x: usize, y: usize| Region { columns: x..width.min(x + side), rows: y..height.min(y + side) };
+    let rows: Vec<Vec<Region>> = (0..height)
+        .step_by(side)
+        .map(|y| {
+            (0..width).step_by(side).map(|x| tile(x, y)).filter(|tile| is_uneven(system, even, tile, least)).collect()
+        })
+        .collect();
+
+    // Render the cells by few variants at a time, each by a map for all its tiles.
+    let fine = system.sampled(cells);
+    let standard = Accuracy { map_px: Accuracy::standard().map_px * cells as f64, ..Accuracy::standard() };
+    let fine = fine.with_accuracy(standard);
+    let parts = variants.len().div_ceil(PLANS);
+    for few in variants.chunks(PLANS) {
+        let instruments: Vec<System> = few.iter().map(|(_, variant)| fine.variant(variant)).collect();
+        let passes: Vec<CellPass> = (instruments.par_iter().zip(few))
+            .map(|(instrument, (share, variant))| CellPass::new(instrument, *share, variant, sums.len()))
+            .collect();
+        for tiles in &rows {
+            let added: Vec<Vec<Raster<f32>>> =
+                tiles.par_iter().map(|tile| cells_of(&passes, tile, spread, least)).collect();
+            for (tile, added) in tiles.iter().zip(added) {
+                sums.iter_mut().zip(&added).for_each(|(sum, added)| add(sum, added, tile, spread.reach()));
+            }
+            observer.pixels(width * side / parts);
+        }
+    }
+}
+
+/// Whether the light may be uneven over some pixel of `tile`.
+fn is_uneven(system: &System, even: &Film, tile: &Region, least: f32) -> bool {
+    let picture = &even.radiance;
+    let columns = tile.columns.start.saturating_sub(1)..picture.width().min(tile.columns.end + 1);
+    let rows = tile.rows.start.saturating_sub(1)..picture.height().min(tile.rows.end + 1);
+    let differs = |a: f32, b: f32| (a - b).abs() > least;
+    let along = |j: usize| picture.row(j)[columns.clone()].windows(2).any(|pair| differs(pair[0], pair[1]));
+    let down = |j: usize| {
+        let (above, below) = (&picture.row(j - 1)[columns.clone()], &picture.row(j)[columns.clone()]);
+        above.iter().zip(below).any(|(a, b)| differs(*a, *b))
+    };
+    rows.clone().any(along) || rows.clone().skip(1).any(down) || has_small_squares(system, tile)
+}
+
+/// Whether squares in the middle of `tile` are so small that pixels may be alike and not be evenly lit.
+fn has_small_squares(system: &System, tile: &Region) -> bool {
+    let middle = |range: &Range<usize>| 0.5 * (range.start + range.end) as f64;
+    let Ok(footprint) = system.footprint(DVec2::new(middle(&tile.columns), middle(&tile.rows))) else { return false };
+    let step_mm = footprint.jacobian.x_axis.abs() + footprint.jacobian.y_axis.abs();
+    step_mm.max_element() * SMALL_SQUARE_PX > system.board().pattern.square_mm
+}
+
+/// One variant of the instrument, by its cells.
+struct CellPass<'a> {
+    plan: Plan<'a>,
+    /// Its weights in grey and in the colours, where there are some.
+    weights: Vec<f32>,
+}
+
+impl<'a> CellPass<'a> {
+    fn new(instrument: &'a System, share: f64, variant: &Variant, channels: usize) -> Self {
+        let colours = variant.colour.into_iter().flatten();
+        let weights = std::iter::once(variant.grey).chain(colours).take(channels);
+        Self { plan: Plan::of_parts(instrument), weights: weights.map(|weight| (share * weight) as f32).collect() }
+    }
+}
+
+/// What the cells of `tile` add to it and to the pixels around it, in grey and in the colours.
+fn cells_of(passes: &[CellPass], tile: &Region, spread: &CellSpread, least: f32) -> Vec<Raster<f32>> {
+    // Render its cells.
+    let (cells, reach) = (spread.cells(), spread.reach());
+    let (columns, rows) = (tile.columns.len(), tile.rows.len());
+    let width = columns * cells;
+    let mut lights = vec![vec![0.0f32; width * rows * cells]; passes[0].weights.len()];
+    let mut radiance = vec![0.0f32; width * rows * cells];
+    for CellPass { plan, weights } in passes {
+        radiance.fill(0.0);
+        let (first_column, first_row) = (tile.columns.start * cells, tile.rows.start * cells);
+        render_part(plan, &mut Band { width, first_column, first_row, radiance: &mut radiance, truth: None });
+        for (light, weight) in lights.iter_mut().zip(weights) {
+            light.iter_mut().zip(&radiance).for_each(|(light, value)| *light += weight * value);
+        }
+    }
+
+    // Spread those of pixels that are not evenly lit.
+    let side = 2 * reach + 1;
+    let mut around = Vec::new();
+    let spread_one = |light: &Vec<f32>| {
+        let mut out = Raster::filled(columns + 2 * reach, rows + 2 * reach, 0.0f32);
+        for (j, i) in (0..rows).flat_map(|j| (0..columns).map(move |i| (j, i))) {
+            let row = |k: usize| &light[(j * cells + k) * width + i * cells..][..cells];
+            let (low, high) = extremes((0..cells).flat_map(|k| row(k).iter().copied()));
+            if high - low <= least {
+                continue;
+            }
+            spread.add(|column, line| row(line)[column], &mut around);
+            for (line, from) in around.chunks(side).take(side).enumerate() {
+                let to = &mut out.row_mut(j + line)[i..i + side];
+                to.iter_mut().zip(from).for_each(|(to, from)| *to += from);
+            }
+        }
+        out
+    };
+    lights.iter().map(spread_one).collect()
+}
+
+/// Adds to `sum` what a tile adds to it and to the `reach` pixels around it; what falls beyond the border comes back from
+/// there, as from the mirror image of the tile.
+fn add(sum: &mut Raster<f64>, added: &Raster<f32>, tile: &Region, reach: usize) {
+    let mirrored = |first: usize, k: usize, side: usize| {
+        let place = (first as isize + k as isize - reach as isize).rem_euclid(2 * side as isize) as usize;
+        if place < side { place } else { 2 * side - 1 - place }
+    };
+    let (width, height) = (sum.width(), sum.height());
+    for k in 0..added.height() {
+        let row = sum.row_mut(mirrored(tile.rows.start, k, height));
+        for (i, value) in added.row(k).iter().enumerate() {
+            row[mirrored(tile.columns.start, i, width)] += f64::from(*value);
+        }
+    }
+}
+
+fn extremes(values: impl Iterator<Item = f32>) -> (f32, f32) {
+    values.fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+}
