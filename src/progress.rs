@@ -39,8 +39,8 @@ impl Observer for Scaled<'_> {
     fn stage_of(&self, _: &'static str, _: usize) {}
     fn pixels(&self, count: usize) {
         let before = self.heard.fetch_add(count, Ordering::Relaxed);
-        let told = |steps: usize| steps.min(self.of) * self.pixels / self.of;
-        self.observer.pixels(told(before + count) - told(before));
+        let told = |steps: usize| (steps.min(self.of) as u128 * self.pixels as u128 / self.of as u128) as usize;
+        self.observer.pixels(told(before.saturating_add(count)) - told(before));
     }
 }
 

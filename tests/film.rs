@@ -194,7 +194,7 @@ fn a_slanted_edge_measures_the_transfer_function() {
             // The pixel's own sinc, along the normal of the edge: its sides are seen at an angle.
             let pixel = sinc(nu * cos) * sinc(nu * slope * cos);
             let expected = mtf(nu * scale) * pixel;
-            // Of the edge's light 2 scale / (pi^2 24 px) falls beyond the profile, and as much beyond the kernel.
+            // Of the edge's light 4 scale / (pi^3 24 px) falls beyond the profile.
             assert!((measured - expected).abs() < 0.012, "{scale} {nu}: {measured} {expected}");
         }
     }

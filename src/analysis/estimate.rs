@@ -3,7 +3,7 @@
 use crate::accuracy::{Level, Sampling};
 use crate::effect::{EffectId, Hook};
 use crate::optics::fate::Fate;
-use crate::render::{Plan, strip_rows};
+use crate::render::{Plan, frame_px, strip_rows};
 use crate::system::System;
 use crate::system::auto::Verdict;
 use glam::DVec2;
@@ -83,12 +83,13 @@ fn memory_bytes(system: &System, sets: usize) -> u64 {
         each += 4 + 8 + 8 * colours + if sets > 1 { 16 + 8 * colours } else { 0 };
     }
     let developed = if effects.act_by(Hook::Film) { 4 + 4 * colours } else { 0 };
-    let Some(lens) = effects.diffracting() else {
+    if effects.diffracting().is_none() {
         let rows = height.min(STRIPS * strip_rows(system));
         return (width * rows * (each + developed + 9)) as u64;
-    };
+    }
     // Transforms take two pictures in f64, with the frame.
-    let framed = |n: usize| n + 2 * lens.margin_px();
+    let frame = frame_px(system);
+    let framed = |n: usize| n + 2 * frame;
     (framed(width) * framed(height) * (each + developed + 9 + 16 + 8 * (1 + colours))) as u64
 }
 

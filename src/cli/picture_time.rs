@@ -2,7 +2,7 @@
 
 use crate::effect::{Hook, Picture};
 use crate::raster::Raster;
-use crate::render::{DiffractionSample, GhostSample, Plan};
+use crate::render::{DiffractionSample, GhostSample, Plan, frame_px};
 use crate::system::System;
 use glam::DVec2;
 use std::time::Instant;
@@ -85,8 +85,7 @@ pub(super) fn picture_time(system: &System, patience_s: f64) -> PictureTime {
 fn from_pieces(system: &System, patience_s: f64) -> PictureTime {
     let effects = &system.effects();
     let begun = Instant::now();
-    let framed = effects.diffracting().map(|lens| system.framed(lens.margin_px()));
-    let framed = framed.as_ref().unwrap_or(system);
+    let framed = &system.framed(frame_px(system));
     let variants = if effects.averages() { effects.variants(0) } else { Vec::new() };
     let passes = variants.len().max(1) * if effects.averages() { effects.sets() } else { 1 };
 

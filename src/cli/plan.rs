@@ -76,7 +76,10 @@ impl TimedEstimate {
         text += &match (*passes, *samples) {
             (1, 1) => "samples one picture, exact means of its pixels".to_owned(),
             (passes, 1) => format!("samples mean of {passes} pictures, each of exact means of its pixels"),
-            (passes, n) => format!("samples mean of {passes}, with {n} x {n} cells a pixel on edges for diffraction"),
+            (1, n) => format!("samples one picture, with {n} x {n} cells a pixel on edges for diffraction"),
+            (passes, n) => {
+                format!("samples mean of {passes} pictures, with {n} x {n} cells a pixel on edges for diffraction")
+            }
         };
         text += &match self.forecast.ghost_samples {
             0 => "\n".to_owned(),

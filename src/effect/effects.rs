@@ -253,7 +253,8 @@ impl Effects {
         Self { sensor: self.sensor.map(quiet), ..self.clone() }
     }
 
-    /// The linear light, but for a factor and an offset, of a picture that the sensor has coded by its gamma.
+    /// The linear light, but for a factor and an offset, of a picture that the sensor has coded by its gamma; of colours, whose
+    /// coded luminance is what is kept, only as far as they have the same edges.
     pub fn decoded<'a>(&self, picture: &'a Raster<f32>) -> Cow<'a, Raster<f32>> {
         match self.sensor.map(|sensor| sensor.gamma).filter(|gamma| *gamma != 1.0) {
             Some(gamma) => Cow::Owned(decoded(picture, gamma)),

@@ -9,9 +9,9 @@
 //!   and `render` sums up their pictures, each by the certified map and without noise.
 //! - **Transport** effects weaken light on its way by a smooth factor: [`Effects::throughput`] multiplies the factors of one
 //!   ray, given its [`LightPath`]; `render` evaluates it at every pixel, or at every piece of a pixel that a border cuts.
-//! - **Film** effects act on the whole picture after all passes: [`Effects::develop`] applies them in the order of the
-//!   light, optics before sensor. They may need the light over a part of each pixel ([`Effects::active_side`]); for
-//!   diffraction `render` adds what the cells of unevenly lit pixels make.
+//! - **Film** effects act on the whole picture after all passes: diffraction where `render` spreads the light and adds what
+//!   the cells of unevenly lit pixels make, then the sensor by [`Effects::develop`]. They may need the light over a part of
+//!   each pixel ([`Effects::active_side`]).
 //!
 //! A scene without effects is rendered by loops that know of none.
 //!

@@ -23,13 +23,6 @@ impl Picture {
         let grey = colour.map(|[r, g, b]| luminance(r.into(), g.into(), b.into()) as f32);
         Self { grey, colour: Some(colour) }
     }
-
-    /// Each channel changed by `f`, which may change its size.
-    #[must_use]
-    pub fn each_channel(&self, f: impl Fn(&Raster<f32>) -> Raster<f32>) -> Self {
-        let colour = |colour: &Raster<[f32; 3]>| merged([0, 1, 2].map(|c| f(&colour.map(|v| v[c]))));
-        Self { grey: f(&self.grey), colour: self.colour.as_ref().map(colour) }
-    }
 }
 
 /// One picture of three channels of one size.

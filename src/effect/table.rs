@@ -206,7 +206,7 @@ pub static TABLE: [EffectRow; 14] = [
         needs: None,
         of_glass: false,
         hook: Hook::Film,
-        what: "the Airy pattern of a round aperture in place of a point, to 1e-3 of the contrast",
+        what: "the Airy pattern of a round aperture in place of a point, to 1e-3 of the contrast off the picture's border",
         source: "Born & Wolf, Principles of Optics, 8.5.2; Goodman, Introduction to Fourier Optics, 7.3",
         cost: "two cosine transforms of the picture, and up to 64 x 64 cells of each pixel on an edge",
         acts: |effects| effects.diffraction.is_some_and(|e| !e.is_nothing()),

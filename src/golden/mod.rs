@@ -4,7 +4,7 @@
 //! another folder. A case without a golden fails, and so does a golden without a case. A failing case leaves
 //! `<case>.strip.png` (expected | difference | actual) and `<case>.diff.txt` in a third folder.
 //!
-//! What is random is drawn several times with different seeds; the golden picture is then the mean, and means and
+//! What is random is drawn in several frames of one specimen; the golden picture is then the mean, and means and
 //! variances are judged region by region ([`noise`]). Everything else must be as it was.
 
 pub mod noise;

@@ -134,8 +134,15 @@ impl Regions {
     /// Each mean of a region or pool is judged by Welch's t-test with the degrees of freedom of the smaller set, its variance
     /// and its pattern likewise; all of them together keep to [`FALSE_ALARM`].
     pub fn mismatches(&self, actual: &Self) -> Vec<String> {
-        if self.size_px != actual.size_px || self.light.len() != actual.light.len() {
-            return vec![format!("the pictures were {:?} px and are {:?}", self.size_px, actual.size_px)];
+        let counts = |regions: &Self| (regions.size_px, regions.light.len(), regions.variance.len());
+        if counts(self) != counts(actual) || self.replicates < 3 {
+            let were = format!(
+                "the pictures were {} of {:?} px in {} regions",
+                self.replicates,
+                self.size_px,
+                self.light.len()
+            );
+            return vec![format!("{were}, and are {} of {:?} px", actual.replicates, actual.size_px)];
         }
         let tests = 2 * self.light.len() + 6;
         let freedom = self.replicates.min(actual.replicates) - 1;
@@ -242,7 +249,7 @@ mod tests {
         );
         let noisier = golden.mismatches(&regions(6000, 17.3, 0.024));
         assert!(noisier.len() == 22 && noisier.iter().all(|m| m.contains("variance")), "{noisier:?}");
-        // Pooled, 4800 x 64 numbers tell a variance to 0.26 %: of 2 % more, in both pools.
+        // Pooled, 4800 x 64 numbers tell a variance to 0.26 %: 3 % more noise is 6 % more of it.
         let noisier = golden.mismatches(&regions(8000, 17.3, 0.0206));
         assert!(noisier.iter().any(|m| m.contains("variance of all")), "{noisier:?}");
         let quiet = golden.mismatches(&regions(7000, 17.3, 0.0));

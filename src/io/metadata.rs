@@ -24,7 +24,7 @@ pub struct Metadata {
     pub samples: String,
     /// The curve from stored value to light: `linear`, `sRGB` or `power 2.2`.
     pub transfer: String,
-    /// Who says so: a chunk of the file, the caller, or the format itself.
+    /// Who says so: a chunk of the file, the caller, the format itself, or the program's own notes.
     pub transfer_source: String,
     /// Whether colour was reduced to luminance (see [`luminance`](crate::raster::transfer::luminance)).
     pub from_colour: bool,

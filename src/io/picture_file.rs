@@ -13,7 +13,7 @@ use std::path::Path;
 ///
 /// `stated` says which curve a PNG has. It is needed where the file does not say, and beats the file where both speak;
 /// [`Metadata::transfer_source`] keeps which was used. An EXR is linear by definition. What a file of this program says in
-/// its notes of a sensor's gamma is undone, unless a curve is stated.
+/// its notes of a sensor's gamma is undone, unless a curve is stated; of colours, after they were reduced to luminance.
 ///
 /// # Errors
 /// A file that is missing, of another format, damaged, too short for its pixels, outside the limits of

@@ -61,7 +61,8 @@ pub(super) fn mean(
     let mut account = own.account(0.0);
     let first = set(0);
     let pixels = width * height;
-    let scaled = Scaled::new(observer, pixels, most_sets * first.len() * pixels);
+    let all = most_sets.saturating_mul(first.len()).saturating_mul(pixels);
+    let scaled = Scaled::new(observer, pixels, all);
     let mut mean = MeanOfSets::new(most_sets, [width, height]);
     while mean.sets < most_sets {
         let variants = if mean.sets == 0 { first.clone() } else { set(mean.sets) };
@@ -73,7 +74,7 @@ pub(super) fn mean(
     }
 
     // Report the pixels of the sets that were not needed.
-    scaled.pixels((most_sets - mean.sets) * first.len() * pixels);
+    scaled.pixels(all.saturating_sub(mean.sets * first.len() * pixels));
 
     // Give out the mean with its noise and the truth.
     account.noise = mean.noise();

@@ -36,7 +36,7 @@ pub(super) fn spread_light(system: &System, lens: &Diffraction, wanted: Outputs,
     let pixels: usize = system.camera().size_px().iter().product();
 
     // Render the light of pixels, and of those beyond the border where the glass is given there.
-    let frame = frame_px(system, lens);
+    let frame = frame_px(system);
     let framed = system.framed(frame);
     let [width, height] = framed.camera().size_px();
     let even = light(&framed, Outputs { truth: false }, &Scaled::new(observer, pixels / 2, width * height));
@@ -61,7 +61,7 @@ pub(super) fn spread_light(system: &System, lens: &Diffraction, wanted: Outputs,
     }
     rest.pixels(width * height);
 
-    // No rounding makes light negative.
+    // Neither rounding nor what cells are sharpened by makes light negative.
     let (grey, colours) = sums.split_first().expect("grey is a channel");
     let value = |v: f64| v.max(0.0) as f32;
     let colour = |[r, g, b]: [&Raster<f64>; 3]| {
@@ -132,24 +132,25 @@ impl DiffractionSample {
         let mut sum = self.spread.spread(&self.even.radiance);
         if let Some(cells) = &self.cells {
             let variants = vec![(1.0, variant); passes];
-            add_cells(
-                &self.window,
-                (&self.even, &variants),
-                cells,
-                std::slice::from_mut(&mut sum),
-                &Scaled::new(&(), 0, 1),
-            );
+            add_cells(&self.window, (&self.even, &variants), cells, std::slice::from_mut(&mut sum), &());
         }
         sum.data().len()
     }
 }
 
-/// Pixels to be rendered beyond the border: none where the glass is not given there, or the picture would be too large.
-fn frame_px(system: &System, lens: &Diffraction) -> usize {
-    let frame = lens.margin_px();
+/// Pixels to be rendered beyond the border: as many as the lens asks for, or the largest half, quarter and so on of them over
+/// which the glass is given and the picture is not too large.
+pub fn frame_px(system: &System) -> usize {
+    let asked = system.effects().diffracting().map_or(0, Diffraction::margin_px);
+    let frames = std::iter::successors(Some(asked), |frame| Some(frame / 2)).take_while(|frame| *frame > 0);
+    frames.into_iter().find(|frame| is_given(system, *frame)).unwrap_or(0)
+}
+
+/// Whether the glass is given at the border of a frame, and the picture with it is not too large.
+fn is_given(system: &System, frame: usize) -> bool {
     let [width, height] = system.camera().size_px().map(|n| n + 2 * frame);
     if width.max(height) > MAX_SIDE_PX || width * height > MAX_PIXELS {
-        return 0;
+        return false;
     }
     let framed = system.framed(frame);
     let (right, lower) = (width as f64, height as f64);
@@ -157,7 +158,7 @@ fn frame_px(system: &System, lens: &Diffraction) -> usize {
     let mut border = along(width)
         .flat_map(|x| [DVec2::new(x, 0.0), DVec2::new(x, lower)])
         .chain(along(height).flat_map(|y| [DVec2::new(0.0, y), DVec2::new(right, y)]));
-    if border.any(|px| framed.trace(px).is_err_and(|fate| fate == Fate::Missed)) { 0 } else { frame }
+    !border.any(|px| framed.trace(px).is_err_and(|fate| fate == Fate::Missed))
 }
 
 /// Adds to `sums`, grey and the colours where there are some, what the cells of unevenly lit pixels differ by.
@@ -166,7 +167,7 @@ fn add_cells(
     (even, variants): (&Film, &[(f64, Variant)]),
     spread: &CellSpread,
     sums: &mut [Raster<f64>],
-    observer: &Scaled,
+    observer: &dyn Observer,
 ) {
     // Choose the tiles.
     let cells = spread.cells();
@@ -183,6 +184,7 @@ fn add_cells(
         .collect();
 
     // Render the cells by few variants at a time, each by a map for all its tiles.
+    // A map to 1e-8 px serves every level: what cells leave out is far more.
     let fine = system.sampled(cells);
     let standard = Accuracy { map_px: Accuracy::standard().map_px * cells as f64, ..Accuracy::standard() };
     let fine = fine.with_accuracy(standard);
@@ -190,7 +192,7 @@ fn add_cells(
     for few in variants.chunks(PLANS) {
         let instruments: Vec<System> = few.iter().map(|(_, variant)| fine.variant(variant)).collect();
         let passes: Vec<CellPass> = (instruments.par_iter().zip(few))
-            .map(|(instrument, (share, variant))| CellPass::new(instrument, *share, variant, sums.len()))
+            .map(|(instrument, variant)| CellPass::new(instrument, cells, variant, sums.len()))
             .collect();
         for tiles in &rows {
             let added: Vec<Vec<Raster<f32>>> =
@@ -233,10 +235,13 @@ struct CellPass<'a> {
 }
 
 impl<'a> CellPass<'a> {
-    fn new(instrument: &'a System, share: f64, variant: &Variant, channels: usize) -> Self {
+    fn new(instrument: &'a System, cells: usize, (share, variant): &(f64, Variant), channels: usize) -> Self {
         let colours = variant.colour.into_iter().flatten();
         let weights = std::iter::once(variant.grey).chain(colours).take(channels);
-        Self { plan: Plan::of_parts(instrument), weights: weights.map(|weight| (share * weight) as f32).collect() }
+        Self {
+            plan: Plan::of_parts(instrument, cells),
+            weights: weights.map(|weight| (share * weight) as f32).collect(),
+        }
     }
 }
 
@@ -260,7 +265,9 @@ fn cells_of(passes: &[CellPass], tile: &Region, spread: &CellSpread, least: f32)
     // Spread those of pixels that are not evenly lit.
     let side = 2 * reach + 1;
     let mut around = Vec::new();
-    let spread_one = |light: &Vec<f32>| {
+    let spread_one = |(channel, light): (usize, &Vec<f32>)| {
+        // These variants give a share of the light, which may be as uneven as all of it.
+        let least = least * passes.iter().map(|pass| pass.weights[channel]).sum::<f32>();
         let mut out = Raster::filled(columns + 2 * reach, rows + 2 * reach, 0.0f32);
         for (j, i) in (0..rows).flat_map(|j| (0..columns).map(move |i| (j, i))) {
             let row = |k: usize| &light[(j * cells + k) * width + i * cells..][..cells];
@@ -276,7 +283,7 @@ fn cells_of(passes: &[CellPass], tile: &Region, spread: &CellSpread, least: f32)
         }
         out
     };
-    lights.iter().map(spread_one).collect()
+    lights.iter().enumerate().map(spread_one).collect()
 }
 
 /// Adds to `sum` what a tile adds to it and to the `reach` pixels around it; what falls beyond the border comes back from

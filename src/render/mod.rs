@@ -1,6 +1,6 @@
 //! The renderer: from an instrument to a film of radiance with ground truth.
 //!
-//! [`render`] reads from top to bottom: sampling, passes, plan and bands, accumulation, film effects. A plan (`plan`)
+//! [`render`] reads from top to bottom: passes, plan and bands, accumulation, diffraction, sensor. A plan (`plan`)
 //! fixes everything before the first pixel; its bands (`bands`) are filled by the certified map (`map`, `tiling`,
 //! `mapped`), by tracing every pixel's centre (`tile`), or by the slow and simple reference (`reference`); pixels under
 //! a border are clipped (`border`).
@@ -36,7 +36,7 @@ mod sample;
 pub mod supersample;
 
 pub use bands::picture;
-pub use diffraction::DiffractionSample;
+pub use diffraction::{DiffractionSample, frame_px};
 pub use driver::{render, render_wanted};
 pub(crate) use film::is_zero;
 pub use film::{AccuracyReport, Class, Counts, Film, Outputs, Strip};

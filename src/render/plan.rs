@@ -62,23 +62,25 @@ impl<'a> Plan<'a> {
         let has_throughput = system.effects().act_by(Hook::Transport);
         // Transport effects need not be symmetric.
         let mirrored = sampling != Sampling::SingleRays && !has_throughput && system.is_mirror_symmetric();
-        Self { has_throughput, ..Self::by(system, sampling, mirrored) }
+        Self { has_throughput, ..Self::by(system, sampling, mirrored, 1) }
     }
 
-    /// The plan of the picture by a map that is not copied from its mirror image, of which parts can be rendered.
-    pub(super) fn of_parts(system: &'a System) -> Self {
-        Self { has_throughput: system.effects().act_by(Hook::Transport), ..Self::by(system, Sampling::Map, false) }
+    /// The plan of a picture of `cells` x `cells` pixels to a real one, by a map that is not copied from its mirror image, of
+    /// which parts can be rendered.
+    pub(super) fn of_parts(system: &'a System, cells: usize) -> Self {
+        let has_throughput = system.effects().act_by(Hook::Transport);
+        Self { has_throughput, ..Self::by(system, Sampling::Map, false, cells.div_ceil(2)) }
     }
 
     /// A plan by a given way of sampling, of both halves or of the right one, which is then copied: the picture is the
-    /// same.
-    pub(super) fn by(system: &'a System, sampling: Sampling, mirrored: bool) -> Self {
+    /// same. The smallest patches of a map are `grain` times as large as in a plain picture.
+    pub(super) fn by(system: &'a System, sampling: Sampling, mirrored: bool, grain: usize) -> Self {
         let [width, height] = system.camera().size_px();
         let first = if mirrored { width / 2 } else { 0 };
         let all = Region { columns: first..width, rows: 0..height };
         let mut tiling = match sampling {
             Sampling::SingleRays | Sampling::Packets => Tiling { traced: vec![all], ..Tiling::default() },
-            Sampling::Map => certify(system, first),
+            Sampling::Map => certify(system, first, grain),
         };
         let by_differences = sampling != Sampling::SingleRays && !tiling.traced.is_empty();
         let truncation_px =

@@ -24,6 +24,8 @@ const BORDER_HALVINGS: u32 = 28;
 const BORDER_SHARE: f64 = 1.0 / 64.0;
 /// The same in a picture of few pixels, where a radius may be as small as a pixel: 2e-6 / R.
 const FINE_BORDER_SHARE: f64 = 1.0 / 256.0;
+/// A border within a triangle may stray from straight by this share of its length.
+const STRAY_SHARE: f64 = 1.0 / 64.0;
 /// A triangle of several classes is taken by its vertices when its area is below this, in px^2.
 const SMALLEST_AREA: f64 = 1.0 / (1u64 << 25) as f64;
 /// A pixel under or beside a border is divided at least until its parts' sides are this share of its own.
@@ -254,6 +256,9 @@ impl ReferenceRenderer<'_> {
         let one_apart = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|[_, x, y]| x.class == y.class);
         let Some([lone, x, y]) = one_apart else { return self.of_several(&[a, b, c]) };
         let ([near_x, far_x], [near_y, far_y]) = (self.border(lone, x), self.border(lone, y));
+        if !self.is_straight([&near_x, &near_y], &lone, far_x.class) {
+            return self.of_several(&[a, b, c]);
+        }
         let apart = self.whole_triangle(&[lone, near_x, near_y]);
         if far_x.class == x.class && far_y.class == y.class {
             return apart + self.whole_triangle(&[far_x, x, y]) + self.whole_triangle(&[far_x, y, far_y]);
@@ -261,11 +266,27 @@ impl ReferenceRenderer<'_> {
 
         // Or a strip of a third class lies between.
         let ([begin_x, last_x], [begin_y, last_y]) = (self.border(x, lone), self.border(y, lone));
-        if [last_x, far_y, last_y].iter().any(|place| place.class != far_x.class) {
+        let third = [last_x, far_y, last_y].iter().all(|place| place.class == far_x.class);
+        if !third || !self.is_straight([&begin_x, &begin_y], &x, far_x.class) {
             return self.of_several(&[a, b, c]);
         }
         let strip = self.whole_triangle(&[far_x, last_x, last_y]) + self.whole_triangle(&[far_x, last_y, far_y]);
         apart + strip + self.whole_triangle(&[begin_x, x, y]) + self.whole_triangle(&[begin_x, y, begin_y])
+    }
+
+    /// Whether the border between two places is no corner: beside its middle the class is that of `own`, a vertex of the
+    /// triangle, and `beyond` on the other side. What strays less takes less than 1/128 of the border's square.
+    fn is_straight(&mut self, [from, to]: [&TracedPoint; 2], own: &TracedPoint, beyond: Class) -> bool {
+        let (middle, chord) = (0.5 * (from.px + to.px), to.px - from.px);
+        if chord.length_squared() < SMALLEST_AREA {
+            return true;
+        }
+        let across = chord.perp() * STRAY_SHARE;
+        let inward = if across.dot(own.px - middle) < 0.0 { -across } else { across };
+        let known = |class: Class| class == own.class || class == beyond;
+        let [inside, outside] = [middle + inward, middle - inward].map(|px| self.place(px).class);
+        // A third class is found by the borders of the other sides.
+        (inside == own.class || !known(inside)) && (outside == beyond || !known(outside))
     }
 
     /// The places between `a` and `b` where the class of `a` ends: the last of it, and the first after it.

@@ -102,7 +102,7 @@ fn packets_have_the_bits_of_single_rays() {
     for (name, system) in instruments(Accuracy::exact(), 1) {
         let by = |packets| Plan {
             centre_tracer: CentreTracer::new(&system, packets),
-            ..Plan::by(&system, Sampling::Packets, false)
+            ..Plan::by(&system, Sampling::Packets, false, 1)
         };
         let (single, packets) = (film(&by(false)), film(&by(true)));
         assert!(bits(&single) == bits(&packets), "{name}");
@@ -166,7 +166,7 @@ fn a_mirrored_half_has_the_bits_of_a_rendered_one() {
         for (name, system) in instruments(accuracy, scale) {
             if system.is_mirror_symmetric() {
                 mirrored += 1;
-                let by = |mirrored| film(&Plan::by(&system, accuracy.sampling, mirrored));
+                let by = |mirrored| film(&Plan::by(&system, accuracy.sampling, mirrored, 1));
                 assert!(bits(&by(false)) == bits(&by(true)), "{:?}\n{name}", accuracy.level);
             }
         }

@@ -15,6 +15,8 @@ pub(super) struct Tiling {
     pub(super) traced: Vec<Region>,
     /// Rays that it took.
     pub(super) rays: u64,
+    /// Patches have at least this many pixels along each side.
+    pub(super) smallest_px: usize,
 }
 
 /// Patches have at least this many pixels along each side: smaller ones are traced for less than their fit costs.
@@ -22,10 +24,11 @@ const SMALLEST_PX: usize = 64;
 /// A seam that slants over more columns than this share of the width is left to the division of patches.
 const MOST_SLANT: usize = 8;
 
-/// Divides the columns from `first` on into patches whose error is within the level's bound, and the rest.
-pub(super) fn certify(system: &System, first: usize) -> Tiling {
+/// Divides the columns from `first` on into patches whose error is within the level's bound, and the rest; the smallest of
+/// them are `grain` times as large as in a plain picture.
+pub(super) fn certify(system: &System, first: usize, grain: usize) -> Tiling {
     let [width, height] = system.camera().size_px();
-    let mut tiling = Tiling::default();
+    let mut tiling = Tiling { smallest_px: SMALLEST_PX * grain, ..Tiling::default() };
     let rows = 0..height;
     match seam(system, &mut tiling.rays).filter(|seam| seam.len() <= width / MOST_SLANT) {
         Some(seam) if seam.end > first => {
@@ -51,7 +54,7 @@ impl Tiling {
     fn divide(&mut self, system: &System, region: Region) {
         // Leave small regions to be traced.
         let (columns, rows) = (region.columns.len(), region.rows.len());
-        if columns < SMALLEST_PX || rows < SMALLEST_PX {
+        if columns < self.smallest_px || rows < self.smallest_px {
             return self.trace(region);
         }
 

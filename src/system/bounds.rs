@@ -22,7 +22,7 @@ use super::instrument::System;
 use super::output_gain::OutputGain;
 use super::radiance_range::{Bound, GRID, INSET_PX, RadianceRange, SMALL_GRID, extremes, grid, some};
 use crate::effect::clipping::Clipping;
-use crate::effect::diffraction::encircled_energy;
+use crate::effect::diffraction::{encircled_energy, leaving_square};
 use crate::effect::{Bounding, EffectId, EffectRow, Effects, Variant};
 use crate::prism::side::Side;
 use crate::scene::Scene;
@@ -245,7 +245,8 @@ fn chamfer_px(system: &System, chamfer_mm: f64) -> Option<f64> {
     widths.collect::<Option<Vec<f64>>>().map(|widths| 1.1 * widths.into_iter().fold(0.0, f64::max))
 }
 
-/// Diffraction: the mean over its spread of what a displacement by so much does.
+/// Diffraction: the mean over its spread of what a displacement by so much does, or what leaves and enters the square that
+/// collects light, whichever is less.
 fn spread(effects: &Effects, light: RadianceRange) -> Option<Bound> {
     const STEPS: usize = 4096;
     let scale_px = effects.diffraction?.scale_px();
@@ -257,7 +258,8 @@ fn spread(effects: &Effects, light: RadianceRange) -> Option<Bound> {
         (share(outer) - share(inner)) * light.moved_by(outer, outer)
     };
     let near: f64 = (0..STEPS).map(ring).sum();
-    let grey = near + light.contrast * (1.0 - share(far_px));
+    let moved = near + light.contrast * (1.0 - share(far_px));
+    let grey = moved.min(light.contrast * leaving_square(scale_px / effects.collecting_side()));
     Some(Bound { grey, px: light.moved_px(grey) })
 }
 

@@ -20,7 +20,7 @@ import numpy as np
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 # Multiples of these, modulo 1, fill a cube: two of the pixel, two of the pupil; the latter are inverse powers of the root of
-# x^3 = x + 1, which no fractions approach closely (roots of primes alone came near a resonance, and were ten times worse).
+# x^3 = x + 1, which no fractions approach closely (roots of primes alone come near a resonance, which makes means ten times worse).
 STEPS = (math.sqrt(2), math.sqrt(3), 1 / 1.3247179572447460, 1 / 1.3247179572447460**2)
 
 

@@ -5,7 +5,7 @@ use super::cosines::Cosines;
 use super::transfer::Optics;
 use crate::num::simd::{self, widest};
 
-/// Cells reach as far as the third dark ring of the pattern, at 3.24 times its scale: beyond, it is below 1e-3 of its middle,
+/// Cells reach as far as the fourth dark ring of the pattern, at 4.24 times its scale: beyond, it is below 1e-3 of its middle,
 /// and what cells differ by is a share of that.
 const REACH: f64 = 4.2;
 /// The weights are taken from a pattern that repeats after this many times its reach, both ways.
@@ -53,7 +53,7 @@ impl CellSpread {
             // From the cell to the middle of the pixel, in half steps: an odd number.
             let from =
                 2 * (offset as isize - reach as isize) * cells as isize - (2 * cell as isize + 1 - cells as isize);
-            ((from.unsigned_abs() - 1) / 2).min(half - 1)
+            (from.unsigned_abs() - 1) / 2
         };
         let mut weights = vec![0.0f32; cells * cells * stride];
         for offset in 0..side * side {

@@ -1,7 +1,9 @@
 //! Cosine transforms of pictures, which go on beyond their border as their mirror images, by half a pixel.
 
 use rayon::prelude::*;
-use rustdct::{DctPlanner, TransformType2And3};
+use rustdct::TransformType2And3;
+use rustdct::algorithm::Type2And3ConvertToFft;
+use rustdct::rustfft::FftPlannerScalar;
 use std::sync::Arc;
 
 /// The transforms of pictures of one size.
@@ -13,8 +15,10 @@ pub(super) struct Cosines {
 impl Cosines {
     /// For pictures of `size` columns and rows.
     pub(super) fn new(size: [usize; 2]) -> Self {
-        let mut planner = DctPlanner::new();
-        Self { size, along: size.map(|n| planner.plan_dct2(n)) }
+        // Without fused multiply-adds, so that the bits do not depend on the processor.
+        let mut planner = FftPlannerScalar::new();
+        let along = size.map(|n| Arc::new(Type2And3ConvertToFft::new(planner.plan_fft_forward(n))) as Arc<_>);
+        Self { size, along }
     }
 
     /// `values`, row by row, as a sum of cosines of k/2 and l/2 waves over the picture, each multiplied by `factor(k, l)`.

@@ -44,8 +44,9 @@ impl Diffraction {
     /// Cells along each side of a pixel with an active square of side `active` px, from which pixels that are not evenly lit
     /// are spread: 1, or an even number.
     pub fn cells(&self, active: f64) -> usize {
-        let (scale, _) = self.spread_scale();
-        let cells = (1.0 / (CELL_SHARE * (scale * scale.max(active)).sqrt())).ceil();
+        let (scale, share) = self.spread_scale();
+        // Of a small share, errors are a small share.
+        let cells = (share.sqrt() / (CELL_SHARE * (scale * scale.max(active)).sqrt())).ceil();
         if cells <= 1.0 { 1 } else { (cells.min(MOST_CELLS as f64) as usize).next_multiple_of(2) }
     }
 

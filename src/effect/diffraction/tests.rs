@@ -116,6 +116,20 @@ fn one_bright_pixel_makes_the_pattern() {
     }
 }
 
+/// What a bright pixel keeps tells what leaves it: most of the bound, which counts what crosses a corner twice and
+/// what leaves over one pair of sides once.
+#[test]
+fn what_leaves_a_square_is_bounded() {
+    for scale in [0.02, 0.1, 0.4, 1.0, 2.5] {
+        let mut picture = Raster::filled(301, 301, 0.0f32);
+        picture.row_mut(150)[150] = 1.0;
+        let leaves = 1.0 - PixelSpread::new(scale, 1.0, 1000).spread(&picture).get(150, 150);
+        let bound = leaving_square(scale);
+        println!("{scale}: {leaves:.3e} of at most {bound:.3e}");
+        assert!(leaves <= bound && bound <= 1.6 * leaves, "{scale}: {leaves} {bound}");
+    }
+}
+
 /// One bright cell makes the pattern about itself, not about its pixel's middle.
 #[test]
 fn one_bright_cell_makes_the_pattern() {

@@ -140,7 +140,7 @@ pub(in crate::scene) fn glass_is_known(
     Err(source.refuse(at, rule, &help))
 }
 
-/// A pattern of diffraction must not be much larger than what is kept of it.
+/// The pattern of diffraction must not be so large that much of the light comes from far beyond the picture.
 pub(in crate::scene) fn pattern_is_kept(source: &dyn ValueSource, diffraction: &Diffraction) -> Result<(), Error> {
     let scale_px = diffraction.scale_px();
     if scale_px <= LARGEST_SCALE_PX {
@@ -148,7 +148,7 @@ pub(in crate::scene) fn pattern_is_kept(source: &dyn ValueSource, diffraction: &
     }
     let rule = format!(
         "`effect.diffraction.f_number` is {}, and wavelength times f-number is then {scale_px:.3} px, above the \
-         {LARGEST_SCALE_PX} px up to which the pattern's light is kept",
+         {LARGEST_SCALE_PX} px that are allowed",
         diffraction.f_number
     );
     Err(source.refuse("effect.diffraction.f_number", rule, "give a smaller `f_number`, or larger pixels"))
