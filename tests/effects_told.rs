@@ -226,7 +226,9 @@ fn symmetric_scenes_have_symmetric_pictures() {
 fn bounds_hold_among_other_effects() {
     let lamp = "[effect.lamp]\nposition_mm = [60, 0, 980]\n[effect.absorption]\nper_mm = 2e-4";
     let lens = "[effect.thin_lens]\nf_number = 1.4\nfocus_mm = 1000\n[effect.cos4]\n[quadrature]\npoints = 8";
-    for (prism, rest, key) in [(FLAT, lamp, "absorption"), (NO_GLASS, lens, "cos4")] {
+    // A gamma below 1 is steepest where light is above full scale.
+    let bright = "white = 5.0\n[effect.cos4]\nexponent = 0.2\n[effect.sensor]\ngamma = 0.4";
+    for (prism, rest, key) in [(FLAT, lamp, "absorption"), (NO_GLASS, lens, "cos4"), (NO_GLASS, bright, "cos4")] {
         let scene = parsed(&text(1, prism, rest));
         let without = Scene { effects: scene.effects.only(|row| row.key() != key), ..scene.clone() };
         let of = |scene: &Scene| render_wanted(&built(scene), Outputs { truth: false }, &()).radiance;

@@ -16,28 +16,30 @@ pub(super) struct OutputGain {
     /// The most by which the lamp multiplies a radiance that the picture sees, and any on the plane of the board.
     pub(super) lamp: f64,
     pub(super) lamp_anywhere: f64,
-    /// The sensor, where one acts, and the least light that reaches it.
-    sensor: Option<(Sensor, f64)>,
+    /// The sensor, where one acts, and the least and the most light that reaches it.
+    sensor: Option<(Sensor, [f64; 2])>,
 }
 
 impl OutputGain {
     /// That of a scene whose instrument without effects is `ideal`.
     pub(super) fn of(ideal: &System, scene: &Scene) -> Self {
-        let effects = &scene.effects;
-        let darkest = || {
-            let board = &scene.board;
-            board.black.min(board.white).min(board.background) * least_throughput(ideal, effects)
-        };
+        let (effects, board) = (&scene.effects, &scene.board);
+        let lamp_anywhere = lamp_gain_anywhere(ideal, effects);
+        let darkest = || board.black.min(board.white).min(board.background) * least_throughput(ideal, effects);
+        // Glass and ghosts share what comes in.
+        let behind = effects.ghosts.map_or(0.0, |ghosts| ghosts.behind);
+        let brightest = board.black.max(board.white).max(board.background).max(behind) * lamp_anywhere;
         Self {
             lamp: lamp_gain(ideal, effects),
-            lamp_anywhere: lamp_gain_anywhere(ideal, effects),
-            sensor: effects.sensor.filter(|sensor| !sensor.is_nothing()).map(|sensor| (sensor, darkest())),
+            lamp_anywhere,
+            sensor: (effects.sensor.filter(|sensor| !sensor.is_nothing()))
+                .map(|sensor| (sensor, [darkest(), brightest])),
         }
     }
 
     /// What a change of the light is at the output.
     pub(super) fn at_output(&self, bound: Bound) -> Bound {
-        self.sensor.as_ref().map_or(bound, |(sensor, darkest)| behind_sensor(sensor, bound, *darkest))
+        self.sensor.as_ref().map_or(bound, |(sensor, light)| behind_sensor(sensor, bound, *light))
     }
 }
 
@@ -88,9 +90,9 @@ fn least_throughput(ideal: &System, effects: &Effects) -> f64 {
     variants.iter().map(|variant| least(&system.variant(variant))).fold(f64::INFINITY, f64::min)
 }
 
-/// What a change of the light by `bound.grey` is behind `sensor`, where light is `darkest` at least: of the value that is
-/// expected, without noise. The steps of a converter count in full, for any change may be the one that makes one.
-fn behind_sensor(sensor: &Sensor, bound: Bound, darkest: f64) -> Bound {
+/// What a change of the light by `bound.grey` is behind `sensor`, where light is `darkest` at least and `brightest` at most:
+/// of the value that is expected, without noise. The steps of a converter count in full, for any change may be the one that makes one.
+fn behind_sensor(sensor: &Sensor, bound: Bound, [darkest, brightest]: [f64; 2]) -> Bound {
     if bound.grey == 0.0 {
         return bound;
     }
@@ -111,6 +113,9 @@ fn behind_sensor(sensor: &Sensor, bound: Bound, darkest: f64) -> Bound {
     let spread = (1.0 - uneven).max(0.0);
     let lowest = if sensor.is_random() { 0.0 } else { (darkest * gain * spread + dark - change).max(0.0) };
     let rise = |from: f64| libm::pow(from + change, power) - libm::pow(from, power);
-    let highest = (1.0 - change).max(0.0);
+    // A converter ends at full scale.
+    let most = brightest * gain * (1.0 + uneven) + dark;
+    let most = if sensor.adc.is_some() { most.min(1.0) } else { most };
+    let highest = (most.max(1.0) - change).max(0.0);
     Bound { grey: rise(lowest).max(rise(highest)), ..bound }
 }
