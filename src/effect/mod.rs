@@ -55,7 +55,7 @@ mod variant;
 mod picture;
 
 pub use effects::{Effects, Threshold};
-pub use picture::Picture;
+pub use picture::{Picture, merged};
 pub use variant::Variant;
 
 pub use absorption::Absorption;

@@ -26,7 +26,7 @@ impl Picture {
 }
 
 /// One picture of three channels of one size.
-pub(super) fn merged([r, g, b]: [Raster<f32>; 3]) -> Raster<[f32; 3]> {
+pub fn merged([r, g, b]: [Raster<f32>; 3]) -> Raster<[f32; 3]> {
     let pixels = r.data().iter().zip(g.data()).zip(b.data());
     Raster::from_data(r.width(), r.height(), pixels.map(|((r, g), b)| [*r, *g, *b]).collect())
 }

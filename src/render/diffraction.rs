@@ -2,14 +2,14 @@
 
 use super::accumulate::{light, make_symmetric, variants_of};
 use super::band::Band;
-use super::bands::{picture, render_part};
+use super::bands::render_part;
 use super::film::{Film, Outputs};
 use super::ground_truth::ground_truth;
 use super::plan::Plan;
 use super::region::Region;
 use crate::accuracy::Accuracy;
-use crate::effect::Variant;
-use crate::effect::diffraction::{CellSpread, Diffraction, PixelSpread};
+use crate::effect::diffraction::{CellSpread, Diffraction, LightSpread};
+use crate::effect::{Variant, merged};
 use crate::optics::fate::Fate;
 use crate::progress::{Observer, Scaled};
 use crate::raster::{MAX_PIXELS, MAX_SIDE_PX, Raster};
@@ -42,19 +42,15 @@ pub(super) fn spread_light(system: &System, lens: &Diffraction, wanted: Outputs,
     let even = light(&framed, Outputs { truth: false }, &Scaled::new(observer, pixels / 2, width * height));
 
     // Spread it as if each of them were evenly lit.
-    let active = system.effects().collecting_side();
-    let cells = lens.cells(active);
-    let (scale, share) = lens.spread_scale();
-    let spread = PixelSpread::new(scale, active, cells);
+    let spread = LightSpread::new(lens, system.effects().collecting_side());
     let colour = even.colour.as_ref().map(|colour| [0, 1, 2].map(|c| colour.map(|v| v[c])));
     let channels = std::iter::once(&even.radiance).chain(colour.iter().flatten());
-    let mut sums: Vec<Raster<f64>> = channels.map(|channel| spread.spread(channel)).collect();
+    let mut sums: Vec<Raster<f64>> = channels.map(|channel| spread.pixels.spread(channel)).collect();
 
     // Add what the cells of the others make.
     let rest = Scaled::new(observer, pixels - pixels / 2, width * height);
-    if cells > 1 {
-        let spread = CellSpread::new(scale, active, cells);
-        add_cells(&framed, (&even, &variants_of(&framed, &even.account)), &spread, &mut sums, &rest);
+    if let Some(cells) = &spread.cells {
+        add_cells(&framed, (&even, &variants_of(&framed, &even.account)), cells, &mut sums, &rest);
     }
     if framed.effects().averages() && framed.receives_mirror_images() {
         sums.iter_mut().for_each(|sum| make_symmetric(sum, |a, b| 0.5 * (a + b)));
@@ -62,23 +58,18 @@ pub(super) fn spread_light(system: &System, lens: &Diffraction, wanted: Outputs,
     rest.pixels(width * height);
 
     // Neither rounding nor what cells are sharpened by makes light negative.
-    let (grey, colours) = sums.split_first().expect("grey is a channel");
-    let value = |v: f64| v.max(0.0) as f32;
-    let colour = |[r, g, b]: [&Raster<f64>; 3]| {
-        let pixels = r.data().iter().zip(g.data()).zip(b.data());
-        let pixels = pixels.map(|((r, g), b)| [value(*r), value(*g), value(*b)]);
-        Raster::from_data(width, height, pixels.collect())
-    };
-    let colour = <&[_; 3]>::try_from(colours).ok().map(|colours| colour(colours.each_ref()));
-    let spread = Film { radiance: grey.map(value), colour, ..even }.without_frame(frame);
+    let mut channels = sums.iter().map(|sum| sum.map(|v| v.max(0.0) as f32));
+    let radiance = channels.next().expect("grey is a channel");
+    let colour = <[_; 3]>::try_from(channels.collect::<Vec<_>>()).ok().map(merged);
+    let light = Film { radiance, colour, ..even }.without_frame(frame);
 
     // Of a small pattern, take its share.
-    let spread = if share < 1.0 { mixed(system, spread, share) } else { spread };
+    let light = if spread.share < 1.0 { mixed(system, light, spread.share) } else { light };
     if !wanted.truth {
-        return spread;
+        return light;
     }
     let Film { class, board_mm, .. } = ground_truth(system);
-    Film { class, board_mm, ..spread }
+    Film { class, board_mm, ..light }
 }
 
 /// The share of `spread` that a small pattern has, and for the rest the light of active squares without diffraction.
@@ -95,47 +86,6 @@ fn mixed(system: &System, spread: Film, share: f64) -> Film {
     };
     let colour = spread.colour.as_ref().zip(sharp.colour.as_ref()).map(of_colours);
     Film { radiance: of(&spread.radiance, &sharp.radiance), colour, ..spread }
-}
-
-/// A part of a picture whose light is to be spread.
-#[derive(Debug)]
-pub struct DiffractionSample {
-    window: System,
-    even: Film,
-    spread: PixelSpread,
-    cells: Option<CellSpread>,
-}
-
-impl DiffractionSample {
-    /// The square of `side` pixels, or what there is of it, in the middle of the picture of a `system` that diffracts, in
-    /// light of its first variant.
-    ///
-    /// # Panics
-    /// When diffraction does not act.
-    pub fn new(system: &System, side: usize) -> Self {
-        let effects = system.effects();
-        let (lens, active) = (effects.diffracting().expect("diffraction acts"), effects.collecting_side());
-        let size = system.camera().size_px().map(|n| n.min(side));
-        let first = [0, 1].map(|axis| (system.camera().size_px()[axis] - size[axis]) / 2);
-        let window = system.window(first, size);
-        let instrument = window.variant(&effects.variants(0)[0]);
-        let even = picture(&Plan::new(&instrument), Outputs { truth: false }, &());
-        let ((scale, _), cells) = (lens.spread_scale(), lens.cells(active));
-        let spread = PixelSpread::new(scale, active, cells);
-        let cells = (cells > 1).then(|| CellSpread::new(scale, active, cells));
-        Self { window, even, spread, cells }
-    }
-
-    /// Spreads its light, with the cells of `passes` variants; returns how many pixels that were.
-    pub fn spread(&self, passes: usize) -> usize {
-        let variant = self.window.effects().variants(0).swap_remove(0);
-        let mut sum = self.spread.spread(&self.even.radiance);
-        if let Some(cells) = &self.cells {
-            let variants = vec![(1.0, variant); passes];
-            add_cells(&self.window, (&self.even, &variants), cells, std::slice::from_mut(&mut sum), &());
-        }
-        sum.data().len()
-    }
 }
 
 /// Pixels to be rendered beyond the border: as many as the lens asks for, or the largest half, quarter and so on of them over
@@ -162,7 +112,7 @@ fn is_given(system: &System, frame: usize) -> bool {
 }
 
 /// Adds to `sums`, grey and the colours where there are some, what the cells of unevenly lit pixels differ by.
-fn add_cells(
+pub(super) fn add_cells(
     system: &System,
     (even, variants): (&Film, &[(f64, Variant)]),
     spread: &CellSpread,
@@ -185,9 +135,8 @@ fn add_cells(
 
     // Render the cells by few variants at a time, each by a map for all its tiles.
     // A map to 1e-8 px serves every level: what cells leave out is far more.
-    let fine = system.sampled(cells);
     let standard = Accuracy { map_px: Accuracy::standard().map_px * cells as f64, ..Accuracy::standard() };
-    let fine = fine.with_accuracy(standard);
+    let fine = system.sampled(cells).with_accuracy(standard);
     let parts = variants.len().div_ceil(PLANS);
     for few in variants.chunks(PLANS) {
         let instruments: Vec<System> = few.iter().map(|(_, variant)| fine.variant(variant)).collect();

@@ -36,12 +36,12 @@ mod sample;
 pub mod supersample;
 
 pub use bands::picture;
-pub use diffraction::{DiffractionSample, frame_px};
+pub use diffraction::frame_px;
 pub use driver::{render, render_wanted};
 pub(crate) use film::is_zero;
 pub use film::{AccuracyReport, Class, Counts, Film, Outputs, Strip};
 pub use plan::Plan;
-pub use sample::{GhostSample, PieceOfWork, PixelWork};
+pub use sample::{DiffractionSample, GhostSample, PieceOfWork, PixelWork};
 pub use strips::{STRIP_ROWS, render_strips, strip_rows};
 
 #[cfg(test)]

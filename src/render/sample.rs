@@ -4,11 +4,13 @@ use super::band::Band;
 use super::bands::{picture, render_band};
 use super::centre_rays::CentreTracer;
 use super::checkerboard::Checkerboard;
+use super::diffraction::add_cells;
 use super::film::{Film, Outputs};
 use super::plan::Plan;
 use super::region::Region;
 use super::{ghosts, mapped};
 use crate::accuracy::Sampling;
+use crate::effect::diffraction::LightSpread;
 use crate::system::System;
 use glam::DVec2;
 
@@ -123,5 +125,40 @@ impl GhostSample {
     pub fn add(&mut self) -> usize {
         ghosts::add(&self.window, &mut self.film);
         self.film.radiance.data().len()
+    }
+}
+
+/// A part of a picture whose light is to be spread by diffraction.
+#[derive(Debug)]
+pub struct DiffractionSample {
+    window: System,
+    even: Film,
+    spread: LightSpread,
+}
+
+impl DiffractionSample {
+    /// The square of `side` pixels, or what there is of it, in the middle of the picture of a `system` that diffracts, in
+    /// light of its first variant.
+    ///
+    /// # Panics
+    /// When diffraction does not act.
+    pub fn new(system: &System, side: usize) -> Self {
+        let effects = system.effects();
+        let lens = effects.diffracting().expect("diffraction acts");
+        let window = window(system, system.camera().size_px().map(|n| n.saturating_sub(side) / 2), side);
+        let instrument = window.variant(&effects.variants(0)[0]);
+        let even = picture(&Plan::new(&instrument), Outputs { truth: false }, &());
+        Self { window, even, spread: LightSpread::new(lens, effects.collecting_side()) }
+    }
+
+    /// Spreads its light, with the cells of `passes` variants; returns how many pixels that were.
+    pub fn spread(&self, passes: usize) -> usize {
+        let variant = self.window.effects().variants(0).swap_remove(0);
+        let mut sum = self.spread.pixels.spread(&self.even.radiance);
+        if let Some(cells) = &self.spread.cells {
+            let variants = vec![(1.0, variant); passes];
+            add_cells(&self.window, (&self.even, &variants), cells, std::slice::from_mut(&mut sum), &());
+        }
+        sum.data().len()
     }
 }

@@ -34,23 +34,27 @@ impl Cosines {
             column.iter_mut().enumerate().for_each(|(l, c)| *c *= share * factor(k, l));
             along_y.process_dct3(column);
         });
-        values = transposed(&columns, [height, width]);
-        values.par_chunks_mut(width).for_each(|row| along_x.process_dct3(row));
-        values
+        self.rows_of(&columns)
     }
 
     /// The sum over k and l of `factor(k, l)` times the cosines of k/2 and l/2 waves over the picture; those of 0 count half,
     /// a quarter where both are.
     pub(super) fn sum(&self, factor: impl Fn(usize, usize) -> f64 + Sync) -> Vec<f64> {
         let [width, height] = self.size;
-        let [along_x, along_y] = &self.along;
+        let along_y = &self.along[1];
         let mut columns = vec![0.0; width * height];
         columns.par_chunks_mut(height).enumerate().for_each(|(k, column)| {
             column.iter_mut().enumerate().for_each(|(l, c)| *c = factor(k, l));
             along_y.process_dct3(column);
         });
-        let mut values = transposed(&columns, [height, width]);
-        values.par_chunks_mut(width).for_each(|row| along_x.process_dct3(row));
+        self.rows_of(&columns)
+    }
+
+    /// The picture, row by row, whose columns are summed up already.
+    fn rows_of(&self, columns: &[f64]) -> Vec<f64> {
+        let [width, height] = self.size;
+        let mut values = transposed(columns, [height, width]);
+        values.par_chunks_mut(width).for_each(|row| self.along[0].process_dct3(row));
         values
     }
 }

@@ -20,9 +20,11 @@
 
 mod cells;
 mod cosines;
+mod spread;
 mod transfer;
 
 pub use cells::CellSpread;
+pub use spread::LightSpread;
 pub use transfer::PixelSpread;
 
 #[cfg(test)]
