@@ -262,7 +262,7 @@ fn light_falls_by_the_fourth_power_of_the_cosine() {
 #[test]
 fn the_law_holds_for_every_point_of_a_pupil() {
     let flat = "columns = 3\nrows = 3\nsquare_mm = 2000\nposition_mm = [0.0, 0.0, 1000.0]\nblack = 1\nwhite = 1";
-    let plain = scene(33, 1, NO_GLASS, flat);
+    let plain = scene(331, 1, NO_GLASS, flat);
     let lens = ThinLens::new(1.0, 1e12, Aperture::Circle, 35.0);
     let cos4 = Some(biprism::effect::Cos4 { exponent: 4.0 });
     let effects = Effects {
@@ -271,7 +271,7 @@ fn the_law_holds_for_every_point_of_a_pupil() {
         quadrature: Quadrature { points: 1024, ..Quadrature::default() },
         ..Effects::default()
     };
-    let found = f64::from(picture(&with(&plain, effects)).get(16, 0));
+    let found = f64::from(picture(&with(&plain, effects)).get(165, 0));
     // The integral of 2 r / (1 + r^2)^2 over 0..t is t^2 / (1 + t^2), over the area t^2: 1 / (1 + t^2), with t = a/d = 1/2.
     assert!((found - 0.8).abs() < 1e-5, "{found}");
 }
@@ -281,8 +281,8 @@ fn the_law_holds_for_every_point_of_a_pupil() {
 fn a_lamp_lights_each_place_by_its_distance_and_angle() {
     let lamp = "[effect.lamp]\nposition_mm = [-300, 200, 100]\nshare = 0.75\n";
     let board = format!("{BOARD}\ntilt_deg = [10.0, -25.0, 3.0]");
-    let lit = scene_from(192, 108, "", FREEFORM, &format!("{board}\n{lamp}"));
-    let dark = scene(192, 108, FREEFORM, &board);
+    let lit = scene_from(288, 162, "", FREEFORM, &format!("{board}\n{lamp}"));
+    let dark = scene(288, 162, FREEFORM, &board);
     let (before, after) = (render(&built(&dark), &()), render(&built(&lit), &()));
     let pose = lit.board.world_from_board;
     let at = |mm: [f32; 2]| {
@@ -292,7 +292,7 @@ fn a_lamp_lights_each_place_by_its_distance_and_angle() {
     let places = before.board_mm.as_ref().unwrap().data();
     for (k, (before, after)) in before.radiance.data().iter().zip(after.radiance.data()).enumerate() {
         let seen = places[k];
-        if (95..97).contains(&(k % 192)) {
+        if (143..145).contains(&(k % 288)) {
             continue;
         }
         let factor = 0.25 + 0.75 * at(seen) / at([0.0, 0.0]);
@@ -300,6 +300,36 @@ fn a_lamp_lights_each_place_by_its_distance_and_angle() {
         // Positions of the truth are f32: 1e-7 of 200 mm over 1 m; radiances too.
         assert!((f64::from(*after) - expected).abs() < 4e-7 * expected, "{k}: {after} {expected}");
     }
+}
+
+/// A lamp so near that its light falls steeply across a pixel: each gets the mean over its places, cut by the ground ridge or
+/// not.
+#[test]
+fn a_lamp_close_to_the_board_lights_all_places_of_a_pixel() {
+    const PLACES: usize = 96;
+    let lamp = "[effect.lamp]\nposition_mm = [25, 30, 980]\n[effect.clipping]\nchamfer_mm = 0.05\n";
+    let board = BOARD.replace("square_mm = 10.0", "square_mm = 80.0\ntilt_deg = [0.0, 0.0, 7.0]");
+    let system = built(&scene_from(16, 9, "", FLAT, &format!("{board}\n{lamp}")));
+    let board = system.board().pattern;
+    let light = |px: DVec2| {
+        let Ok(sight) = system.trace(px) else { return 0.0 };
+        let cell =
+            (sight.board_mm / board.square_mm + DVec2::new(board.columns as f64, board.rows as f64) / 2.0).floor();
+        let black = (cell.x + cell.y).rem_euclid(2.0) == 0.0;
+        system.throughput(px) * if black { board.black } else { board.white }
+    };
+    let found = picture(&system);
+    let brightest = found.data().iter().fold(0.0f32, |most, v| most.max(*v));
+    let mut worst: f64 = 0.0;
+    for (k, value) in found.data().iter().enumerate() {
+        let corner = DVec2::new((k % 16) as f64, (k / 16) as f64);
+        let place = |i: usize| (DVec2::new((i % PLACES) as f64, (i / PLACES) as f64) + 0.5) / PLACES as f64;
+        let mean = (0..PLACES * PLACES).map(|i| light(corner + place(i))).sum::<f64>() / (PLACES * PLACES) as f64;
+        worst = worst.max((f64::from(*value) - mean).abs() / f64::from(brightest));
+    }
+    // Places in a row see an edge a hundredth of a pixel off at most, and its slant makes up for most of that.
+    println!("{worst:.1e} of the brightest pixel");
+    assert!(worst < 3e-3, "{worst}");
 }
 
 /// Wavelengths are fixed: a second set of random points would be the first picture once more.

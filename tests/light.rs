@@ -52,7 +52,7 @@ fn colours_part_as_snells_law_says() {
     let dispersion = lines(&[F_NM, C_NM]);
     let glass = named("N-BK7").unwrap();
     let effects = Effects { dispersion: Some(dispersion), ..Effects::default() };
-    let variants: Vec<Variant> = effects.variants(0);
+    let variants: Vec<Variant> = effects.variants(0).iter().collect();
     assert_eq!(variants.len(), 2);
     let system = with(&plain, effects);
     let of_wave = variants.iter().map(|variant| system.variant(variant)).collect::<Vec<_>>();

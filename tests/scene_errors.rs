@@ -251,6 +251,9 @@ fn assert_in_range(scene: &Scene) {
     assert!((0.1..=10.0).contains(&prism.body.index) && (0.1..=10.0).contains(&prism.body.outer_index));
     assert!(prism.ridge_distance_mm > 0.0 && prism.thickness_mm > 0.0 && prism.thickness_mm.is_finite());
     assert!((1..=15).contains(&design.degree) && design.step_px > 0.0);
+    let lengths =
+        [camera.focal_length_mm, camera.pitch_mm, board.square_mm, prism.ridge_distance_mm, prism.thickness_mm];
+    assert!(lengths.iter().chain(&scene.analysis.depths_mm).all(|mm| *mm <= 1e12), "{lengths:?}");
 }
 
 /// Parse and print: neither may panic, whatever the text.
@@ -260,6 +263,35 @@ fn judged(text: &str) -> Option<Scene> {
 
 fn cases(cases: u32) -> ProptestConfig {
     ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
+}
+
+/// The lines of the paper's scene that hold one number.
+fn number_lines() -> Vec<usize> {
+    let holds = |line: &str| line.split_once(" = ").is_some_and(|(_, v)| v.as_bytes()[0].is_ascii_digit());
+    PAPER.lines().enumerate().filter(|(_, line)| holds(line)).map(|(i, _)| i).collect()
+}
+
+/// The paper's scene with another number in one line.
+fn with_number(chosen: usize, number: &str) -> String {
+    let edited = |(i, line): (usize, &str)| match line.split_once(" = ") {
+        Some((key, _)) if i == chosen => format!("{key} = {number}\n"),
+        _ => format!("{line}\n"),
+    };
+    PAPER.lines().enumerate().map(edited).collect()
+}
+
+/// Every number of the paper's scene at its extremes: refused, or finite and in range.
+#[test]
+fn extreme_numbers_are_refused_or_in_range() {
+    for line in number_lines() {
+        for number in
+            ["-0.0", "5e-324", "1e-300", "1e13", "1e300", "-1e12", "1e12", "1.0", "inf", "-inf", "nan", "16384"]
+        {
+            if let Some(scene) = judged(&with_number(line, number)) {
+                assert_in_range(&scene);
+            }
+        }
+    }
 }
 
 proptest! {
@@ -310,15 +342,8 @@ proptest! {
         prop::sample::select(vec!["-0.0", "5e-324", "1e-300", "1e300", "-1e12", "1e12", "1.0", "inf", "-inf", "16384"])
             .prop_map(str::to_owned),
     ]) {
-        let lines: Vec<&str> = PAPER.lines().collect();
-        let number_at = |i: &usize| lines[*i].split_once(" = ").is_some_and(|(_, v)| v.as_bytes()[0].is_ascii_digit());
-        let numbers: Vec<usize> = (0..lines.len()).filter(number_at).collect();
-        let chosen = numbers[which.index(numbers.len())];
-        let edited = |(i, line): (usize, &&str)| match line.split_once(" = ") {
-            Some((key, _)) if i == chosen => format!("{key} = {number}\n"),
-            _ => format!("{line}\n"),
-        };
-        if let Some(scene) = judged(&lines.iter().enumerate().map(edited).collect::<String>()) {
+        let places = number_lines();
+        if let Some(scene) = judged(&with_number(places[which.index(places.len())], &number)) {
             assert_in_range(&scene);
         }
     }

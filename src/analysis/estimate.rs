@@ -77,7 +77,7 @@ const STRIPS: usize = 3;
 fn memory_bytes(system: &System, sets: usize) -> u64 {
     let effects = system.effects();
     let [width, height] = system.camera().size_px();
-    let colours = if effects.variants(0).iter().any(|variant| variant.colour.is_some()) { 3 } else { 0 };
+    let colours = if effects.variants(0).in_colour() { 3 } else { 0 };
     let mut each = 4 + 4 * colours;
     if effects.averages() {
         each += 4 + 8 + 8 * colours + if sets > 1 { 16 + 8 * colours } else { 0 };

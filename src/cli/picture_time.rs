@@ -86,8 +86,8 @@ fn from_pieces(system: &System, patience_s: f64) -> PictureTime {
     let effects = &system.effects();
     let begun = Instant::now();
     let framed = &system.framed(frame_px(system));
-    let variants = if effects.averages() { effects.variants(0) } else { Vec::new() };
-    let passes = variants.len().max(1) * if effects.averages() { effects.sets() } else { 1 };
+    let variants = effects.averages().then(|| effects.variants(0));
+    let passes = variants.as_ref().map_or(1, |variants| variants.len() * effects.sets());
 
     // Time passes that are spread over all of them.
     let mut sum = PassTimes::default();
@@ -96,9 +96,9 @@ fn from_pieces(system: &System, patience_s: f64) -> PictureTime {
         if k > 0 && left_s <= 0.0 {
             break;
         }
-        let (setting_up_s, instrument) = timed(|| match variants.len() {
-            0 => framed.clone(),
-            count => framed.variant(&variants[((place(k).x * count as f64) as usize).min(count - 1)]),
+        let (setting_up_s, instrument) = timed(|| match &variants {
+            None => framed.clone(),
+            Some(all) => framed.variant(&all.get(((place(k).x * all.len() as f64) as usize).min(all.len() - 1))),
         });
         let (planning_s, plan) = timed(|| Plan::new(&instrument));
         let cold = k == 0 && setting_up_s + planning_s < WARM_UP_S;

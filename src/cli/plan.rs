@@ -94,7 +94,7 @@ impl TimedEstimate {
         }
         let PictureTime { time_s, factor, .. } = self.time;
         text += &format!(
-            "time    about {} s here, within a factor of {factor:.1}, from pieces of the picture\n",
+            "time    about {} s here to render, within a factor of {factor:.1}, from pieces of the picture; files take more\n",
             two_digits(time_s)
         );
         let memory = two_digits(*memory_bytes as f64 / 1e6);

@@ -139,8 +139,7 @@ fn each_line(path: &Path, mut use_line: impl FnMut(&str, &[&str]) -> Result<(), 
             let rule = format!("the line has {MAX_LINE} bytes or more, and must have fewer");
             return Err(Error::new(place, rule, "give one point a line"));
         }
-        let text = str::from_utf8(&line)
-            .map_err(|_| Error::new(&place, "the line is not UTF-8 text", "give a CSV of numbers"))?;
+        let text = str::from_utf8(&line).map_err(|_| inputs::not_utf8(&place, &line))?;
         let text = text.trim().trim_start_matches('\u{feff}');
         let fields: Vec<&str> = text.split(',').map(str::trim).collect();
         let heading = number == 1 && HEADINGS.contains(&fields[0]);

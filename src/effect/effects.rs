@@ -5,7 +5,7 @@ use super::clipping::Clipping;
 use super::coating::Coating;
 use super::cos4::Cos4;
 use super::diffraction::Diffraction;
-use super::dispersion::{self, Dispersion};
+use super::dispersion::Dispersion;
 use super::fresnel::Fresnel;
 use super::ghosts::Ghosts;
 use super::hook::Hook;
@@ -18,7 +18,7 @@ use super::quadrature::{Points, Quadrature, turned};
 use super::roughness::Roughness;
 use super::sensor::Sensor;
 use super::telecentric::Telecentric;
-use super::variant::Variant;
+use super::variant::{Variant, Variants};
 use crate::raster::Raster;
 use crate::raster::transfer::decoded;
 use crate::surface::face::Face;
@@ -177,7 +177,7 @@ impl Effects {
 
     /// The variants of the instrument whose weighted mean is the picture, by set number `replicate` of points; one that is
     /// the instrument itself where no ray effect acts.
-    pub fn variants(&self, replicate: usize) -> Vec<Variant> {
+    pub fn variants(&self, replicate: usize) -> Variants<'_> {
         let plain = Variant { pupil: DVec2::ZERO, slopes: [DVec2::ZERO; 2], wave: None, grey: 1.0, colour: None };
         let points = match self.dimensions() {
             0 => vec![plain],
@@ -189,18 +189,7 @@ impl Effects {
                 (0..count).map(|k| Variant { grey: 1.0 / count as f64, ..of(k) }).collect()
             }
         };
-        match self.dispersion.as_ref().filter(|dispersion| !dispersion.is_nothing()) {
-            None => points,
-            Some(dispersion) => {
-                let of = |wave: dispersion::Wavelength, point: &Variant| Variant {
-                    wave: Some(wave),
-                    grey: point.grey * wave.grey(),
-                    colour: dispersion.colour.then(|| wave.weights.map(|weight| point.grey * weight)),
-                    ..*point
-                };
-                dispersion.waves.iter().flat_map(|wave| points.iter().map(|point| of(*wave, point))).collect()
-            }
-        }
+        Variants::new(points, self.dispersion.as_ref().filter(|dispersion| !dispersion.is_nothing()))
     }
 
     /// These effects in light of one wavelength.
@@ -297,7 +286,7 @@ mod tests {
             assert!(!(row.acts)(&Effects::default()), "{}", row.key());
         }
         assert_eq!(
-            Effects::default().variants(0),
+            Effects::default().variants(0).iter().collect::<Vec<_>>(),
             [Variant { pupil: DVec2::ZERO, slopes: [DVec2::ZERO; 2], wave: None, grey: 1.0, colour: None }]
         );
     }

@@ -56,7 +56,7 @@ mod picture;
 
 pub use effects::{Effects, Threshold};
 pub use picture::{Picture, merged};
-pub use variant::Variant;
+pub use variant::{Variant, Variants};
 
 pub use absorption::Absorption;
 pub use clipping::Clipping;

@@ -161,7 +161,7 @@ mod tests {
                     let quadrature = Quadrature { points, replicates, ..Quadrature::default() };
                     let roughness = Some(Roughness { slope });
                     let effects = Effects { lens, roughness, quadrature, ..Effects::default() };
-                    let variants = effects.variants(set);
+                    let variants: Vec<Variant> = effects.variants(set).iter().collect();
                     let sum = |of: &dyn Fn(&Variant) -> DVec2| variants.iter().map(of).sum::<DVec2>().length();
                     // Each of the terms, of at most 2 mm, is rounded by some units of its last place, and so is each sum.
                     let bound = 8.0 * f64::EPSILON * (variants.len() * variants.len()) as f64;

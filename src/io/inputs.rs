@@ -54,6 +54,13 @@ pub fn open(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
+/// What the user is told of a text at `place` that begins with these bytes.
+pub fn not_utf8(place: impl std::fmt::Display, bytes: &[u8]) -> Error {
+    let utf16 = bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.contains(&0);
+    let rule = format!("the text is not UTF-8{}", if utf16 { ", but UTF-16 as it seems" } else { "" });
+    Error::new(place, rule, "save it as UTF-8 (in a spreadsheet \"CSV UTF-8\"); check the format and the extension")
+}
+
 /// What the user is told of a file that cannot be read.
 pub(super) fn unreadable(path: &Path, error: &io::Error) -> Error {
     Error::new(path.display(), format!("the file cannot be read: {error}"), "check the name and the right to read it")

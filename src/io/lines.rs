@@ -1,5 +1,6 @@
 //! A line reader that knows its line number.
 
+use super::inputs::not_utf8;
 use crate::error::Error;
 use glam::DVec3;
 use std::fmt::Display;
@@ -37,11 +38,11 @@ impl<R: BufRead> TextLines<'_, R> {
         if read == MAX_LINE && buffer.last() != Some(&b'\n') {
             return Err(self.problem(
                 format!("the line has {MAX_LINE} bytes or more, and must have fewer"),
-                "check that the file is a text of one point a line",
+                "check that the file is a text of one point a line, and that its lines end with LF or CR LF",
             ));
         }
-        let text = std::str::from_utf8(buffer)
-            .map_err(|_| self.problem("the line is not UTF-8 text", "check the file's format and extension"))?;
+        let text =
+            std::str::from_utf8(buffer).map_err(|_| not_utf8(format_args!("{}:{}", self.name, self.line), buffer))?;
         Ok(Some(text.trim_end().trim_start_matches('\u{feff}')))
     }
 

@@ -6,7 +6,9 @@ use super::ply::{Ply, PlyRow};
 use super::point_cloud::finite_point;
 use super::stl;
 use crate::error::Error;
-use crate::surface::mesh::{Triangles, corner_normals};
+use crate::surface::mesh::Triangles;
+use crate::surface::normals::{corner_normals, normals_with_creases};
+use crate::surface::weld::weld;
 use glam::DVec3;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -21,7 +23,8 @@ pub const MAX_COORDINATE_MM: f64 = 1e6;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MeshFormat {
     /// PLY 1.0, ascii or binary: the element `vertex` with x, y, z and, where they are known, the normal nx, ny, nz; then
-    /// the element `face` with the list `vertex_indices`, of three or four corners each.
+    /// the element `face` with the list `vertex_indices`, of three corners each, or more where the face is
+    /// plane and convex.
     Ply,
     /// Wavefront OBJ: `v` and `f` lines. Its normals, textures, groups and materials are left aside.
     Obj,
@@ -40,8 +43,9 @@ pub struct RawMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// The triangles of the file at `path`, in mm; the format follows from the extension (.ply, .obj, .stl). Faces of four
-/// corners are cut in two. Normals that the file does not give follow from the triangles ([`corner_normals`]).
+/// The triangles of the file at `path`, in mm; the format follows from the extension (.ply, .obj, .stl). Faces of more
+/// than three corners are cut from their first one. Normals that the file does not give follow from the triangles; a corner on a
+/// crease becomes several.
 ///
 /// # Errors
 /// A [`Error`] with file, line, value and rule when the file cannot be read, breaks its format, holds a number that is
@@ -108,19 +112,30 @@ impl RawMesh {
     /// # Errors
     /// A [`Error`] where a point lies beyond [`MAX_COORDINATE_MM`], or the triangles are no graph over (x, y).
     pub fn surface(self, name: &str) -> Result<Triangles, Error> {
-        let Self { points: points_mm, normals, triangles } = self;
+        let Self { points: mut points_mm, normals, mut triangles } = self;
         within_reach(name, &points_mm)?;
-        let point_normals = match normals {
-            Some(normals) => normals,
-            None => corner_normals(&points_mm, &triangles).map_err(|k| {
-                let rule = format!(
-                    "corner {} at {} has no normal: no triangle has it, or those that have it stand upright or fold back",
-                    k + 1,
-                    points_mm[k]
-                );
-                Error::new(name, rule, "remove loose corners; a surface of a prism is a graph z(x, y), and a closed body is `body = \"...\"`")
-            })?,
+        let no_normal = |points_mm: &[DVec3], k: usize| {
+            let rule = format!(
+                "corner {} at {} has no normal: no triangle has it, or those that have it stand upright or fold back",
+                k + 1,
+                points_mm[k]
+            );
+            let help =
+                "remove loose corners; a surface of a prism is a graph z(x, y), and a closed body is `body = \"...\"`";
+            Error::new(name, rule, help)
         };
+        if let Some(point_normals) = normals {
+            return Ok(Triangles { points_mm, point_normals, triangles });
+        }
+
+        // Triangles with corners of their own each are one surface all the same.
+        corner_normals(&points_mm, &triangles).map_err(|k| no_normal(&points_mm, k))?;
+        if points_mm.len() == 3 * triangles.len() {
+            let corners: Vec<DVec3> = triangles.iter().flatten().map(|k| points_mm[*k as usize]).collect();
+            (points_mm, triangles) = weld(&corners);
+        }
+        let point_normals =
+            normals_with_creases(&mut points_mm, &mut triangles).map_err(|k| no_normal(&points_mm, k))?;
         Ok(Triangles { points_mm, point_normals, triangles })
     }
 }
@@ -166,7 +181,7 @@ fn ply<R: BufRead>(lines: &mut TextLines<R>, bytes: u64) -> Result<Parts, Error>
         }
     }
     ply.rows(|ply, i, PlyRow { list, .. }| {
-        push(&mut triangles, list, points.len()).map_err(|rule| ply.problem(format!("face {i} {rule}"), FACE_HELP))?;
+        push(&mut triangles, list, &points).map_err(|rule| ply.problem(format!("face {i} {rule}"), FACE_HELP))?;
         few(&triangles).map_err(|rule| ply.problem(rule, THIN_OUT))
     })?;
     Ok((points, normal_columns.is_some().then_some(normals), triangles))
@@ -195,7 +210,7 @@ fn obj<R: BufRead>(lines: &mut TextLines<R>) -> Result<Parts, Error> {
                     _ => Err(lines.problem(format!("the corner {word:?} is no number of a vertex"), FACE_HELP)),
                 };
                 let corners = words.map(corner).collect::<Result<Vec<f64>, Error>>()?;
-                push(&mut triangles, &corners, points.len())
+                push(&mut triangles, &corners, &points)
                     .map_err(|rule| lines.problem(format!("the face {rule}"), FACE_HELP))?;
                 few(&triangles).map_err(|rule| lines.problem(rule, THIN_OUT))?;
             }
@@ -210,7 +225,7 @@ fn obj<R: BufRead>(lines: &mut TextLines<R>) -> Result<Parts, Error> {
     Ok((points, None, triangles))
 }
 
-const FACE_HELP: &str = "a face names three or four different vertices of the file: export the surface as triangles";
+const FACE_HELP: &str = "a face names three or more different vertices of the file, in a plane and without dents: export the surface as triangles";
 
 const THIN_OUT: &str = "thin the mesh out: a smooth surface needs far fewer";
 
@@ -222,20 +237,36 @@ fn few(triangles: &[[u32; 3]]) -> Result<(), String> {
     Err(format!("the file has more than {MAX_TRIANGLES} triangles, which is the limit"))
 }
 
-/// Appends a face of three or four corners; what is wrong with it, otherwise.
-fn push(triangles: &mut Vec<[u32; 3]>, corners: &[f64], points: usize) -> Result<(), String> {
-    let known = |k: &f64| *k >= 0.0 && *k < points as f64 && *k == k.trunc();
+/// Most corners of a face.
+const MOST_CORNERS: usize = 64;
+
+/// Appends a face, of more than four corners as triangles from its first one; what is wrong with it, otherwise.
+fn push(triangles: &mut Vec<[u32; 3]>, corners: &[f64], points: &[DVec3]) -> Result<(), String> {
+    let known = |k: &f64| *k >= 0.0 && *k < points.len() as f64 && *k == k.trunc();
     if let Some(unknown) = corners.iter().find(|k| !known(k)) {
-        return Err(format!("has the corner {unknown}, counted from 0, and the file has {points} vertices"));
+        return Err(format!("has the corner {unknown}, counted from 0, and the file has {} vertices", points.len()));
+    }
+    if !(3..=MOST_CORNERS).contains(&corners.len()) {
+        return Err(format!("has {} corners, and must have 3 to {MOST_CORNERS}", corners.len()));
     }
     let named: Vec<u32> = corners.iter().map(|k| *k as u32).collect();
     if (1..named.len()).any(|k| named[..k].contains(&named[k])) {
         return Err("names a vertex twice".to_owned());
     }
-    match named[..] {
-        [a, b, c] => triangles.push([a, b, c]),
-        [a, b, c, d] => triangles.extend([[a, b, c], [a, c, d]]),
-        _ => return Err(format!("has {} corners", named.len())),
+    if named.len() > 4 && !is_convex(&named, points) {
+        return Err(format!("has {} corners, and is not plane and convex", named.len()));
     }
+    triangles.extend((2..named.len()).map(|k| [named[0], named[k - 1], named[k]]));
     Ok(())
+}
+
+/// Whether a face is plane, to a thousandth, and turns one way at all of its corners.
+fn is_convex(face: &[u32], points: &[DVec3]) -> bool {
+    let at = |k: usize| points[face[k % face.len()] as usize];
+    let area = (2..face.len()).map(|k| (at(k - 1) - at(0)).cross(at(k) - at(0))).sum::<DVec3>();
+    let size = area.length().sqrt();
+    let plane = (1..face.len()).all(|k| ((at(k) - at(0)).dot(area) / area.length()).abs() <= 1e-3 * size);
+    plane
+        && (0..face.len())
+            .all(|k| (at(k + 1) - at(k)).cross(at(k + 2) - at(k + 1)).dot(area) >= -1e-9 * (size * size * size * size))
 }

@@ -4,7 +4,7 @@ use super::lines::TextLines;
 use crate::error::Error;
 use std::io::BufRead;
 
-/// Most items of a list: a face has three or four corners.
+/// Most items of a list: of a face, its corners.
 const MAX_LIST: f64 = 255.0;
 /// Most lines of a header.
 const MAX_HEADER_LINES: usize = 1000;

@@ -117,6 +117,31 @@ impl Payload for Path {
     }
 }
 
+/// The facets of front and back, in the order of a ray's way through them; 0 of surfaces without creases.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Facets {
+    crossed: [u32; 2],
+    count: usize,
+}
+
+impl Facets {
+    /// The facets of the first and the second surface.
+    pub fn crossed(&self) -> [u32; 2] {
+        self.crossed
+    }
+}
+
+impl Payload for Facets {
+    fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>) {
+        if let Some(facet) = self.crossed.get_mut(self.count) {
+            *facet = event.surface.facet(event.hit);
+        }
+        self.count += 1;
+    }
+
+    fn moved(&mut self, _: &Pose) {}
+}
+
 /// The two refractions of a way through a prism; in the prism's frame on the way, in the world once the ray has left or
 /// ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -7,8 +7,8 @@ use super::ghosts;
 use super::ground_truth::ground_truth;
 use super::plan::Plan;
 use super::work::Work;
-use crate::effect::Variant;
 use crate::effect::quadrature::LEAST_REPLICATES;
+use crate::effect::{Variant, Variants};
 use crate::progress::{Observer, Scaled};
 use crate::raster::Raster;
 use crate::system::System;
@@ -32,7 +32,8 @@ pub(super) fn light(system: &System, wanted: Outputs, observer: &dyn Observer) -
 pub(super) fn variants_of(system: &System, account: &AccuracyReport) -> Vec<(f64, Variant)> {
     let effects = system.effects();
     let sets = account.passes / effects.variants(0).len();
-    (0..sets).flat_map(|set| effects.variants(set)).map(|variant| (1.0 / sets as f64, variant)).collect()
+    let of_set = |set: usize| effects.variants(set).iter().collect::<Vec<_>>();
+    (0..sets).flat_map(of_set).map(|variant| (1.0 / sets as f64, variant)).collect()
 }
 
 /// A picture in f64.
@@ -43,9 +44,9 @@ struct RunningMean {
 
 /// The mean over sets of variants of `system`, of which `set` makes the k-th, each a weighted sum of pictures; what is
 /// wanted besides the radiance is that of `system` itself. `observer` hears of each pixel once for all passes.
-pub(super) fn mean(
+pub(super) fn mean<'a>(
     system: &System,
-    set: &dyn Fn(usize) -> Vec<Variant>,
+    set: &dyn Fn(usize) -> Variants<'a>,
     wanted: Outputs,
     observer: &dyn Observer,
 ) -> Film {
@@ -139,7 +140,7 @@ impl MeanOfSets {
 /// The weighted sum of the pictures of `variants`.
 fn sum(
     system: &System,
-    variants: &[Variant],
+    variants: &Variants,
     work: &mut Work,
     account: &mut AccuracyReport,
     observer: &dyn Observer,
@@ -147,12 +148,11 @@ fn sum(
     // Start the weighted sums, in colour where every variant has its three weights.
     let [width, height] = system.camera().size_px();
     let mut grey = Raster::filled(width, height, 0.0f64);
-    let in_colour = variants.iter().all(|variant| variant.colour.is_some());
-    let mut colour = in_colour.then(|| Raster::filled(width, height, [0.0f64; 3]));
+    let mut colour = variants.in_colour().then(|| Raster::filled(width, height, [0.0f64; 3]));
 
     // Render each variant with its ghosts and add it by its weights.
-    for variant in variants {
-        let instrument = system.variant(variant);
+    for variant in variants.iter() {
+        let instrument = system.variant(&variant);
         let mut film = picture(&Plan::new(&instrument), Outputs { truth: false }, observer);
         ghosts::add(&instrument, &mut film);
         let values = film.radiance.data();

@@ -7,17 +7,16 @@ use super::centre_rays::trace_scalar;
 use super::cut::{are_adjacent, changes, pieces};
 use super::divided::{along_borders, outline_is_simple};
 use super::film::Class;
+use super::passage::Passage;
 use super::piece::{Piece, constant_between, piece_radiance};
-use super::pixel::{ended_ray_radiance, square, whole_pixel};
+use super::pixel::{INSET_PX, ended_ray_radiance, square, whole_pixel};
 use super::pixel_mean::Taylor2;
 use super::plan::Plan;
+use super::steep;
 use super::work::Work;
 use crate::system::Side;
 use glam::DVec2;
 
-/// A pixel's own corners are traced this far inside it, in px, so that a border that falls
-/// exactly between two pixels cuts neither.
-const INSET_PX: f64 = 1e-9;
 /// An arc takes this share of the rectangle about it, so that so much of its height counts as the move of a line.
 const ARC_SHARE: f64 = 2.0 / 3.0;
 
@@ -29,8 +28,8 @@ const LARGEST_PART: f64 = 1.0 / 16.0;
 pub(super) enum Nearby {
     /// The ridge alone: its centre and those of its neighbours see the board.
     Ridge,
-    /// The border of a fate.
-    Fate,
+    /// The border of a fate, or a crease.
+    Border,
     /// All of the glass: the picture has few pixels, and some see nothing of the board.
     Anything,
 }
@@ -45,16 +44,19 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, nearby: Nearby, w
     // Trace the corners of the active square, and find the sides on which the class changes.
     let corners = square(0.5 * plan.active);
     let corner_hits = corners.map(|c| trace_scalar(plan.system, px + c * (1.0 - 2.0 * INSET_PX)));
-    let classes = corner_hits.map(|(_, class)| class.by_light());
+    let passages = [0, 1, 2, 3].map(|k| Passage::of(plan, px + corners[k] * (1.0 - 2.0 * INSET_PX), corner_hits[k].1));
     work.counts.rays += 4;
-    let own = own.by_light();
+    let own = Passage::of(plan, px, own);
 
     // Take the pixel by the number of borders that cross its outline.
-    match changes(&classes)[..] {
+    match changes(&passages)[..] {
         // None, not even twice through one side.
-        [] if classes[0] == own && !bulges(plan, px, &corners, own, nearby, work) => {
-            if own.side().is_none() {
-                return ended_ray_radiance(plan, own) * plan.throughput(px);
+        [] if passages[0] == own && !bulges(plan, px, &corners, own, nearby, work) => {
+            if let Some(light) = plan.steep.then(|| steep::pixel(plan, px, work)).flatten() {
+                return light;
+            }
+            if own.class.side().is_none() {
+                return ended_ray_radiance(plan, own.class) * plan.throughput(px);
             }
             let corners_mm = corner_hits.map(|(seen_mm, _)| seen_mm);
             if let Some(value) = constant_between(plan, trace_scalar(plan.system, px).0, &corners_mm) {
@@ -68,8 +70,8 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, nearby: Nearby, w
         // The ridge alone, as a straight line.
         [first, second] if nearby == Nearby::Ridge => {
             work.counts.cut_pixels += 1;
-            let pieces = pieces(plan, px, &corners, &classes, [first, second], work);
-            let lit = classes.iter().all(|class| class.side().is_some());
+            let pieces = pieces(plan, px, &corners, &passages, [first, second], work);
+            let lit = passages.iter().all(|passage| passage.class.side().is_some());
             let straight = || plan.straight_ridge || (are_adjacent(&pieces) && ridge_is_straight(plan, px, &pieces[0]));
             if lit && straight() {
                 piece_radiance(plan, px, &pieces[0], work) + piece_radiance(plan, px, &pieces[1], work)
@@ -85,9 +87,9 @@ pub(super) fn border_pixel(plan: &Plan, px: DVec2, own: Class, nearby: Nearby, w
     }
 }
 
-/// Whether a border may pass through a side of the pixel twice, between its corners, which are of class `own`.
-fn bulges(plan: &Plan, px: DVec2, corners: &[DVec2; 4], own: Class, nearby: Nearby, work: &mut Work) -> bool {
-    if nearby == Nearby::Fate {
+/// Whether a border may pass through a side of the pixel twice, between its corners, whose passage is `own`.
+fn bulges(plan: &Plan, px: DVec2, corners: &[DVec2; 4], own: Passage, nearby: Nearby, work: &mut Work) -> bool {
+    if nearby == Nearby::Border {
         !outline_is_simple(plan, px, corners, &[own; 4], work)
     } else {
         ridge_bulges(plan, px, corners)

@@ -114,3 +114,22 @@ fn squares_far_below_the_footprint_tend_to_their_mean() {
         assert!((mean - 0.5).abs() < 2e-3, "{half} {mean}");
     }
 }
+
+/// Sides that run along a line of the pattern, on it to a few roundings, as rays through pixels on a line see them.
+#[test]
+fn sides_along_lines_are_where_they_are() {
+    for count in [3, 4, 5, 41] {
+        let p = Checkerboard::new(&board(count, count));
+        for k in 0..20_000u32 {
+            let roundings = |shift: u32| f64::from((k >> shift) % 8) - 3.0;
+            let [x0, x1] = [0, 1].map(|line| f64::from(line + k % 2) + if count % 2 == 1 { 0.5 } else { 0.0 });
+            let off = |x: f64, shift: u32| x + roundings(shift) * f64::EPSILON * x.abs().max(0.25);
+            let [y0, y1] = [0.3 - 0.01 * f64::from(k % 97), 1.9 + 0.003 * f64::from(k % 89)];
+            let sides = [(off(x0, 0), y0), (off(x1, 3), y0), (off(x1, 6), y1), (off(x0, 9), y1)];
+            let exact = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)];
+            let [found, expected] =
+                [sides, exact].map(|corners| p.mean_over(&corners.map(DVec2::from)).expect("not degenerate"));
+            assert!((found - expected).abs() < 1e-13, "{count} {k}: {found} {expected}");
+        }
+    }
+}

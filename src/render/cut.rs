@@ -1,15 +1,14 @@
 //! A square part of a pixel that the ridge or the border of a fate passes through: cut along the straight line through the
-//! places where its outline changes class.
+//! places where its outline changes its passage.
 
-use super::centre_rays::trace_scalar;
-use super::film::Class;
+use super::passage::Passage;
 use super::piece::Piece;
 use super::plan::Plan;
 use super::work::Work;
 use crate::system::Side;
 use glam::DVec2;
 
-/// The place where one class ends on a square's side is known to this share of the side: 2^-40.
+/// The place where the ridge crosses a square's side is known to this share of the side: 2^-40.
 const BORDER_SHARE: f64 = 1.0 / (1u64 << 40) as f64;
 /// The place where light ends is sought by halving, to this share of the bend allowed: the area that it moves is less than
 /// that.
@@ -17,32 +16,26 @@ pub(super) const BEND_SHARE: f64 = 1.0 / 16.0;
 /// Steps of the secant method to the ridge; it is nearly straight, and 3 to 4 are enough.
 const SECANTS: usize = 6;
 
-/// The class of a place, with all that are dark as one.
-pub(super) fn class_at(plan: &Plan, px: DVec2, work: &mut Work) -> Class {
-    work.counts.rays += 1;
-    trace_scalar(plan.system, px).1.by_light()
+/// The sides of a square along which its passage changes, each by the corner where it begins.
+pub(super) fn changes(passages: &[Passage; 4]) -> Vec<usize> {
+    (0..4).filter(|&k| passages[k] != passages[(k + 1) % 4]).collect()
 }
 
-/// The sides of a square along which its class changes, each by the corner where it begins.
-pub(super) fn changes(classes: &[Class; 4]) -> Vec<usize> {
-    (0..4).filter(|&k| classes[k] != classes[(k + 1) % 4]).collect()
-}
-
-/// The two pieces of the square with these corners (about `px`) and classes, which change along two of its sides.
+/// The two pieces of the square with these corners (about `px`) and passages, which change along two of its sides.
 pub(super) fn pieces(
     plan: &Plan,
     px: DVec2,
     corners: &[DVec2; 4],
-    classes: &[Class; 4],
+    passages: &[Passage; 4],
     [first, second]: [usize; 2],
     work: &mut Work,
 ) -> [Piece; 2] {
     let mut cuts = |k: usize| {
         let next = (k + 1) % 4;
-        let (ends, beyond) = border(plan, px, [corners[k], corners[next]], [classes[k], classes[next]], work);
-        // A third class may lie between, such as a ground ridge between the sides: it is in neither piece, and dark.
-        let swapped = ([corners[next], corners[k]], [classes[next], classes[k]]);
-        let begins = if beyond == classes[next] { ends } else { border(plan, px, swapped.0, swapped.1, work).0 };
+        let (ends, beyond) = border(plan, px, [corners[k], corners[next]], [passages[k], passages[next]], work);
+        // A third passage may lie between, such as a ground ridge between the sides: it is in neither piece, and dark.
+        let swapped = ([corners[next], corners[k]], [passages[next], passages[k]]);
+        let begins = if beyond == passages[next] { ends } else { border(plan, px, swapped.0, swapped.1, work).0 };
         (ends, begins)
     };
     let ((end_a, begin_a), (end_b, begin_b)) = (cuts(first), cuts(second));
@@ -50,7 +43,7 @@ pub(super) fn pieces(
         let mut outline = vec![start];
         outline.extend((from + 1..=to).map(|k| corners[k % 4]));
         outline.push(end);
-        Piece { outline, class: classes[to % 4] }
+        Piece { outline, passage: passages[to % 4] }
     };
     [piece(first, second, begin_a, end_b), piece(second, first + 4, begin_b, end_a)]
 }
@@ -61,27 +54,27 @@ pub(super) fn are_adjacent(pieces: &[Piece; 2]) -> bool {
     a_from == b_to && a_to == b_from
 }
 
-/// The place between two corners of these classes where the first class ends, and the class beyond.
-fn border(plan: &Plan, px: DVec2, [a, b]: [DVec2; 2], classes: [Class; 2], work: &mut Work) -> (DVec2, Class) {
+/// The place between two corners of these passages where the first ends, and the passage beyond.
+fn border(plan: &Plan, px: DVec2, [a, b]: [DVec2; 2], [from, to]: [Passage; 2], work: &mut Work) -> (DVec2, Passage) {
     let at = |share: f64| px + a + (b - a) * share;
     let offset_mm = |share: f64| {
         work.counts.rays += 1;
         plan.system.front_x_mm(at(share), Side::Right)
     };
-    let lit = classes.iter().all(|class| class.side().is_some());
-    let on_ridge = if lit { ridge(offset_mm) } else { None };
-    let enough = if lit { BORDER_SHARE } else { plan.system.accuracy().bend_px * BEND_SHARE / a.distance(b) };
+    let between_sides = from.class != to.class && [from, to].iter().all(|passage| passage.class.side().is_some());
+    let on_ridge = if between_sides { ridge(offset_mm) } else { None };
+    let enough = if between_sides { BORDER_SHARE } else { plan.system.accuracy().bend_px * BEND_SHARE / a.distance(b) };
     let mut narrowed = (0.0, 1.0);
-    let mut beyond = classes[1];
+    let mut beyond = to;
     let mut ask = |(near, far): (f64, f64), share: f64| {
         if share <= near || share >= far {
             return (near, far);
         }
-        let class = class_at(plan, at(share), work);
-        if class == classes[0] {
+        let passage = Passage::at(plan, at(share), work);
+        if passage == from {
             return (share, far);
         }
-        beyond = class;
+        beyond = passage;
         (near, share)
     };
     if let Some(share) = on_ridge {

@@ -1,10 +1,10 @@
 //! Pixels whose borders are no straight line, or are several: divided in four, and so is each part again, until what
 //! borders are left in a part are one straight line.
 
-use super::cut::{BEND_SHARE, are_adjacent, changes, class_at, pieces};
-use super::film::Class;
-use super::piece::{ARC_HEIGHT, Piece, constant_radiance, convex, middle, piece_radiance, share};
-use super::pixel::square;
+use super::cut::{BEND_SHARE, are_adjacent, changes, pieces};
+use super::passage::Passage;
+use super::piece::{ARC_HEIGHT, Piece, constant_radiance, convex_light, middle, piece_radiance, share};
+use super::pixel::{INSET_PX, square};
 use super::plan::Plan;
 use super::work::Work;
 use glam::DVec2;
@@ -16,9 +16,11 @@ const MOST_RAYS: u64 = 1 << 14;
 const SMALLEST_PX: f64 = 1.0 / 4096.0;
 /// What a border may stray from what is taken for it, as a share of the bend allowed, which is for the lines of the pattern.
 const BORDER_BEND: f64 = 0.25;
-/// Around a part its class is asked for at places at this distance, in px: a border that bulges into it between two of them,
+/// Around a part its passage is asked for at places at this distance, in px: a border that bulges into it between two of them,
 /// with a radius of R px, takes less than 2e-5 / R of a pixel.
 const ALONG_PX: f64 = 1.0 / 16.0;
+/// The same along a side of the pixel itself, where all beyond it is of another passage.
+const CLOSE_PX: f64 = 1.0 / 256.0;
 /// Places along a side of a smaller part, at least.
 const FEWEST_ALONG: u32 = 4;
 /// Where along a border, as shares of its chord, it is compared with it.
@@ -67,18 +69,20 @@ impl Division<'_> {
         if 2.0 * half > self.largest_px {
             return self.quarters(centre, half, work);
         }
-        let corners = square(half).map(|corner| centre + corner);
-        let classes = corners.map(|corner| self.class(corner, work));
-        let own = self.class(centre, work);
-        match changes(&classes)[..] {
-            _ if !outline_is_simple(self.plan, self.px, &corners, &classes, work) => self.quarters(centre, half, work),
-            [] if classes[0] == own => {
-                let whole = Piece { outline: corners.to_vec(), class: own };
+        let own = DVec2::splat(inset(self.plan));
+        let corners = square(half).map(|corner| (centre + corner).clamp(-own, own));
+        let passages = corners.map(|corner| self.passage(corner, work));
+        let own = self.passage(centre, work);
+        match changes(&passages)[..] {
+            _ if !outline_is_simple(self.plan, self.px, &corners, &passages, work) => self.quarters(centre, half, work),
+            [] if passages[0] == own => {
+                let whole = Piece { outline: corners.to_vec(), passage: own };
                 self.piece(&whole, work)
             }
-            [first, second] if classes.contains(&own) => {
-                let pieces = pieces(self.plan, self.px, &corners, &classes, [first, second], work);
-                let is_whole = |piece: &Piece, work: &mut Work| self.class(middle(&piece.outline), work) == piece.class;
+            [first, second] if passages.contains(&own) => {
+                let pieces = pieces(self.plan, self.px, &corners, &passages, [first, second], work);
+                let is_whole =
+                    |piece: &Piece, work: &mut Work| self.passage(middle(&piece.outline), work) == piece.passage;
                 if !pieces.iter().all(|piece| is_whole(piece, work)) {
                     return self.quarters(centre, half, work);
                 }
@@ -96,8 +100,8 @@ impl Division<'_> {
         BORDER_BEND * self.plan.system.accuracy().bend_px
     }
 
-    fn class(&self, at: DVec2, work: &mut Work) -> Class {
-        class_at(self.plan, self.px + at, work)
+    fn passage(&self, at: DVec2, work: &mut Work) -> Passage {
+        Passage::at(self.plan, self.px + at, work)
     }
 
     /// Whether the border of a piece strays from its chord by less than the bend allowed.
@@ -112,7 +116,7 @@ impl Division<'_> {
         let inward = (to - from).perp() * (bend_px / length);
         COMPARED.iter().all(|share| {
             let at = from.lerp(to, *share);
-            self.class(at + inward, work) == piece.class && self.class(at - inward, work) != piece.class
+            self.passage(at + inward, work) == piece.passage && self.passage(at - inward, work) != piece.passage
         })
     }
 
@@ -135,7 +139,7 @@ impl Division<'_> {
         let apex = from.lerp(to, 0.5) + (to - from).perp().normalize_or_zero() * (4.0 / 3.0 * height);
         let mut bent = |piece: &Piece| {
             let outline = piece.outline.iter().copied().chain([apex]).collect();
-            self.piece(&Piece { outline, class: piece.class }, work)
+            self.piece(&Piece { outline, passage: piece.passage }, work)
         };
         Some(bent(&pieces[0]) + bent(&pieces[1]))
     }
@@ -148,7 +152,7 @@ impl Division<'_> {
         let inward = (to - from).perp() / length;
         let bend_px = self.border_bend_px();
         let mut is_within =
-            |share: f64, off_px: f64| self.class(from.lerp(to, share) + inward * off_px, work) == piece.class;
+            |share: f64, off_px: f64| self.passage(from.lerp(to, share) + inward * off_px, work) == piece.passage;
         let (mut low, mut high) = (-ARC_HEIGHT * length, ARC_HEIGHT * length);
         if is_within(0.5, low) || !is_within(0.5, high) {
             return None;
@@ -169,15 +173,21 @@ impl Division<'_> {
     /// The radiance over a part at which the division ends, by its middle.
     fn unresolved(&mut self, outline: &[DVec2], work: &mut Work) -> f64 {
         self.unresolved += share(self.plan, outline);
-        convex(self.plan, self.px, outline, work) * self.plan.throughput(self.px + middle(outline))
+        convex_light(self.plan, self.px, outline, work)
     }
 
-    /// The radiance over a piece of the class that it is said to be.
+    /// The radiance over a piece of the passage that it is said to have.
     fn piece(&mut self, piece: &Piece, work: &mut Work) -> f64 {
         if work.counts.rays >= self.last_ray {
             return self.unresolved(&piece.outline, work);
         }
-        piece_radiance(self.plan, self.px, piece, work)
+        let rays = work.counts.rays;
+        let radiance = piece_radiance(self.plan, self.px, piece, work);
+        if self.plan.steep {
+            // Rays for the throughput are no sign of a border that never ends.
+            self.last_ray += work.counts.rays - rays;
+        }
+        radiance
     }
 }
 
@@ -187,7 +197,7 @@ pub(super) fn outline_is_simple(
     plan: &Plan,
     px: DVec2,
     corners: &[DVec2; 4],
-    classes: &[Class; 4],
+    passages: &[Passage; 4],
     work: &mut Work,
 ) -> bool {
     let steps = ((corners[0].distance(corners[1]) / ALONG_PX) as u32).max(FEWEST_ALONG);
@@ -197,16 +207,49 @@ pub(super) fn outline_is_simple(
         (0..steps).map(move |k| outer[side].lerp(outer[(side + 1) % 4], f64::from(k) / f64::from(steps)))
     });
 
-    // Walk once around it.
-    let first = class_at(plan, px + outer[0], work);
-    let (mut last, mut borders) = (first, 0);
-    for place in places.skip(1).chain([outer[0]]) {
-        let class = class_at(plan, px + place, work);
-        borders += usize::from(class != last);
-        last = class;
-        if borders > 2 || !classes.contains(&class) {
+    // Walk once around it. Beyond the pixel's own side all may be of another passage, whose border is that side.
+    let (mut first, mut last, mut borders, mut beyond) = (None, None, 0, false);
+    for place in places {
+        let passage = Passage::at(plan, px + place, work);
+        if !passages.contains(&passage) {
+            if place.abs().max_element() <= 0.5 * plan.active {
+                return false;
+            }
+            beyond = true;
+            continue;
+        }
+        borders += usize::from(last.is_some_and(|last| last != passage));
+        if borders > 2 {
             return false;
         }
+        first = first.or(Some(passage));
+        last = Some(passage);
     }
-    classes.contains(&first) && borders == changes(classes).len()
+    borders += usize::from(first != last);
+    borders == changes(passages).len() && (!beyond || sides_are_simple(plan, px, corners, passages, work))
+}
+
+/// Whether along those sides of a square (about `px`) that are the pixel's own the passage changes as its corners tell, by
+/// close places.
+fn sides_are_simple(plan: &Plan, px: DVec2, corners: &[DVec2; 4], passages: &[Passage; 4], work: &mut Work) -> bool {
+    let own = inset(plan);
+    (0..4).all(|side| {
+        let next = (side + 1) % 4;
+        let (from, to) = (corners[side], corners[next]);
+        let is_own = [0, 1].iter().any(|&axis| from[axis] == to[axis] && from[axis].abs() == own);
+        let steps = if is_own { (from.distance(to) / CLOSE_PX).ceil().max(2.0) as u32 } else { 1 };
+        let (mut last, mut borders) = (passages[side], 0);
+        for k in 1..steps {
+            let passage = Passage::at(plan, px + from.lerp(to, f64::from(k) / f64::from(steps)), work);
+            borders += usize::from(passage != last);
+            last = passage;
+        }
+        borders += usize::from(passages[next] != last);
+        borders == usize::from(passages[side] != passages[next])
+    })
+}
+
+/// Half the side of a pixel's active square, less than what keeps a border along its side out of it.
+fn inset(plan: &Plan) -> f64 {
+    0.5 * plan.active * (1.0 - 2.0 * INSET_PX)
 }

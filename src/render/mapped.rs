@@ -7,6 +7,7 @@ use super::map::MapPatch;
 use super::pixel::mean_or_subdivide;
 use super::pixel_mean::{PackedTaylor2, pixel_means};
 use super::plan::Plan;
+use super::steep;
 use super::work::Work;
 use crate::accuracy::Arithmetic;
 use crate::num::chebyshev::MAX_DEGREE;
@@ -147,9 +148,13 @@ impl Kernel for PatchRows<'_, '_, '_> {
 
             // Apply the throughput of transport effects.
             if plan.has_throughput {
+                let first = DVec2::new(columns.start as f64 + 0.5, y);
                 match &patch.throughput {
                     Some(powers) => throughput(patch, powers, y, out),
-                    None => plan.attenuate_row(DVec2::new(columns.start as f64 + 0.5, y), out, &mut work),
+                    None => plan.attenuate_row(first, out, &mut work),
+                }
+                if plan.steep {
+                    steep::row(plan, first, out, |_| true, &mut work);
                 }
             }
 

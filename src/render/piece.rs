@@ -1,14 +1,17 @@
 //! The radiance over a convex piece of a pixel of one class.
 
-use super::film::Class;
+use super::passage::Passage;
 use super::pixel::{adaptive, ended_ray_radiance, part};
-use super::plan::Plan;
+use super::plan::{Creases, Plan};
+use super::steepness::LARGEST_CHANGE;
 use super::work::Work;
 use crate::system::Side;
 use glam::{DMat2, DVec2};
 
 /// The arc of a border is at most this share of its chord high.
 pub(super) const ARC_HEIGHT: f64 = 1.0 / 8.0;
+/// Quarterings of a piece at most.
+const MOST_QUARTERINGS: u32 = 4;
 
 /// A convex piece of a pixel between the sides of a square and a border, on which its outline begins and ends.
 #[derive(Debug)]
@@ -16,7 +19,7 @@ pub(super) struct Piece {
     /// Its vertices about the pixel's centre, in px.
     pub(super) outline: Vec<DVec2>,
     /// What becomes of rays in it.
-    pub(super) class: Class,
+    pub(super) passage: Passage,
 }
 
 impl Piece {
@@ -28,10 +31,14 @@ impl Piece {
 
 /// The mean radiance of the piece, times its share of the pixel's active square.
 pub(super) fn piece_radiance(plan: &Plan, px: DVec2, piece: &Piece, work: &mut Work) -> f64 {
-    let Piece { outline, class } = piece;
+    let Piece { outline, passage } = piece;
+    let class = passage.class;
+    if let Some(light) = plan.steep.then(|| by_throughput(plan, px, outline, work)).flatten() {
+        return light;
+    }
     let throughput = plan.throughput(px + middle(outline));
     let Some(side) = class.side() else {
-        return ended_ray_radiance(plan, *class) * share(plan, outline) * throughput;
+        return ended_ray_radiance(plan, class) * share(plan, outline) * throughput;
     };
     let seen = seen(plan, px, outline, side, work);
     let plain = seen.as_ref().and_then(|(corners_mm, middle_mm)| constant_between(plan, *middle_mm, corners_mm));
@@ -45,9 +52,28 @@ pub(super) fn piece_radiance(plan: &Plan, px: DVec2, piece: &Piece, work: &mut W
     mean * throughput
 }
 
+/// The light over a convex piece of a pixel, times its share of the pixel, by parts: where the throughput changes steeply
+/// between its corners and its middle.
+fn by_throughput(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> Option<f64> {
+    work.counts.rays += outline.len() as u64 + 1;
+    let places = outline.iter().copied().chain([middle(outline)]);
+    let throughputs = places.map(|at| plan.throughput(px + at));
+    let (low, high) = throughputs.fold((f64::INFINITY, 0.0f64), |(low, high), t| (low.min(t), high.max(t)));
+    let change = (high - low) / high * share(plan, outline);
+    let quarterings = (0.5 * libm::log2(change / LARGEST_CHANGE)).ceil().min(f64::from(MOST_QUARTERINGS));
+    if quarterings.is_nan() || quarterings <= 0.0 {
+        return None;
+    }
+    let parts =
+        (0..quarterings as u32).fold(fan(outline), |parts, _| parts.iter().flat_map(|part| quarters(part)).collect());
+    let light = |part: &Vec<DVec2>| convex(plan, px, part, work) * plan.throughput(px + middle(part));
+    Some(parts.iter().map(light).sum())
+}
+
 /// The radiance of a piece, and of what lies beside it within an eighth of its border's length, if it is the same all over.
 pub(super) fn constant_radiance(plan: &Plan, px: DVec2, piece: &Piece, work: &mut Work) -> Option<f64> {
-    let Some(side) = piece.class.side() else { return Some(ended_ray_radiance(plan, piece.class)) };
+    let class = piece.passage.class;
+    let Some(side) = class.side() else { return Some(ended_ray_radiance(plan, class)) };
 
     // With the corners of the rectangle over the border, from which the arc does not lead out.
     let mut outline = piece.outline.clone();
@@ -102,8 +128,12 @@ fn seen(plan: &Plan, px: DVec2, outline: &[DVec2], side: Side, work: &mut Work) 
         let ray = plan.system.exit_ray_through(px + at, side).ok()?;
         plan.system.board().intersect(&ray).ok().map(|(board_mm, _)| board_mm)
     };
-    let corners_mm = outline.iter().map(|at| see(*at)).collect::<Option<Vec<_>>>()?;
-    Some((corners_mm, see(middle(outline))?))
+    // A corner on a crease may see by the facet beyond it.
+    let inset_px = if plan.creases == Creases::Few { plan.system.accuracy().bend_px } else { 0.0 };
+    let middle = middle(outline);
+    let within = |at: DVec2| at + (middle - at).clamp_length_max(inset_px);
+    let corners_mm = outline.iter().map(|at| see(within(*at))).collect::<Option<Vec<_>>>()?;
+    Some((corners_mm, see(middle)?))
 }
 
 /// The mean radiance of a convex piece of a pixel's active square, times its share of it: by the tangent of the map at
@@ -141,7 +171,7 @@ fn quarters(triangle: &[DVec2]) -> [Vec<DVec2>; 4] {
 }
 
 /// The mean radiance of a convex piece of a pixel's active square, times its share of it, by the tangent of the map at its middle.
-pub(super) fn convex(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
+fn convex(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
     let share = share(plan, outline);
     if share <= 0.0 {
         return 0.0;
@@ -149,6 +179,12 @@ pub(super) fn convex(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work)
     let middle = middle(outline);
     let about_middle: Vec<DVec2> = outline.iter().map(|p| *p - middle).collect();
     share * part(plan, px + middle, &about_middle, work)
+}
+
+/// The light over a convex piece by the tangent of the map at its middle, times its share of the pixel.
+pub(super) fn convex_light(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -> f64 {
+    let by_parts = plan.steep.then(|| by_throughput(plan, px, outline, work)).flatten();
+    by_parts.unwrap_or_else(|| convex(plan, px, outline, work) * plan.throughput(px + middle(outline)))
 }
 
 /// The area of a polygon as a share of a pixel's active square.

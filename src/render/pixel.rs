@@ -89,6 +89,9 @@ pub(super) fn ended_ray_radiance(plan: &Plan, class: Class) -> f64 {
     if class == Class::PastBoard { plan.pattern.background() } else { 0.0 }
 }
 
+/// A pixel's own corners are traced this far inside it, in px, so that a border that falls
+/// exactly between two pixels cuts neither.
+pub(super) const INSET_PX: f64 = 1e-9;
 /// Corners of a pixel, and at most two cuts.
 pub(super) const MAX_VERTICES: usize = 8;
 
@@ -111,9 +114,11 @@ pub(super) fn adaptive(
     value_at: &mut dyn FnMut(u32, &mut Work) -> f64,
     work: &mut Work,
 ) -> f64 {
-    // A line that moves by 1 px changes a pixel by at most its contrast times the pixel's diagonal.
+    // A line that moves by 1 px changes a pixel by at most its contrast times the pixel's diagonal. Where all is of one
+    // radiance, so does a border of light.
     let accuracy = plan.system.accuracy();
-    let per_px = (plan.pattern.contrast() * SQRT_2).min(1.0);
+    let contrast = plan.pattern.contrast();
+    let per_px = (if contrast > 0.0 { contrast } else { plan.pattern.background() } * SQRT_2).min(1.0);
 
     // Halve the parts until the value has settled.
     let deepest = accuracy.max_division.max(8).ilog2() - 1;

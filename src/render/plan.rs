@@ -5,6 +5,7 @@ use super::checkerboard::Checkerboard;
 use super::film::AccuracyReport;
 use super::map::MapPatch;
 use super::region::Region;
+use super::steepness::is_steep;
 use super::tiling::{Tiling, certify};
 use super::truncation_error;
 use super::work::Work;
@@ -24,6 +25,30 @@ pub(super) const BAND_ROWS: usize = 48;
 
 /// In a picture of at most so many pixels all of the glass may lie within one.
 const FEW_PIXELS: usize = 150;
+
+/// Facets of a surface up to which the creases between them are followed: beyond them they fill the picture.
+const MOST_FACETS: usize = 256;
+
+/// Creases of surfaces of triangles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Creases {
+    /// There are none.
+    None,
+    /// Pixels are cut along them.
+    Few,
+    /// There are so many that pixels with creases hold no promise.
+    Many,
+}
+
+impl Creases {
+    fn of(system: &System) -> Self {
+        match system.most_facets() {
+            0 | 1 => Self::None,
+            2..=MOST_FACETS => Self::Few,
+            _ => Self::Many,
+        }
+    }
+}
 
 /// The plan of a picture.
 #[derive(Debug)]
@@ -46,12 +71,16 @@ pub struct Plan<'a> {
     pub(super) mirrored: bool,
     /// Whether transport effects change what pixels receive.
     pub(super) has_throughput: bool,
+    /// Whether they change it so steeply that some pixels are taken by parts.
+    pub(super) steep: bool,
     /// The side of the square in the middle of a pixel that receives light, in px.
     pub(super) active: f64,
     /// Whether the ridge is seen as a straight line, being that of two planes or the picture's own middle.
     pub(super) straight_ridge: bool,
     /// Whether the picture has so few pixels that all of the glass may lie within one.
     pub(super) few_pixels: bool,
+    /// The creases of the prism.
+    pub(super) creases: Creases,
 }
 
 impl<'a> Plan<'a> {
@@ -62,14 +91,20 @@ impl<'a> Plan<'a> {
         let has_throughput = system.effects().act_by(Hook::Transport);
         // Transport effects need not be symmetric.
         let mirrored = sampling != Sampling::SingleRays && !has_throughput && system.is_mirror_symmetric();
-        Self { has_throughput, ..Self::by(system, sampling, mirrored, 1) }
+        Self::by(system, sampling, mirrored, 1).with_throughput()
     }
 
     /// The plan of a picture of `cells` x `cells` pixels to a real one, by a map that is not copied from its mirror image, of
     /// which parts can be rendered.
     pub(super) fn of_parts(system: &'a System, cells: usize) -> Self {
-        let has_throughput = system.effects().act_by(Hook::Transport);
-        Self { has_throughput, ..Self::by(system, Sampling::Map, false, cells.div_ceil(2)) }
+        Self::by(system, Sampling::Map, false, cells.div_ceil(2)).with_throughput()
+    }
+
+    /// The plan with the transport effects of its instrument.
+    fn with_throughput(mut self) -> Self {
+        self.has_throughput = self.system.effects().act_by(Hook::Transport);
+        self.steep = self.has_throughput && is_steep(self.system, &mut self.rays);
+        self
     }
 
     /// A plan by a given way of sampling, of both halves or of the right one, which is then copied: the picture is the
@@ -95,8 +130,10 @@ impl<'a> Plan<'a> {
             rays: tiling.rays,
             mirrored,
             has_throughput: false,
+            steep: false,
             active: system.effects().active_side(),
             few_pixels: width * height <= FEW_PIXELS,
+            creases: Creases::of(system),
             straight_ridge: system.prism().is_none_or(|prism| {
                 [Side::Left, Side::Right]
                     .iter()

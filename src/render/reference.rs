@@ -11,22 +11,23 @@
 use super::band::Band;
 use super::centre_rays::trace_scalar;
 use super::film::Class;
+use super::passage::Passage;
 use super::plan::Plan;
 use super::work::Work;
 use crate::scene::BoardSpec;
 use crate::system::System;
 use glam::{DMat2, DVec2};
 
-/// Halvings of a triangle's side when the place is sought where one class ends: the side is 1/64 of a pixel, so to 1e-10 px.
+/// Halvings of a triangle's side when the place is sought where one passage ends: the side is 1/64 of a pixel, so to 1e-10 px.
 const BORDER_HALVINGS: u32 = 28;
-/// A part of several classes is divided until its side is this share of a pixel's: in smaller ones a border with a radius of
+/// A part of several passages is divided until its side is this share of a pixel's: in smaller ones a border with a radius of
 /// R px takes less than 2e-5 / R of a pixel more than a straight line.
 const BORDER_SHARE: f64 = 1.0 / 64.0;
 /// The same in a picture of few pixels, where a radius may be as small as a pixel: 2e-6 / R.
 const FINE_BORDER_SHARE: f64 = 1.0 / 256.0;
 /// A border within a triangle may stray from straight by this share of its length.
 const STRAY_SHARE: f64 = 1.0 / 64.0;
-/// A triangle of several classes is taken by its vertices when its area is below this, in px^2.
+/// A triangle of several passages is taken by its vertices when its area is below this, in px^2.
 const SMALLEST_AREA: f64 = 1.0 / (1u64 << 25) as f64;
 /// A pixel under or beside a border is divided at least until its parts' sides are this share of its own.
 const BESIDE_SHARE: f64 = 1.0 / 16.0;
@@ -39,7 +40,7 @@ struct TracedPoint {
     /// In the picture, in px.
     px: DVec2,
     /// What became of its ray.
-    class: Class,
+    passage: Passage,
     /// What it sees, in squares from the top left corner of the squares.
     seen: DVec2,
 }
@@ -78,14 +79,14 @@ pub(super) fn render(plan: &Plan, band: &mut Band) -> Work {
         .map(|px| reference.place(px))
         .collect();
 
-    let some_dark = centres.iter().any(|centre| centre.class.side().is_none());
+    let some_dark = centres.iter().any(|centre| centre.passage.class.side().is_none());
 
     // Integrate pixel by pixel; beside a border light may pass between the corners of a pixel and its centre.
     for at in 0..band.radiance.len() {
         let (i, j) = (at % band.width, at / band.width);
         let centre = centres[(j + 1) * stride + i + 1];
         let beside = (plan.few_pixels && some_dark)
-            || (0..9).any(|k| centres[(j + k / 3) * stride + i + k % 3].class != centre.class);
+            || (0..9).any(|k| centres[(j + k / 3) * stride + i + k % 3].passage != centre.passage);
         reference.largest_constant_px = if beside { BESIDE_SHARE * plan.active } else { f64::INFINITY };
         band.radiance[at] = reference.pixel(&centre, &mut work) as f32;
         if let Some(truth) = &mut band.truth {
@@ -104,14 +105,15 @@ impl ReferenceRenderer<'_> {
         self.rays += 1;
         let (seen_mm, class) = trace_scalar(self.system, px);
         let count = DVec2::new(self.board.columns as f64, self.board.rows as f64);
-        TracedPoint { px, class, seen: seen_mm / self.board.square_mm + 0.5 * count }
+        let passage = Passage::of(self.plan, px, class);
+        TracedPoint { px, passage, seen: seen_mm / self.board.square_mm + 0.5 * count }
     }
 
     /// The mean of the light that the active square of the pixel receives whose centre is `centre`.
     fn pixel(&mut self, centre: &TracedPoint, work: &mut Work) -> f64 {
         let start = centre.px - 0.5 * self.plan.active;
         let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|c| self.place(start + c * self.plan.active));
-        if corners.iter().any(|c| c.class != centre.class) {
+        if corners.iter().any(|c| c.passage != centre.passage) {
             self.largest_constant_px = BESIDE_SHARE * self.plan.active;
         }
         if self.plan.active <= self.largest_constant_px
@@ -120,7 +122,7 @@ impl ReferenceRenderer<'_> {
             return value;
         }
         work.counts.edge_pixels += 1;
-        work.counts.cut_pixels += u64::from(corners.iter().any(|c| c.class != centre.class));
+        work.counts.cut_pixels += u64::from(corners.iter().any(|c| c.passage != centre.passage));
         self.capped = false;
         let sum = self.divided(corners, self.plan.active);
         work.counts.capped_pixels += u64::from(self.capped);
@@ -132,7 +134,7 @@ impl ReferenceRenderer<'_> {
         // Integrate a part of one radiance at once.
         if side <= self.largest_constant_px
             && let Some(light) = self.constant(&[a, b, c, d], &middle(&[a, b, c, d]))
-            && (self.largest_constant_px.is_infinite() || self.is_amid_its_class(&a, side))
+            && (self.largest_constant_px.is_infinite() || self.is_amid_its_passage(&a, side))
         {
             return side * side * light;
         }
@@ -145,12 +147,12 @@ impl ReferenceRenderer<'_> {
         let between = |x: &TracedPoint, y: &TracedPoint| 0.5 * (x.px + y.px);
         let [top, right, bottom, left] = [(a, b), (b, c), (c, d), (d, a)].map(|(x, y)| self.place(between(&x, &y)));
         let centre = self.place(between(&a, &c));
-        let one_class = [a, b, c, d, top, right, bottom, left].iter().all(|p| p.class == centre.class);
+        let one_passage = [a, b, c, d, top, right, bottom, left].iter().all(|p| p.passage == centre.passage);
 
         // Find whether the map may be taken as linear in its quarters.
         let linear = if side > self.largest_constant_px {
             false
-        } else if one_class {
+        } else if one_passage {
             // Measure how far the middles are seen from the means of the corners, in px by way of d seen / d px.
             let map = DMat2::from_cols(b.seen - a.seen, d.seen - a.seen) * (1.0 / side);
             let off = |p: &TracedPoint, x: &TracedPoint, y: &TracedPoint| {
@@ -187,20 +189,20 @@ impl ReferenceRenderer<'_> {
         quarters.map(quarter).iter().sum()
     }
 
-    /// Whether the middles of the eight squares around a part, whose top left corner is given, are of its class: the corner of a
+    /// Whether the middles of the eight squares around a part, whose top left corner is given, have its passage: the corner of a
     /// border that reaches into it is wider there.
-    fn is_amid_its_class(&mut self, corner: &TracedPoint, side: f64) -> bool {
+    fn is_amid_its_passage(&mut self, corner: &TracedPoint, side: f64) -> bool {
         let middle = |k: i32| corner.px + side * DVec2::new(f64::from(k % 3) - 0.5, f64::from(k / 3) - 0.5);
-        (0..9).all(|k| self.place(middle(k)).class == corner.class)
+        (0..9).all(|k| self.place(middle(k)).passage == corner.passage)
     }
 
     /// The light of a pixel or a part that is the same all over: its corners and its centre see one colour, and so does a
     /// rectangle around what they see that is half as large again.
     fn constant(&self, corners: &[TracedPoint; 4], centre: &TracedPoint) -> Option<f64> {
-        if corners.iter().any(|c| c.class != centre.class) {
+        if corners.iter().any(|c| c.passage != centre.passage) {
             return None;
         }
-        if centre.class.side().is_none() {
+        if centre.passage.class.side().is_none() {
             return Some(self.light(centre));
         }
         let low = corners.iter().fold(centre.seen, |low, c| low.min(c.seen));
@@ -230,7 +232,7 @@ impl ReferenceRenderer<'_> {
         let board = self.board;
         let count = DVec2::new(board.columns as f64, board.rows as f64);
         let outside = (place.seen - count).max(-place.seen).max_element();
-        match place.class {
+        match place.passage.class {
             Class::Left | Class::Right if outside > board.margin_mm / board.square_mm => board.background,
             Class::Left | Class::Right if outside > 0.0 => board.white,
             Class::Left | Class::Right => {
@@ -250,56 +252,56 @@ impl ReferenceRenderer<'_> {
 
     /// The integral over a triangle, cut in two where a border passes through it.
     fn triangle(&mut self, [a, b, c]: [TracedPoint; 3]) -> f64 {
-        if a.class == b.class && b.class == c.class {
+        if a.passage == b.passage && b.passage == c.passage {
             return self.whole_triangle(&[a, b, c]);
         }
-        let one_apart = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|[_, x, y]| x.class == y.class);
+        let one_apart = [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|[_, x, y]| x.passage == y.passage);
         let Some([lone, x, y]) = one_apart else { return self.of_several(&[a, b, c]) };
         let ([near_x, far_x], [near_y, far_y]) = (self.border(lone, x), self.border(lone, y));
-        if !self.is_straight([&near_x, &near_y], &lone, far_x.class) {
+        if !self.is_straight([&near_x, &near_y], &lone, far_x.passage) {
             return self.of_several(&[a, b, c]);
         }
         let apart = self.whole_triangle(&[lone, near_x, near_y]);
-        if far_x.class == x.class && far_y.class == y.class {
+        if far_x.passage == x.passage && far_y.passage == y.passage {
             return apart + self.whole_triangle(&[far_x, x, y]) + self.whole_triangle(&[far_x, y, far_y]);
         }
 
-        // Or a strip of a third class lies between.
+        // Or a strip of a third passage lies between.
         let ([begin_x, last_x], [begin_y, last_y]) = (self.border(x, lone), self.border(y, lone));
-        let third = [last_x, far_y, last_y].iter().all(|place| place.class == far_x.class);
-        if !third || !self.is_straight([&begin_x, &begin_y], &x, far_x.class) {
+        let third = [last_x, far_y, last_y].iter().all(|place| place.passage == far_x.passage);
+        if !third || !self.is_straight([&begin_x, &begin_y], &x, far_x.passage) {
             return self.of_several(&[a, b, c]);
         }
         let strip = self.whole_triangle(&[far_x, last_x, last_y]) + self.whole_triangle(&[far_x, last_y, far_y]);
         apart + strip + self.whole_triangle(&[begin_x, x, y]) + self.whole_triangle(&[begin_x, y, begin_y])
     }
 
-    /// Whether the border between two places is no corner: beside its middle the class is that of `own`, a vertex of the
+    /// Whether the border between two places is no corner: beside its middle the passage is that of `own`, a vertex of the
     /// triangle, and `beyond` on the other side. What strays less takes less than 1/128 of the border's square.
-    fn is_straight(&mut self, [from, to]: [&TracedPoint; 2], own: &TracedPoint, beyond: Class) -> bool {
+    fn is_straight(&mut self, [from, to]: [&TracedPoint; 2], own: &TracedPoint, beyond: Passage) -> bool {
         let (middle, chord) = (0.5 * (from.px + to.px), to.px - from.px);
         if chord.length_squared() < SMALLEST_AREA {
             return true;
         }
         let across = chord.perp() * STRAY_SHARE;
         let inward = if across.dot(own.px - middle) < 0.0 { -across } else { across };
-        let known = |class: Class| class == own.class || class == beyond;
-        let [inside, outside] = [middle + inward, middle - inward].map(|px| self.place(px).class);
-        // A third class is found by the borders of the other sides.
-        (inside == own.class || !known(inside)) && (outside == beyond || !known(outside))
+        let known = |passage: Passage| passage == own.passage || passage == beyond;
+        let [inside, outside] = [middle + inward, middle - inward].map(|px| self.place(px).passage);
+        // A third passage is found by the borders of the other sides.
+        (inside == own.passage || !known(inside)) && (outside == beyond || !known(outside))
     }
 
-    /// The places between `a` and `b` where the class of `a` ends: the last of it, and the first after it.
+    /// The places between `a` and `b` where the passage of `a` ends: the last of it, and the first after it.
     fn border(&mut self, a: TracedPoint, b: TracedPoint) -> [TracedPoint; 2] {
         let (mut near, mut far) = (a, b);
         for _ in 0..BORDER_HALVINGS {
             let middle = self.place(0.5 * (near.px + far.px));
-            if middle.class == a.class { near = middle } else { far = middle }
+            if middle.passage == a.passage { near = middle } else { far = middle }
         }
         [near, far]
     }
 
-    /// The integral over a triangle of several classes: of the four that the middles of its sides make of it, and of a small
+    /// The integral over a triangle of several passages: of the four that the middles of its sides make of it, and of a small
     /// one by its vertices alone.
     fn of_several(&mut self, [a, b, c]: &[TracedPoint; 3]) -> f64 {
         if area(&[*a, *b, *c]) < SMALLEST_AREA {
@@ -309,11 +311,11 @@ impl ReferenceRenderer<'_> {
         [[*a, d, f], [d, *b, e], [f, e, *c], [d, e, f]].map(|quarter| self.triangle(quarter)).iter().sum()
     }
 
-    /// The integral over a triangle of one class, on which the map is linear.
+    /// The integral over a triangle of one passage, on which the map is linear.
     fn whole_triangle(&self, vertices: &[TracedPoint; 3]) -> f64 {
         let low = vertices[0].seen.min(vertices[1].seen).min(vertices[2].seen);
         let high = vertices[0].seen.max(vertices[1].seen).max(vertices[2].seen);
-        if vertices[0].class.side().is_none() {
+        if vertices[0].passage.class.side().is_none() {
             return area(vertices) * self.light(&vertices[0]);
         }
         let lines = [self.lines(0, low, high), self.lines(1, low, high)];
@@ -355,7 +357,7 @@ fn clipped(polygon: &[TracedPoint], inside: impl Fn(&TracedPoint) -> f64) -> Vec
         }
         if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
             let t = here / (here - there);
-            kept.push(TracedPoint { px: a.px.lerp(b.px, t), seen: a.seen.lerp(b.seen, t), class: a.class });
+            kept.push(TracedPoint { px: a.px.lerp(b.px, t), seen: a.seen.lerp(b.seen, t), passage: a.passage });
         }
     }
     kept
@@ -372,5 +374,5 @@ fn area(polygon: &[TracedPoint]) -> f64 {
 fn middle(polygon: &[TracedPoint]) -> TracedPoint {
     let n = polygon.len() as f64;
     let mean = |of: fn(&TracedPoint) -> DVec2| polygon.iter().map(of).sum::<DVec2>() / n;
-    TracedPoint { px: mean(|p| p.px), seen: mean(|p| p.seen), class: polygon[0].class }
+    TracedPoint { px: mean(|p| p.px), seen: mean(|p| p.seen), passage: polygon[0].passage }
 }

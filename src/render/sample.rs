@@ -98,9 +98,11 @@ fn traced<'a>(plan: &Plan, window: &'a System) -> Plan<'a> {
         rays: 0,
         mirrored: false,
         has_throughput: plan.has_throughput,
+        steep: plan.steep,
         active: plan.active,
         straight_ridge: plan.straight_ridge,
         few_pixels: plan.few_pixels,
+        creases: plan.creases,
     }
 }
 
@@ -146,14 +148,14 @@ impl DiffractionSample {
         let effects = system.effects();
         let lens = effects.diffracting().expect("diffraction acts");
         let window = window(system, system.camera().size_px().map(|n| n.saturating_sub(side) / 2), side);
-        let instrument = window.variant(&effects.variants(0)[0]);
+        let instrument = window.variant(&effects.variants(0).get(0));
         let even = picture(&Plan::new(&instrument), Outputs { truth: false }, &());
         Self { window, even, spread: LightSpread::new(lens, effects.collecting_side()) }
     }
 
     /// Spreads its light, with the cells of `passes` variants; returns how many pixels that were.
     pub fn spread(&self, passes: usize) -> usize {
-        let variant = self.window.effects().variants(0).swap_remove(0);
+        let variant = self.window.effects().variants(0).get(0);
         let mut sum = self.spread.pixels.spread(&self.even.radiance);
         if let Some(cells) = &self.spread.cells {
             let variants = vec![(1.0, variant); passes];

@@ -232,7 +232,7 @@ fn any_number_of_threads_makes_the_same_picture() {
 /// Each channel is the mean by its own shares.
 #[test]
 fn colours_are_the_passes_by_their_shares() {
-    use crate::effect::{Effects, Lens, ThinLens, Variant, thin_lens::Aperture};
+    use crate::effect::{Effects, Lens, ThinLens, Variant, Variants, thin_lens::Aperture};
     use glam::DVec2;
     // Aside, so that the picture is not made its own mirror image.
     let scene = scene(66, 38, "kind = \"none\"", &format!("{BOARD}\nposition_mm = [1.0, 0.0, 1000.0]"));
@@ -247,7 +247,12 @@ fn colours_are_the_passes_by_their_shares() {
         colour: Some(colour),
     };
     let variants = [variant(-3.0, 0.25, [1.0, 0.0, 0.5]), variant(3.0, 0.75, [0.0, 1.0, 0.5])];
-    let summed = crate::render::accumulate::mean(&system, &|_| variants.to_vec(), Outputs { truth: false }, &());
+    let summed = crate::render::accumulate::mean(
+        &system,
+        &|_| Variants::new(variants.to_vec(), None),
+        Outputs { truth: false },
+        &(),
+    );
     let [a, b] = variants.map(|variant| film(&Plan::new(&system.variant(&variant))).radiance);
     assert!(a != b);
     let colour = summed.colour.expect("every variant has colours");

@@ -6,8 +6,9 @@ use super::centre_rays::Run;
 use super::film::Class;
 use super::pixel::{ended_ray_radiance, mean_or_subdivide};
 use super::pixel_mean::{PackedTaylor2, Taylor2, pixel_means};
-use super::plan::Plan;
+use super::plan::{Creases, Plan};
 use super::region::Region;
+use super::steep;
 use super::work::Work;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
@@ -25,6 +26,8 @@ struct Centres {
     x_mm: Vec<f64>,
     y_mm: Vec<f64>,
     class: Vec<Class>,
+    /// Of a prism with creases, the facets that each passes.
+    facets: Option<Vec<[u32; 2]>>,
 }
 
 /// Renders the part of `region` that lies in `band`, which holds all its rows.
@@ -64,9 +67,15 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         edge_pixels.clear();
         border.clear();
 
-        // List the pixels beside a border.
-        if !one_side {
-            border.extend((0..row.len() as u32).filter(|&i| !centres.is_amid_its_side(at + i as usize)));
+        // List the pixels beside a border, and count those on more creases than are followed.
+        let creased = (at..at + row.len()).filter(|&k| centres.is_beside_a_crease(k)).count();
+        let followed = creased > 0 && plan.creases == Creases::Few;
+        if !one_side || followed {
+            let beside = |k: usize| !centres.is_amid_its_side(k) || (followed && centres.is_beside_a_crease(k));
+            border.extend((0..row.len() as u32).filter(|&i| beside(at + i as usize)));
+        }
+        if plan.creases == Creases::Many {
+            work.counts.unpromised_pixels += creased as u64;
         }
 
         // Fill the pixels within one square, then integrate those on lines of the pattern.
@@ -77,23 +86,17 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         // Apply the throughput of transport effects.
         if plan.has_throughput {
             plan.attenuate_row(start_px, row, work);
+            if plan.steep {
+                steep::row(plan, start_px, row, |i| border.binary_search(&i).is_err(), work);
+            }
         }
 
         // Integrate the pixels beside a border one by one.
         for &i in &border {
+            let cornered =
+                corners.as_ref().is_some_and(|c| c.differ_from(centres.class[at + i as usize], at + i as usize));
             let px = start_px + DVec2::new(f64::from(i), 0.0);
-            let at = at + i as usize;
-            let cornered = corners.as_ref().is_some_and(|corners| corners.differ_from(centres.class[at], at));
-            let nearby = match (plan.few_pixels, centres.is_beside_a_fate(at)) {
-                (_, false) => Nearby::Ridge,
-                (false, true) => Nearby::Fate,
-                (true, true) => Nearby::Anything,
-            };
-            row[i as usize] = if cornered || nearby == Nearby::Anything || !centres.is_amid_its_class(at) {
-                border_pixel(plan, px, centres.class[at], nearby, work) as f32
-            } else {
-                (ended_ray_radiance(plan, centres.class[at]) * plan.throughput(px)) as f32
-            };
+            row[i as usize] = beside_border(plan, px, &centres, at + i as usize, cornered, work) as f32;
         }
 
         // Store the ground truth.
@@ -106,17 +109,44 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
     }
 }
 
+/// The radiance of the pixel at `px`, whose centre has the index `at` and has a border beside it; `cornered` where its own
+/// corners tell of one.
+fn beside_border(plan: &Plan, px: DVec2, centres: &Centres, at: usize, cornered: bool, work: &mut Work) -> f64 {
+    let (own, creased) = (centres.class[at], centres.is_beside_a_crease(at));
+    let nearby = match (plan.few_pixels, centres.is_beside_a_fate(at)) {
+        (_, false) if creased => Nearby::Border,
+        (_, false) => Nearby::Ridge,
+        (false, true) => Nearby::Border,
+        (true, true) => Nearby::Anything,
+    };
+    if cornered || creased || nearby == Nearby::Anything || !centres.is_amid_its_class(at) {
+        border_pixel(plan, px, own, nearby, work)
+    } else {
+        ended_ray_radiance(plan, own) * plan.throughput(px)
+    }
+}
+
 /// Traces the centres of `rect` and of one pixel around it, or the places `off` them, in px.
 fn trace(plan: &Plan, rect: &Region, off: DVec2) -> Centres {
     let (stride, rows) = (rect.columns.len() + 2, rect.rows.len() + 2);
     let size = stride * rows + LANES + 1;
-    let mut centres =
-        Centres { stride, x_mm: vec![0.0; size], y_mm: vec![0.0; size], class: vec![Class::Missed; stride * rows] };
+    let mut centres = Centres {
+        stride,
+        x_mm: vec![0.0; size],
+        y_mm: vec![0.0; size],
+        class: vec![Class::Missed; stride * rows],
+        facets: None,
+    };
+    let start = |j: usize| off + DVec2::new(rect.columns.start as f64 - 0.5, (rect.rows.start + j) as f64 - 0.5);
     for j in 0..rows {
-        let start = off + DVec2::new(rect.columns.start as f64 - 0.5, (rect.rows.start + j) as f64 - 0.5);
+        let start = start(j);
         let span = j * stride..(j + 1) * stride;
         let (x_mm, y_mm) = (&mut centres.x_mm[span.clone()], &mut centres.y_mm[span.clone()]);
         plan.centre_tracer.trace(start, Run { x_mm, y_mm, class: &mut centres.class[span] });
+    }
+    if plan.creases != Creases::None {
+        let place = |k: usize| start(k / stride) + DVec2::new((k % stride) as f64, 0.0);
+        centres.facets = Some((0..stride * rows).map(|k| plan.system().facets(place(k))).collect());
     }
     centres
 }
@@ -217,6 +247,14 @@ impl Centres {
     fn is_beside_a_fate(&self, at: usize) -> bool {
         let rows = [at - self.stride, at, at + self.stride];
         rows.iter().any(|&k| self.class[k - 1..=k + 1].iter().any(|class| class.side().is_none()))
+    }
+
+    /// Whether one of its neighbours passes other facets of the same side.
+    fn is_beside_a_crease(&self, at: usize) -> bool {
+        let Some(facets) = &self.facets else { return false };
+        let rows = [at - self.stride, at, at + self.stride];
+        let differs = |other: usize| facets[other] != facets[at] && self.class[other] == self.class[at];
+        rows.iter().any(|&k| (k - 1..=k + 1).any(differs))
     }
 
     /// Of the corners of pixels, by their top left ones: whether one of the pixel of index `at` is not of class `own`.

@@ -1,6 +1,7 @@
 //! The two sheets of a closed body, as CAD programs export a prism: the lower one, towards the camera, and the upper one.
 
-use super::mesh::{Mesh, Normals, Triangles, corner_normals};
+use super::mesh::{Mesh, Normals, Triangles};
+use super::normals::normals_with_creases;
 use super::weld::weld;
 use crate::geom::Ray;
 use glam::{DVec2, DVec3};
@@ -198,13 +199,14 @@ fn mirrored_too(sheet: &Sheet) -> Sheet {
     Sheet { points, triangles }
 }
 
-/// A sheet with its normals.
+/// A sheet with its normals, parted at its creases.
 fn finished(sheet: &Sheet) -> Result<Triangles, (String, String)> {
-    let point_normals = corner_normals(&sheet.points, &sheet.triangles).map_err(|k| {
+    let Sheet { points: mut points_mm, mut triangles } = sheet.clone();
+    let point_normals = normals_with_creases(&mut points_mm, &mut triangles).map_err(|k| {
         let rule = format!("the body has no normal at {} mm: its sheet folds back there", sheet.points[k]);
         (rule, "give a body whose front and back are graphs z(x, y)".to_owned())
     })?;
-    Ok(Triangles { points_mm: sheet.points.clone(), point_normals, triangles: sheet.triangles.clone() })
+    Ok(Triangles { points_mm, point_normals, triangles })
 }
 
 /// The whole back, which both halves share: in two parts with normals of their own where it has a ridge at x = 0.

@@ -4,6 +4,7 @@
 //! "Watertight Ray/Triangle Intersection", 2013), so that no ray slips between two triangles that share an edge.
 
 use super::hit::Hit;
+use super::normals::facets;
 use crate::geom::{Ray, Rect};
 use crate::optics::fate::Fate;
 use glam::{DVec2, DVec3};
@@ -14,14 +15,7 @@ use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::ploc::PlocBuilder;
 use obvhs::ray::RayHit;
 
-/// Which normal refracts a ray that meets a triangle.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Normals {
-    /// The triangle's own.
-    Flat,
-    /// The normals of its corners, weighed by their nearness and brought to unit length.
-    Smooth,
-}
+pub use super::normals::Normals;
 
 /// A surface of triangles as data: what a file of a mesh holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,31 +54,13 @@ impl Triangles {
     }
 }
 
-/// Unit normals at the corners of a surface that is a graph over (x, y), towards +z: those of the triangles around, weighed
-/// by their angles there (Thürmer & Wüthrich, "Computing Vertex Normals from Polygonal Facets", 1998). The number of a
-/// corner without one (no triangle has it, or the triangles stand upright) is the error.
-pub fn corner_normals(points_mm: &[DVec3], triangles: &[[u32; 3]]) -> Result<Vec<DVec3>, usize> {
-    let mut sums = vec![DVec3::ZERO; points_mm.len()];
-    for triangle in triangles {
-        let at = triangle.map(|k| k as usize);
-        for k in 0..3 {
-            let [here, next, last] = [at[k], at[(k + 1) % 3], at[(k + 2) % 3]];
-            let (a, b) = (points_mm[next] - points_mm[here], points_mm[last] - points_mm[here]);
-            let cross = a.cross(b);
-            let Some(normal) = cross.try_normalize() else { continue };
-            let angle = libm::atan2(cross.length(), a.dot(b));
-            sums[here] += normal * (if normal.z < 0.0 { -angle } else { angle });
-        }
-    }
-    let unit = |(k, sum): (usize, &DVec3)| sum.try_normalize().filter(|n| n.z > 0.0).ok_or(k);
-    sums.iter().enumerate().map(unit).collect()
-}
-
 /// Triangles that rays can meet.
 pub struct Mesh {
     own: Triangles,
     normals: Normals,
     hierarchy: Bvh2,
+    /// The facet of each triangle; nothing where the surface is one.
+    facets: Vec<u32>,
     /// Smallest z less some slack: rays are followed from there on.
     first_z: f64,
 }
@@ -138,7 +114,22 @@ impl Mesh {
             .collect();
         let hierarchy = hierarchy(&boxes);
         let first_z = points.iter().fold(f64::INFINITY, |z, p| z.min(p.z)) - 1.0;
-        Self { own, normals, hierarchy, first_z }
+        let facets = facets(&own.points_mm, &own.triangles, normals);
+        Self { own, normals, hierarchy, facets, first_z }
+    }
+
+    /// The number of the facet that a hit is on, and how many there are: parts of the surface over which the normal that
+    /// refracts changes steadily.
+    pub fn facet(&self, hit: &Hit) -> u32 {
+        self.facets.get(hit.part as usize).copied().unwrap_or(0)
+    }
+
+    /// Count of facets.
+    pub fn facets(&self) -> usize {
+        let mut names = self.facets.clone();
+        names.sort_unstable();
+        names.dedup();
+        names.len().max(1)
     }
 
     /// Count of triangles.
@@ -264,6 +255,7 @@ impl ShearAxes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::surface::normals::corner_normals;
 
     /// A dome over a square of 20 mm, 80 mm away.
     fn dome(x: f64, y: f64) -> (f64, DVec3) {

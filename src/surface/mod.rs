@@ -7,6 +7,7 @@ pub mod face;
 pub mod shape;
 mod polynomial;
 mod height_field;
+pub(crate) mod normals;
 pub mod mesh;
 pub mod closed_body;
 pub(crate) mod weld;

@@ -82,6 +82,24 @@ impl Surface {
         }
     }
 
+    /// The facet of a mesh that a hit is on; 0 of a surface without creases.
+    pub fn facet(&self, hit: &Hit) -> u32 {
+        match self {
+            Self::Mesh { mesh, .. } => mesh.facet(hit),
+            Self::Moved { base, .. } => base.facet(hit),
+            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => 0,
+        }
+    }
+
+    /// How many facets the surface has.
+    pub fn facets(&self) -> usize {
+        match self {
+            Self::Mesh { mesh, .. } => mesh.facets(),
+            Self::Moved { base, .. } => base.facets(),
+            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => 1,
+        }
+    }
+
     /// The unit normal of the plane in which `meeting` moves when its ray does. Of a mesh that is the triangle's own,
     /// whichever normal refracts.
     #[inline(always)]

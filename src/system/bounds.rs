@@ -20,7 +20,7 @@
 use super::factor_bounds::{PairedVariants, factors, strayed};
 use super::instrument::System;
 use super::output_gain::OutputGain;
-use super::radiance_range::{Bound, GRID, INSET_PX, RadianceRange, SMALL_GRID, extremes, grid, some};
+use super::radiance_range::{Bound, GRID, INSET_PX, RadianceRange, SMALL_GRID, extremes, grid};
 use crate::effect::clipping::Clipping;
 use crate::effect::diffraction::{encircled_energy, leaving_square};
 use crate::effect::{Bounding, EffectId, EffectRow, Effects, Variant};
@@ -109,7 +109,7 @@ fn displaced_among(ideal: &System, effects: &Effects, row: &EffectRow, light: Ra
     let (before, after) = (ideal.with_effects(&others), ideal.with_effects(&all));
     let own = some(variants(&own)?, OWN);
     let mut worst = Bound { grey: 0.0, px: 0.0 };
-    for other in some(others.variants(0), AMONG) {
+    for other in others.variants(0).some(AMONG) {
         // A variant of both: what varies by this effect is its own.
         let both = |own: &Variant| match row.id {
             EffectId::ThinLens => Variant { pupil: own.pupil, ..other },
@@ -146,14 +146,16 @@ fn displaced(without: &System, systems: &[System], light: RadianceRange, size: [
 /// All variants that the picture may be the mean of; `None` where they are more than can be examined in a moment.
 fn variants(effects: &Effects) -> Option<Vec<Variant>> {
     let sets = effects.sets();
-    let one = effects.variants(0);
-    if one.len().saturating_mul(sets) > MOST_VARIANTS {
+    if effects.variants(0).len().saturating_mul(sets) > MOST_VARIANTS {
         return None;
     }
-    Some((1..sets).fold(one, |mut all, set| {
-        all.extend(effects.variants(set));
-        all
-    }))
+    Some((0..sets).flat_map(|set| effects.variants(set).iter().collect::<Vec<_>>()).collect())
+}
+
+/// At most `most` of them, spread over all.
+fn some<T>(all: Vec<T>, most: usize) -> Vec<T> {
+    let step = all.len().div_ceil(most);
+    all.into_iter().step_by(step.max(1)).collect()
 }
 
 /// Rows of the picture in which the ridge is sought.

@@ -156,11 +156,19 @@ fn beam(system: &System) -> Option<String> {
         return None;
     }
     let spare = system.effects.spare_mm(0.0, 0.0, 1.0);
-    Some(format!(
-        "the beam leaves the prism's surfaces: {:.1} % of the rays of the pupil end there ({}) though those through its \
-         middle pass; give surfaces that reach {spare:.2} mm farther on every side, as `biprism design` does for the scene \
-         that it is given",
-        100.0 * count as f64 / all as f64,
-        shares(&ended, all)
-    ))
+    let share = 100.0 * count as f64 / all as f64;
+    let words = shares(&ended, all);
+    let mostly_missed = ended.iter().max_by_key(|(_, n)| **n).is_some_and(|(fate, _)| *fate != Fate::TotalReflection);
+    Some(if mostly_missed && spare > 0.0 {
+        format!(
+            "the beam leaves the prism's surfaces: {share:.1} % of the rays of the pupil end there ({words}) though those \
+             through its middle pass; give surfaces that reach {spare:.2} mm farther on every side, as `biprism design` does \
+             for the scene that it is given"
+        )
+    } else {
+        format!(
+            "a part of the beam ends at the prism: {share:.1} % of its rays ({words}) though those through the middle of the \
+             pupil, and of smooth surfaces, pass; a smaller index, gentler or smoother surfaces would let them pass"
+        )
+    })
 }

@@ -1,7 +1,7 @@
 //! Bounds of what factors of light change: those of an effect itself, and those that rays meet which stray by an effect.
 
 use super::instrument::System;
-use super::radiance_range::{Bound, RadianceRange, SMALL_GRID, extremes, grid, some};
+use super::radiance_range::{Bound, RadianceRange, SMALL_GRID, extremes, grid};
 use crate::effect::{EffectId, EffectRow, Effects, Hook, Variant};
 use glam::DVec2;
 use rayon::prelude::*;
@@ -21,8 +21,8 @@ pub(super) struct PairedVariants {
 impl PairedVariants {
     /// The variants of both instruments one by one, where they are as many, or else all of `with` beside `without` itself.
     pub(super) fn all(without: &System, with: &System) -> Vec<Self> {
-        let of = |system: &System| some(system.effects().variants(0), VARIANTS);
-        let plain = Variant { grey: 1.0, ..Effects::default().variants(0)[0] };
+        let of = |system: &System| system.effects().variants(0).some(VARIANTS);
+        let plain = Variant { grey: 1.0, ..Effects::default().variants(0).get(0) };
         let (before, after) = (of(without), of(with));
         let paired = before.len() == after.len();
         let total: f64 = after.iter().map(|variant| variant.grey).sum();

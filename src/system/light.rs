@@ -1,18 +1,23 @@
 //! Whether light passes a prism: how a coarse grid of rays over the picture ends.
 
 use super::instrument::System;
-use super::radiance_range::some;
 use super::shape_doubts;
+use crate::effect::EffectId;
 use crate::error::Error;
 use crate::geom::Pose;
 use crate::optics::fate::Fate;
 use crate::prism::side::Side;
 use crate::scene::Scene;
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Rays along the width and the height of the picture.
 const RAYS: [usize; 2] = [24, 16];
+/// The same at most before an instrument is given up, through the middle of the pupil and through other points of it: a slit
+/// or a stop may let light pass to a few pixels only.
+const FINE_RAYS: [usize; 2] = [2048, 1152];
+const FINE_RAYS_OF_VARIANT: [usize; 2] = [256, 144];
 /// Variants of the instrument that are asked as well before a prism is given up.
 const VARIANTS: usize = 16;
 
@@ -82,7 +87,7 @@ pub(super) fn some_variants(system: &System, count: usize) -> Vec<System> {
     if system.effects.dimensions() == 0 {
         return Vec::new();
     }
-    some(system.effects.variants(0), count).iter().map(|variant| system.variant(variant)).collect()
+    system.effects.variants(0).some(count).iter().map(|variant| system.variant(variant)).collect()
 }
 
 /// Refuses an instrument through whose prism no ray of the picture passes.
@@ -91,11 +96,26 @@ pub(super) fn some_variants(system: &System, count: usize) -> Vec<System> {
 /// A [`Error`] with the fates of the rays, and what is to be written instead as far as the surfaces tell it.
 pub fn require_light(scene: &Scene, system: &System) -> Result<(), Error> {
     let passes = |system: &System| grid(system, RAYS).any(|px| system.exit_ray(px).is_ok());
-    if system.prism.is_none() || passes(system) || some_variants(system, VARIANTS).iter().any(passes) {
+    let passes_finely = |system: &System, most: [usize; 2]| {
+        let size = system.camera.size_px();
+        grid(system, [0, 1].map(|k| size[k].min(most[k]))).par_bridge().any(|px| system.exit_ray(px).is_ok())
+    };
+    let variants = || some_variants(system, VARIANTS);
+    if system.prism.is_none()
+        || passes(system)
+        || variants().iter().any(passes)
+        || passes_finely(system, FINE_RAYS)
+        || variants().iter().any(|variant| passes_finely(variant, FINE_RAYS_OF_VARIANT))
+    {
         return Ok(());
     }
     let study = LightStudy::new(system);
     let rule = format!("no ray of the picture passes the prism: of {} rays {}", RAYS[0] * RAYS[1], study.fates());
+    let as_designed = system.with_effects(&scene.effects.only(|row| row.id != EffectId::Manufacture));
+    if as_designed != *system && passes(&as_designed) {
+        let help = "the prism as it is designed lets them pass: lessen the errors in `[effect.manufacture]`";
+        return Err(Error::new("the prism", rule, help));
+    }
     let help = shape_doubts::of(scene, system).into_iter().next().unwrap_or_else(|| {
         let most = study.lost.iter().max_by_key(|(_, n)| **n).map(|(fate, _)| *fate);
         match most {

@@ -11,6 +11,7 @@ mod output_gain;
 pub mod camera;
 pub mod clip;
 mod throughput;
+mod facets;
 pub mod tessellated;
 mod variants;
 mod ghost_rays;

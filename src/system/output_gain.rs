@@ -1,7 +1,7 @@
 //! How much a change of light grows on its way to the output: by a lamp that lights more than the reference, and by the sensor.
 
 use super::instrument::System;
-use super::radiance_range::{Bound, SMALL_GRID, extremes, grid, some};
+use super::radiance_range::{Bound, SMALL_GRID, extremes, grid};
 use crate::effect::{BoardPoint, Effects, Hook, LightPath, Sensor};
 use crate::scene::Scene;
 use rayon::prelude::*;
@@ -59,7 +59,7 @@ fn lamp_gain(ideal: &System, effects: &Effects) -> f64 {
         let (largest, step) = extremes(&gains, SMALL_GRID);
         largest + step
     };
-    let variants = some(system.effects().variants(0), VARIANTS);
+    let variants = system.effects().variants(0).some(VARIANTS);
     variants.iter().map(|variant| gain(&system.variant(variant))).fold(1.0, f64::max)
 }
 
@@ -86,7 +86,7 @@ fn least_throughput(ideal: &System, effects: &Effects) -> f64 {
         let (_, step) = extremes(&values, SMALL_GRID);
         (values.iter().copied().fold(f64::INFINITY, f64::min) - step).max(0.0)
     };
-    let variants = some(system.effects().variants(0), VARIANTS);
+    let variants = system.effects().variants(0).some(VARIANTS);
     variants.iter().map(|variant| least(&system.variant(variant))).fold(f64::INFINITY, f64::min)
 }
 

@@ -111,9 +111,3 @@ pub(super) fn extremes(values: &[f64], [columns, _]: [usize; 2]) -> (f64, f64) {
     let down = (columns..values.len()).map(|k| step(k, k - columns));
     (largest, across.chain(down).fold(0.0, f64::max))
 }
-
-/// At most `most` of them, spread over all.
-pub(super) fn some<T>(all: Vec<T>, most: usize) -> Vec<T> {
-    let step = all.len().div_ceil(most);
-    all.into_iter().step_by(step.max(1)).collect()
-}

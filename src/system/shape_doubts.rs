@@ -4,7 +4,7 @@ use super::instrument::System;
 use crate::geom::{Ray, Rect};
 use crate::prism::biprism::Prism;
 use crate::prism::side::Side;
-use crate::scene::{MeshSpec, PrismSpec, Scene, Triangles};
+use crate::scene::{MeshSpec, Normals, PrismSpec, Scene, Triangles};
 use crate::surface::closed_body::is_closed;
 use crate::surface::face::Face;
 use crate::surface::mesh::Mesh;
@@ -23,6 +23,8 @@ const RIDGE_STEP: f64 = 0.01;
 const TOO_SMALL_MM: f64 = 1.0;
 /// A surface whose width is above this, in mm, is no prism's either.
 const TOO_LARGE_MM: f64 = 1000.0;
+/// Smooth normals that lean more than this from their triangle stand for a facet, or for too coarse a mesh.
+const LARGEST_LEAN_DEG: f64 = 1.0;
 /// Places along each axis at which heights are compared.
 const PLACES: usize = 12;
 
@@ -151,6 +153,7 @@ pub(super) fn of(scene: &Scene, system: &System) -> Vec<String> {
         doubts.extend(behind_camera(surface, pinhole));
         doubts.extend(left_half(surface));
         doubts.extend(sheets(surface, &scene.prism));
+        doubts.extend(leaning(surface, &scene.prism));
     }
     if let [front, back] = &given[..] {
         doubts.extend(order(front, back));
@@ -215,8 +218,8 @@ fn behind_camera(surface: &Given, pinhole: DVec3) -> Option<String> {
     let (key, words) = (surface.key, surface.extent.words());
     if max.z <= pinhole.z {
         return Some(format!(
-            "`{key}` lies behind the pinhole at z {} mm ({words}): write `flip = \"z\"` if its z grows towards the camera, \
-             or `offset_mm = [0, 0, D]` with its distance D from the camera",
+            "`{key}` lies behind the pinhole at z {} mm ({words}): write `flip = \"z\"` (or take it out) if its z grows towards the \
+             camera, or `offset_mm = [0, 0, D]` with its distance D from the camera",
             short(pinhole.z)
         ));
     }
@@ -233,7 +236,8 @@ fn left_half(surface: &Given) -> Option<String> {
     let Extent { min, max } = surface.extent;
     (max.x <= OTHER_HALF * -min.x).then(|| {
         format!(
-            "`{}` is the left half (x {} to {} mm), and the right one is asked for: write `flip = \"x\"` beside its file",
+            "`{}` is the left half (x {} to {} mm), and the right one is asked for: write `flip = \"x\"` beside its file, or \
+             take it out",
             surface.key,
             short(min.x),
             short(max.x)
@@ -288,6 +292,36 @@ fn sheets(surface: &Given, prism: &PrismSpec) -> Option<String> {
         format!("`{}` is a closed body ({place}): write `body = \"...\"` in place of `front` and `back`", surface.key)
     } else {
         format!("`{}` has two sheets over one (x, y) ({place}): give each surface in a file of its own", surface.key)
+    })
+}
+
+/// Triangles whose smooth normals lean away from them: a facet that was taken for a part of a curved surface, or one that is
+/// too coarse.
+fn leaning(surface: &Given, prism: &PrismSpec) -> Option<String> {
+    let (Shape::Mesh(own, _), PrismSpec::Mesh(MeshSpec { normals: Normals::Smooth, .. })) = (&surface.shape, prism)
+    else {
+        return None;
+    };
+    let lean = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|k| own.points_mm[k as usize]);
+        let normal = (b - a).cross(c - a);
+        let most = |k: u32| {
+            let normal = if normal.z < 0.0 { -normal } else { normal };
+            own.point_normals[k as usize].angle_between(normal)
+        };
+        (t.map(most).into_iter().fold(0.0, f64::max).to_degrees(), (a + b + c) / 3.0)
+    };
+    let (lean_deg, at) = own.triangles.iter().map(lean).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (lean_deg > LARGEST_LEAN_DEG).then(|| {
+        format!(
+            "the normals by which `{}` refracts lean up to {} deg from its triangles, near ({}, {}, {}) mm: write \
+             `normals = \"flat\"` if its faces are planes, or export it with finer triangles",
+            surface.key,
+            short(lean_deg),
+            short(at.x),
+            short(at.y),
+            short(at.z)
+        )
     })
 }
 

@@ -1,11 +1,13 @@
 //! A folder of its own for each test, and the command run in it.
 
 use std::fs;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
+use std::thread;
+use std::time::Duration;
 
 /// A small paper: every verb takes some 10 to 100 ms on it.
 pub(crate) const SCENE: &str = "name = \"small\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 240\nheight_px = 135\n\
@@ -56,7 +58,14 @@ impl Place {
         }
         let mut command = Command::new(here);
         command.current_dir(self.folder.path()).args(args).stdin(Stdio::null());
-        command.uid(65534).gid(65534).output().expect("the command starts")
+        command.uid(65534).gid(65534);
+        // A command that another test starts just now holds the copy open for writing until it runs.
+        loop {
+            match command.output() {
+                Err(busy) if busy.kind() == ErrorKind::ExecutableFileBusy => thread::sleep(Duration::from_millis(10)),
+                done => return done.expect("the command starts"),
+            }
+        }
     }
 
     pub(crate) fn output(&self, args: &[&str]) -> Output {

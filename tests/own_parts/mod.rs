@@ -4,6 +4,7 @@
 
 mod bodies;
 mod clouds;
+mod creases;
 mod doubts;
 
 use biprism::io::mesh::{MeshFormat, parse_mesh};

@@ -4,7 +4,8 @@ use super::rules::{MOST_BYTES, check};
 use super::view::CornerView;
 use super::{csv, json, opencv};
 use crate::error::Error;
-use crate::io::inputs;
+use crate::io::inputs::{self, not_utf8};
+use std::borrow::Cow;
 use std::io::Read;
 use std::path::Path;
 
@@ -56,6 +57,9 @@ pub fn to_text(views: &[CornerView], format: CornerFormat) -> String {
 pub fn parse(text: &str, format: CornerFormat, place: &str) -> Result<Vec<CornerView>, Error> {
     // Spreadsheets begin a file with a byte order mark.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    // Some end lines with a carriage return alone; places in the text stay what they are.
+    let alone = !text.contains('\n') && text.contains('\r');
+    let text = &if alone { Cow::Owned(text.replace('\r', "\n")) } else { Cow::Borrowed(text) };
     let views = match format {
         CornerFormat::Csv => csv::parse(text, place),
         CornerFormat::Json => json::parse(text, place),
@@ -76,9 +80,9 @@ pub fn read(path: &Path) -> Result<Vec<CornerView>, Error> {
         Error::new(&place, format!("the file cannot be read: {error}"), "check the name and the rights of the file")
     };
     let file = inputs::open(path).map_err(unreadable)?;
-    let mut text = String::new();
+    let mut bytes = Vec::new();
     // One byte more than allowed tells a file that is too large, whatever its size is said to be.
-    let size = file.take(MOST_BYTES + 1).read_to_string(&mut text).map_err(unreadable)?;
+    let size = file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if size as u64 > MOST_BYTES {
         return Err(Error::new(
             &place,
@@ -86,5 +90,6 @@ pub fn read(path: &Path) -> Result<Vec<CornerView>, Error> {
             "give the file that `biprism corners` wrote",
         ));
     }
+    let text = String::from_utf8(bytes).map_err(|wrong| not_utf8(&place, wrong.as_bytes()))?;
     parse(&text, format, &place)
 }

@@ -1,0 +1,336 @@
+//! Normals of a triangle mesh, and its facets: the parts over which they change steadily, with creases between them.
+
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// Two triangles that make a smaller angle than this, in rad (1 deg), have no crease between them.
+const LEAST_CREASE_RAD: f64 = 0.017_5;
+/// The triangles at a crease make an angle so many times as large as others do beside it.
+const STANDS_OUT: f64 = 3.0;
+/// Where nothing lies beside an edge, it is a crease if its angle is so many times the root mean square of all others: a cylinder
+/// over a grid bends along a third of its edges.
+const STANDS_OUT_OF_ALL: f64 = 1.9;
+/// A crease goes on along an edge that makes a smaller angle with it than this (cos 30 deg), if the triangles there make at
+/// least half its angle.
+const GOES_ON: f64 = 0.87;
+/// Edges along which it goes on at most.
+const LONGEST_WAY: usize = 64;
+/// Triangles whose unit normals differ by less than this lie in one plane.
+const SAME_PLANE: f64 = 1e-12;
+
+/// Which normal refracts a ray that meets a triangle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Normals {
+    /// The triangle's own.
+    Flat,
+    /// The normals of its corners, weighed by their nearness and brought to unit length.
+    Smooth,
+}
+
+/// Unit normals at the corners of a surface that is a graph over (x, y), towards +z: those of the triangles around, weighed
+/// by their angles there (Thürmer & Wüthrich, "Computing Vertex Normals from Polygonal Facets", 1998). The number of a
+/// corner without one (no triangle has it, or the triangles stand upright) is the error.
+pub(crate) fn corner_normals(points_mm: &[DVec3], triangles: &[[u32; 3]]) -> Result<Vec<DVec3>, usize> {
+    let mut sums = vec![DVec3::ZERO; points_mm.len()];
+    for triangle in triangles {
+        let at = triangle.map(|k| k as usize);
+        for k in 0..3 {
+            let [here, next, last] = [at[k], at[(k + 1) % 3], at[(k + 2) % 3]];
+            let (a, b) = (points_mm[next] - points_mm[here], points_mm[last] - points_mm[here]);
+            let cross = a.cross(b);
+            let Some(normal) = cross.try_normalize() else { continue };
+            let angle = libm::atan2(cross.length(), a.dot(b));
+            sums[here] += normal * (if normal.z < 0.0 { -angle } else { angle });
+        }
+    }
+    let unit = |(k, sum): (usize, &DVec3)| sum.try_normalize().filter(|n| n.z > 0.0).ok_or(k);
+    sums.iter().enumerate().map(unit).collect()
+}
+
+/// Sets of numbers, each named by its smallest.
+struct Sets(Vec<u32>);
+
+impl Sets {
+    fn of_one(count: usize) -> Self {
+        Self((0..count as u32).collect())
+    }
+
+    fn name(&mut self, mut k: u32) -> u32 {
+        while self.0[k as usize] != k {
+            let above = self.0[self.0[k as usize] as usize];
+            self.0[k as usize] = above;
+            k = above;
+        }
+        k
+    }
+
+    fn unite(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.name(a), self.name(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}
+
+/// Every edge with each of its triangles, in order.
+fn edges(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
+    let mut edges = Vec::with_capacity(3 * triangles.len());
+    for (id, [a, b, c]) in triangles.iter().enumerate() {
+        edges.extend([(a, b), (b, c), (c, a)].map(|(p, q)| ([*p.min(q), *p.max(q)], id as u32)));
+    }
+    edges.sort_unstable();
+    edges
+}
+
+/// The triangles at each edge.
+fn by_edge(edges: &[([u32; 2], u32)]) -> impl Iterator<Item = &[([u32; 2], u32)]> {
+    edges.chunk_by(|a, b| a.0 == b.0)
+}
+
+/// Unit normals of the triangles, towards +z; 0 of those without area.
+fn normals(points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+    let normal = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|k| points[k as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        if normal.z < 0.0 { -normal } else { normal }
+    };
+    triangles.iter().map(normal).collect()
+}
+
+fn angle(a: DVec3, b: DVec3) -> f64 {
+    libm::atan2(a.cross(b).length(), a.dot(b))
+}
+
+/// [`corner_normals`] of a surface that is parted at its creases; the number of a corner without one is the error.
+pub(crate) fn normals_with_creases(points: &mut Vec<DVec3>, triangles: &mut [[u32; 3]]) -> Result<Vec<DVec3>, usize> {
+    let smooth = corner_normals(points, triangles)?;
+    if part_at_creases(points, triangles) { corner_normals(points, triangles) } else { Ok(smooth) }
+}
+
+/// Parts a surface, a graph over (x, y), at its creases, so that no corner has a normal of both sides: a corner on a crease
+/// becomes several, of which the first keeps its number and the others follow the last. Whether there is any.
+fn part_at_creases(points: &mut Vec<DVec3>, triangles: &mut [[u32; 3]]) -> bool {
+    let edges = edges(triangles);
+    let Some(creases) = creases(&edges, &normals(points, triangles), points, triangles) else { return false };
+
+    // Unite what triangles hold of a corner across the edges that are no crease.
+    let held =
+        |id: u32, corner: u32| 3 * id + triangles[id as usize].iter().position(|k| *k == corner).unwrap_or(0) as u32;
+    let mut sets = Sets::of_one(3 * triangles.len());
+    for group in by_edge(&edges).filter(|group| creases.binary_search(&group[0].0).is_err()) {
+        for (edge, id) in &group[1..] {
+            edge.iter().for_each(|corner| sets.unite(held(group[0].1, *corner), held(*id, *corner)));
+        }
+    }
+
+    // Give each set at a crease a corner of its own.
+    let mut on_crease = vec![false; points.len()];
+    creases.iter().flatten().for_each(|k| on_crease[*k as usize] = true);
+    let mut owners: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut names: BTreeMap<u32, u32> = BTreeMap::new();
+    for (id, triangle) in triangles.iter_mut().enumerate() {
+        for (k, corner) in triangle.iter_mut().enumerate().filter(|(_, corner)| on_crease[**corner as usize]) {
+            let set = sets.name(3 * id as u32 + k as u32);
+            if *owners.entry(*corner).or_insert(set) != set {
+                *corner = *names.entry(set).or_insert_with(|| {
+                    points.push(points[*corner as usize]);
+                    points.len() as u32 - 1
+                });
+            }
+        }
+    }
+    true
+}
+
+/// An edge inside a surface.
+#[derive(Debug, Clone, Copy)]
+struct InnerEdge {
+    edge: [u32; 2],
+    /// Its triangles.
+    both: [u32; 2],
+    /// The angle that they make.
+    rad: f64,
+}
+
+/// The edges, in order, whose angle stands out from those around the opposite corners of its two triangles, or, where these
+/// corners lie on the surface's border, from all others; and those along which such a crease goes on. `None` where
+/// there are none.
+fn creases(
+    edges: &[([u32; 2], u32)],
+    normals: &[DVec3],
+    points: &[DVec3],
+    triangles: &[[u32; 3]],
+) -> Option<Vec<[u32; 2]>> {
+    // Measure the angle at every edge inside the surface.
+    let inside = || {
+        by_edge(edges).filter_map(|group| match *group {
+            [(edge, a), (_, b)] => {
+                Some(InnerEdge { edge, both: [a, b], rad: angle(normals[a as usize], normals[b as usize]) })
+            }
+            _ => None,
+        })
+    };
+    if !inside().any(|bend| bend.rad > LEAST_CREASE_RAD) {
+        return None;
+    }
+    let (count, squares) = inside().fold((0.0, 0.0), |(count, sum), bend| (count + 1.0, sum + bend.rad * bend.rad));
+    let others = |rad: f64| ((squares - rad * rad).max(0.0) / f64::max(count - 1.0, 1.0)).sqrt();
+
+    // Measure the angle around every corner: twice the largest from the mean normal there.
+    let mut on_border = vec![false; points.len()];
+    for group in by_edge(edges).filter(|group| group.len() != 2) {
+        group[0].0.iter().for_each(|k| on_border[*k as usize] = true);
+    }
+    let mut means = vec![DVec3::ZERO; points.len()];
+    let held = || triangles.iter().zip(normals).flat_map(|(t, normal)| t.map(|k| (k as usize, *normal)));
+    held().for_each(|(k, normal)| means[k] += normal);
+    let mut around = vec![0.0f64; points.len()];
+    held().for_each(|(k, normal)| around[k] = around[k].max(2.0 * angle(means[k], normal)));
+
+    // Find the edges that stand out.
+    let beside = |edge: [u32; 2], id: u32| {
+        let apex = triangles[id as usize].into_iter().find(|k| !edge.contains(k))? as usize;
+        (!on_border[apex]).then_some(STANDS_OUT * around[apex])
+    };
+    let bends = inside().filter(|bend| bend.rad > LEAST_CREASE_RAD);
+    let (found, others): (Vec<InnerEdge>, Vec<InnerEdge>) = bends.partition(|bend| {
+        let known = bend.both.into_iter().filter_map(|id| beside(bend.edge, id)).reduce(f64::min);
+        bend.rad > known.unwrap_or_else(|| STANDS_OUT_OF_ALL * others(bend.rad))
+    });
+    if found.is_empty() {
+        return None;
+    }
+
+    let mut creases: Vec<[u32; 2]> = gone_on(found, others, points).into_iter().map(|bend| bend.edge).collect();
+    creases.sort_unstable();
+    Some(creases)
+}
+
+/// The edges of `found`, and those of `others` along which they go on.
+fn gone_on(mut found: Vec<InnerEdge>, mut others: Vec<InnerEdge>, points: &[DVec3]) -> Vec<InnerEdge> {
+    let way = |[a, b]: [u32; 2]| (points[b as usize] - points[a as usize]).normalize_or_zero();
+    let mut last = found.clone();
+    for _ in 0..LONGEST_WAY {
+        let ends: BTreeMap<u32, InnerEdge> = last.iter().flat_map(|bend| bend.edge.map(|k| (k, *bend))).collect();
+        let goes_on = |bend: &InnerEdge| {
+            let from = |k: u32| {
+                ends.get(&k)
+                    .is_some_and(|end| way(bend.edge).dot(way(end.edge)).abs() > GOES_ON && 2.0 * bend.rad > end.rad)
+            };
+            bend.edge.into_iter().any(from)
+        };
+        (last, others) = others.into_iter().partition(goes_on);
+        if last.is_empty() {
+            break;
+        }
+        found.extend(&last);
+    }
+    found
+}
+
+/// The facet of each triangle, by the number of one of its triangles or corners: of smooth normals what shares corners, of flat
+/// ones what lies in one plane. Nothing where all are one.
+pub(super) fn facets(points: &[DVec3], triangles: &[[u32; 3]], refracting: Normals) -> Vec<u32> {
+    let facets: Vec<u32> = match refracting {
+        Normals::Smooth => {
+            let mut sets = Sets::of_one(points.len());
+            for [a, b, c] in triangles {
+                sets.unite(*a, *b);
+                sets.unite(*a, *c);
+            }
+            triangles.iter().map(|t| sets.name(t[0])).collect()
+        }
+        Normals::Flat => {
+            let (normals, mut sets) = (normals(points, triangles), Sets::of_one(triangles.len()));
+            for group in by_edge(&edges(triangles)) {
+                for pair in group.windows(2) {
+                    let [a, b] = [pair[0].1, pair[1].1];
+                    if (normals[a as usize] - normals[b as usize]).length() < SAME_PLANE {
+                        sets.unite(a, b);
+                    }
+                }
+            }
+            (0..triangles.len() as u32).map(|id| sets.name(id)).collect()
+        }
+    };
+    if facets.iter().all(|facet| *facet == facets[0]) { Vec::new() } else { facets }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec2;
+
+    type Own = (Vec<DVec3>, Vec<[u32; 3]>);
+
+    /// A grid of `cells` x `cells` squares over 20 mm x 20 mm, turned by `turn`.
+    fn grid(cells: u32, turn: f64, height: impl Fn(DVec2) -> f64) -> Own {
+        let place = |k: u32| {
+            20.0 * DVec2::new(f64::from(k % (cells + 1)), f64::from(k / (cells + 1))) / f64::from(cells) - 10.0
+        };
+        let turned = |p: DVec2| p.rotate(DVec2::from_angle(turn)).extend(80.0 + height(p));
+        let corners = (0..(cells + 1) * (cells + 1)).map(|k| turned(place(k))).collect();
+        let first = |k: u32| k / cells * (cells + 1) + k % cells;
+        let square = |a: u32| [[a, a + 1, a + cells + 2], [a, a + cells + 2, a + cells + 1]];
+        (corners, (0..cells * cells).flat_map(|k| square(first(k))).collect())
+    }
+
+    /// Corners of the parted surface, and its largest angle between a triangle and the normals of its corners, in rad.
+    fn parted((mut points, mut triangles): Own) -> (u32, f64) {
+        part_at_creases(&mut points, &mut triangles);
+        let smooth = corner_normals(&points, &triangles).expect("it is a graph");
+        let flat = normals(&points, &triangles);
+        let leans = triangles.iter().zip(flat).flat_map(|(t, flat)| t.map(|k| angle(smooth[k as usize], flat)));
+        (points.len() as u32, leans.fold(0.0, f64::max))
+    }
+
+    #[test]
+    fn ridges_and_bevels_part_a_surface_wherever_they_lie() {
+        for cells in [8, 10, 40] {
+            let corners = (cells + 1) * (cells + 1);
+            let column = -10.0 + 60.0 / f64::from(cells);
+            for turn in [0.0, 0.3] {
+                // A ridge of 17.7 deg and one of 2.3 deg, on planes and on a dome; a bevel of one column between two planes.
+                for slope in [0.1558, 0.02] {
+                    let (parts, leans) = parted(grid(cells, turn, |p| slope * (p.x - column).abs()));
+                    assert!(parts == corners + cells + 1 && leans < 1e-6, "{cells} {slope}: {parts} {leans}");
+                }
+                let (parts, _) =
+                    parted(grid(cells, turn, |p| 0.1558 * (p.x - column).abs() + 0.001 * p.length_squared()));
+                assert_eq!(parts, corners + cells + 1, "{cells}");
+                let bevel = |p: DVec2| 0.1558 * (p.x - column).max(column - 20.0 / f64::from(cells) - p.x).max(0.0);
+                let (parts, leans) = parted(grid(cells, turn, bevel));
+                assert!(parts == corners + 2 * (cells + 1) && leans < 1e-6, "bevel, {cells}: {parts} {leans}");
+            }
+        }
+    }
+
+    #[test]
+    fn smooth_surfaces_stay_whole_however_coarse() {
+        for cells in [4, 6, 10, 40] {
+            for curvature in [0.0, 0.002, 0.02] {
+                let dome = |p: DVec2| curvature * (p.x * p.x + 0.5 * p.y * p.y);
+                let cylinder = |p: DVec2| curvature * p.x * p.x;
+                let saddle = |p: DVec2| curvature * p.x * p.y;
+                assert_eq!(parted(grid(cells, 0.2, dome)).0, (cells + 1) * (cells + 1), "{cells} {curvature}");
+                assert_eq!(parted(grid(cells, 0.2, cylinder)).0, (cells + 1) * (cells + 1), "{cells} {curvature}");
+                assert_eq!(parted(grid(cells, 0.2, saddle)).0, (cells + 1) * (cells + 1), "{cells} {curvature}");
+            }
+        }
+    }
+
+    #[test]
+    fn facets_are_planes_of_flat_normals_and_connected_parts_of_smooth_ones() {
+        let (mut points, mut triangles) = grid(10, 0.0, |p| 0.1 * p.x.abs());
+        let count = |points: &[DVec3], triangles: &[[u32; 3]], normals| {
+            let mut found = facets(points, triangles, normals);
+            found.sort_unstable();
+            found.dedup();
+            found.len()
+        };
+        assert_eq!([count(&points, &triangles, Normals::Flat), count(&points, &triangles, Normals::Smooth)], [2, 0]);
+        assert!(part_at_creases(&mut points, &mut triangles));
+        assert_eq!([count(&points, &triangles, Normals::Flat), count(&points, &triangles, Normals::Smooth)], [2, 2]);
+        let (points, triangles) = grid(10, 0.0, |p| 0.01 * p.length_squared());
+        // The two triangles of a square lie in one plane there.
+        assert_eq!(count(&points, &triangles, Normals::Flat), 100);
+    }
+}
