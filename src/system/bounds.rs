@@ -7,20 +7,22 @@
 //!
 //! - Factors of light from g0 to g1 change a pixel by at most M |g1 - g0|. An edge is where pixels cross the middle of its
 //!   two sides; a factor that changes by a share q from one pixel to the next moves it by q mean / (white - black) px.
-//! - Where variants see points that are up to d px from those of the instrument itself, an edge moves by at most d px. It
-//!   sweeps at most sqrt(2) d of a pixel, for no line through a pixel is longer than its diagonal; so a pixel changes by at
-//!   most C sqrt(2) d for each line through it. The image of the ridge moves by a way of its own, and parts contents of any
-//!   contrast; it is no edge of the board.
+//! - Where variants see points that are d px across a line from those of the instrument itself, the line moves by d px. It
+//!   sweeps at most s d of a pixel, where s is the longest that a line of its direction is in one; so a pixel changes by at most
+//!   C s d for each line through it, and a mean over variants by the mean of that. The image of the ridge moves by a way of its
+//!   own, and parts contents of any contrast; it is no edge of the board.
 //! - A ground ridge that is d px wide takes at most sqrt(2) d of a pixel and M from that. A rim or a stop that is seen has no bound but M.
 //! - Diffraction moves light by r px with a known distribution, and each part of it changes a pixel as a displacement by r.
 //! - Ghosts add at most their power times the brightest thing to be seen.
 //! - What changes pixels by up to g on both sides of an edge, which is a ramp over one pixel, moves it by at most
 //!   2 g / (white - black) px.
 
+use super::displacement_bounds::{displaced_among, displacements, variants};
 use super::factor_bounds::{PairedVariants, factors, strayed};
 use super::instrument::System;
 use super::output_gain::OutputGain;
-use super::radiance_range::{Bound, GRID, INSET_PX, RadianceRange, SMALL_GRID, extremes, grid};
+use super::radiance_range::{Bound, GRID, RadianceRange, SMALL_GRID, extremes, grid};
+use super::ridge_image::{INSET_PX, ridge, rows};
 use crate::effect::clipping::Clipping;
 use crate::effect::diffraction::{encircled_energy, leaving_square};
 use crate::effect::{Bounding, EffectId, EffectRow, Effects, Variant};
@@ -32,15 +34,6 @@ use std::f64::consts::SQRT_2;
 
 /// Rays along the width and the height of the grid of ghosts, whose power has steps where one of them begins.
 const FINE_GRID: [usize; 2] = [129, 65];
-/// Rows in which the ridge's image is sought.
-const ROWS: usize = 5;
-/// Variants of other effects among which one is looked at, and its own variants there.
-const AMONG: usize = 8;
-const OWN: usize = 64;
-/// Variants beyond this count are not examined: their effect is kept.
-const MOST_VARIANTS: usize = 2048;
-/// Halvings of the width when a border is sought in a row.
-const HALVINGS: usize = 40;
 
 /// What an effect of `scene`, whose instrument without effects is `ideal` and whose changes grow by `gain`, changes at most,
 /// at the output and whatever other effects of the scene are simulated; `None` where that is not known.
@@ -91,107 +84,6 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
     // The sensor has the last word.
     let found = found.map(|bound| gain.at_output(bound));
     found.filter(|bound| bound.grey.is_finite() && bound.px.is_finite())
-}
-
-/// By how far all variants of `with` see from what `without` sees. `None` where rays end, so that it cannot be told.
-fn displacements(without: &System, with: &System, light: RadianceRange) -> Option<Bound> {
-    let systems: Vec<System> = variants(&with.effects)?.iter().map(|variant| with.variant(variant)).collect();
-    displaced(without, &systems, light, GRID)
-}
-
-/// The same among variants of the other effects that let rays stray.
-fn displaced_among(ideal: &System, effects: &Effects, row: &EffectRow, light: RadianceRange) -> Option<Bound> {
-    let others = effects.only(|other| {
-        other.id == EffectId::Telecentric || (other.id != row.id && other.bounding == Bounding::Displacements)
-    });
-    let all = effects.only(|other| other.id == EffectId::Telecentric || other.bounding == Bounding::Displacements);
-    let own = effects.only(|other| other.id == EffectId::Telecentric || other.id == row.id);
-    let (before, after) = (ideal.with_effects(&others), ideal.with_effects(&all));
-    let own = some(variants(&own)?, OWN);
-    let mut worst = Bound { grey: 0.0, px: 0.0 };
-    for other in others.variants(0).some(AMONG) {
-        // A variant of both: what varies by this effect is its own.
-        let both = |own: &Variant| match row.id {
-            EffectId::ThinLens => Variant { pupil: own.pupil, ..other },
-            EffectId::Roughness => Variant { slopes: own.slopes, ..other },
-            EffectId::Dispersion => Variant { wave: own.wave, ..other },
-            _ => other,
-        };
-        let systems: Vec<System> = own.iter().map(|own| after.variant(&both(own))).collect();
-        worst = worst.or(displaced(&before.variant(&other), &systems, light, SMALL_GRID)?);
-    }
-    Some(worst)
-}
-
-/// By how far `systems` see from what `without` sees, over places of a grid.
-fn displaced(without: &System, systems: &[System], light: RadianceRange, size: [usize; 2]) -> Option<Bound> {
-    let stray = |px: &DVec2| {
-        let side = without.trace(*px).ok()?.side;
-        let here = without.footprint_through(*px, side).ok()?;
-        let back = here.jacobian.inverse();
-        let stray = |system: &System| {
-            let there = system.footprint_through(*px, side).ok()?;
-            Some((back * (there.sight.board_mm - here.sight.board_mm)).length())
-        };
-        systems.iter().try_fold(0.0f64, |most, system| Some(most.max(stray(system)?)))
-    };
-    let strays = grid(without, size).par_iter().map(stray).collect::<Option<Vec<f64>>>()?;
-    let (largest, step) = extremes(&strays, size);
-    let ridges: Option<Vec<f64>> = systems.par_iter().map(|system| ridge_moved(without, system)).collect();
-    let ridge_px = ridges?.into_iter().fold(0.0, f64::max);
-    let px = largest + step;
-    Some(Bound { grey: light.moved_by(px, ridge_px), px })
-}
-
-/// All variants that the picture may be the mean of; `None` where they are more than can be examined in a moment.
-fn variants(effects: &Effects) -> Option<Vec<Variant>> {
-    let sets = effects.sets();
-    if effects.variants(0).len().saturating_mul(sets) > MOST_VARIANTS {
-        return None;
-    }
-    Some((0..sets).flat_map(|set| effects.variants(set).iter().collect::<Vec<_>>()).collect())
-}
-
-/// At most `most` of them, spread over all.
-fn some<T>(all: Vec<T>, most: usize) -> Vec<T> {
-    let step = all.len().div_ceil(most);
-    all.into_iter().step_by(step.max(1)).collect()
-}
-
-/// Rows of the picture in which the ridge is sought.
-fn rows(system: &System) -> impl Iterator<Item = f64> + use<> {
-    let height = system.camera().size_px()[1] as f64;
-    (0..ROWS).map(move |k| (height * k as f64 / (ROWS - 1) as f64).clamp(INSET_PX, height - INSET_PX))
-}
-
-/// How far the image of the ridge moves from one instrument to another, in px: 0 where neither shows it.
-fn ridge_moved(a: &System, b: &System) -> Option<f64> {
-    if a.prism.is_none() {
-        return Some(0.0);
-    }
-    let moved = rows(a).map(|y| match (ridge(a, y)?, ridge(b, y)?) {
-        (Some(a), Some(b)) => Some((a - b).abs()),
-        (None, None) => Some(0.0),
-        // It comes into the picture or leaves it.
-        _ => None,
-    });
-    moved.collect::<Option<Vec<f64>>>().map(|moved| moved.into_iter().fold(0.0, f64::max))
-}
-
-/// Where the image of the ridge crosses a row: `None` where rays end, `Some(None)` where one side is seen all along.
-fn ridge(system: &System, y: f64) -> Option<Option<f64>> {
-    let width = system.camera().size_px()[0] as f64;
-    let side = |x: f64| system.trace(DVec2::new(x, y)).ok().map(|sight| sight.side);
-    let (mut a, mut b) = (INSET_PX, width - INSET_PX);
-    let (left, right) = (side(a)?, side(b)?);
-    if left == right {
-        return Some(None);
-    }
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (a + b);
-        if side(middle)? == left { a = middle } else { b = middle }
-    }
-    Some(Some(0.5 * (a + b)))
 }
 
 /// Rims and stops, with the pupil and all else that lets rays stray; a ground ridge by its width.
@@ -253,11 +145,11 @@ fn spread(effects: &Effects, light: RadianceRange) -> Option<Bound> {
     const STEPS: usize = 4096;
     let scale_px = effects.diffraction?.scale_px();
     // Beyond this radius a displacement changes all of a pixel, and light there counts in full.
-    let far_px = 1.0 / ((light.lines + light.ridge) * SQRT_2);
+    let far_px = 1.0 / light.sweep;
     let share = |r_px: f64| encircled_energy(r_px / scale_px);
     let ring = |k: usize| {
         let (inner, outer) = (far_px * k as f64 / STEPS as f64, far_px * (k + 1) as f64 / STEPS as f64);
-        (share(outer) - share(inner)) * light.moved_by(outer, outer)
+        (share(outer) - share(inner)) * light.moved_by([outer; 2], outer)
     };
     let near: f64 = (0..STEPS).map(ring).sum();
     let moved = near + light.contrast * (1.0 - share(far_px));

@@ -6,6 +6,8 @@ pub mod auto;
 pub mod board;
 mod bounds;
 mod factor_bounds;
+mod displacement_bounds;
+mod ridge_image;
 mod radiance_range;
 mod output_gain;
 pub mod camera;

@@ -1,6 +1,7 @@
 //! What bounds of effects are made of: the radiances of a scene, and places over its picture.
 
 use super::instrument::System;
+use super::ridge_image::{INSET_PX, ridge_direction};
 use crate::scene::BoardSpec;
 use glam::DVec2;
 use rayon::prelude::*;
@@ -10,8 +11,6 @@ use std::f64::consts::SQRT_2;
 pub(super) const GRID: [usize; 2] = [33, 17];
 /// The same where many instruments are compared.
 pub(super) const SMALL_GRID: [usize; 2] = [17, 9];
-/// Places of the grid stay this far inside the picture, in px.
-pub(super) const INSET_PX: f64 = 1e-6;
 
 /// What an effect changes at most.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
@@ -44,10 +43,13 @@ pub(super) struct RadianceRange {
     pub(super) edge: f64,
     /// Of the squares.
     pub(super) mean: f64,
-    /// Lines of the board through one pixel, at most.
-    pub(super) lines: f64,
-    /// Whether the ridge of a prism may be seen as well: 1 or 0.
-    pub(super) ridge: f64,
+    /// What the lines of the board along y and along x, in one pixel, sweep of it for each px that they move across themselves,
+    /// at most.
+    lines: [f64; 2],
+    /// The same of the image of the ridge; 0 without a prism.
+    ridge: f64,
+    /// All of them together.
+    pub(super) sweep: f64,
 }
 
 impl RadianceRange {
@@ -57,8 +59,8 @@ impl RadianceRange {
         let (low, high) = all.iter().fold((f64::INFINITY, 0.0f64), |(low, high), v| (low.min(*v), high.max(*v)));
         let edge = (board.white - board.black).abs();
         let mean = 0.5 * (board.black + board.white);
-        let ridge = if system.prism().is_some() { 1.0 } else { 0.0 };
-        Self { brightest: high, contrast: high - low, edge, mean, lines: lines(system, board), ridge }
+        let (lines, ridge) = sweeps(system, board);
+        Self { brightest: high, contrast: high - low, edge, mean, lines, ridge, sweep: lines[0] + lines[1] + ridge }
     }
 
     /// That of a scene lit `gain` times as brightly, in which an edge may be of the scene's own contrast.
@@ -71,28 +73,56 @@ impl RadianceRange {
         if self.edge > 0.0 { 2.0 * grey / self.edge } else { 0.0 }
     }
 
-    /// The change of a pixel where the board moves by up to `px` and the image of the ridge by up to `ridge_px`.
-    pub(super) fn moved_by(&self, px: f64, ridge_px: f64) -> f64 {
-        self.contrast * (SQRT_2 * (self.lines * px + self.ridge * ridge_px)).min(1.0)
+    /// The change of a pixel where the lines of the board along y and along x move by up to `px`, each across itself, and the
+    /// image of the ridge by up to `ridge_px`.
+    pub(super) fn moved_by(&self, px: [f64; 2], ridge_px: f64) -> f64 {
+        self.contrast * (self.lines[0] * px[0] + self.lines[1] * px[1] + self.ridge * ridge_px).min(1.0)
     }
 }
 
-/// Lines of the board through one pixel, at most: of each family one more than the lines' distances that a pixel is wide,
-/// and on both sides of the ridge.
-fn lines(system: &System, board: &BoardSpec) -> f64 {
+/// What the lines of the board along y and along x, and the image of the ridge, sweep of a pixel for each px that they move: as
+/// many lines of a family as the distances between them that a pixel is wide, and one, each as long as a line of its direction
+/// is in a pixel at most. In a pixel on the ridge those on both sides of it count.
+fn sweeps(system: &System, board: &BoardSpec) -> ([f64; 2], f64) {
     let margin = if board.margin_mm > 0.0 { board.margin_mm } else { f64::INFINITY };
     let distance_mm = board.square_mm.min(margin);
-    let across = |px: &DVec2| {
-        let Ok(footprint) = system.footprint(*px) else { return DVec2::ZERO };
-        (footprint.jacobian.x_axis.abs() + footprint.jacobian.y_axis.abs()) / distance_mm
+    let ridge = system.prism().map(|_| ridge_direction(system));
+    let family = |axis: usize| {
+        // Of each place: the lines across a pixel, and how long one is, on both sides of the ridge together.
+        let of = |px: &DVec2| {
+            let Ok(footprint) = system.footprint(*px) else { return [0.0, 2.0 * SQRT_2] };
+            let slope = footprint.jacobian.row(axis);
+            let span = slope.abs().element_sum() / distance_mm;
+            let length = longest(slope.perp());
+            let both = match ridge {
+                None => length,
+                Some(None) => 2.0 * length,
+                Some(Some(along)) => {
+                    // Each reaches over a part of the pixel's extent across the ridge.
+                    let across = along.perp().abs().element_sum();
+                    (2.0 * length).min(across / along.perp_dot(slope.perp().normalize_or_zero()).abs())
+                }
+            };
+            [span, both]
+        };
+        let found: Vec<[f64; 2]> = grid(system, GRID).par_iter().map(of).collect();
+        let most = |k: usize| {
+            let (largest, step) = extremes(&found.iter().map(|place| place[k]).collect::<Vec<_>>(), GRID);
+            largest + step
+        };
+        (most(0).floor() + 1.0) * most(1).min(2.0 * SQRT_2)
     };
-    let spans: Vec<DVec2> = grid(system, GRID).par_iter().map(across).collect();
-    let widest = |of: fn(&DVec2) -> f64| {
-        let (largest, step) = extremes(&spans.iter().map(of).collect::<Vec<_>>(), GRID);
-        (largest + step).floor() + 1.0
+    let ridge = match ridge {
+        None => 0.0,
+        // A row counts how far it moves to the right.
+        Some(along) => along.map_or(SQRT_2, |along| longest(along) * along.y.abs()),
     };
-    let families = widest(|span| span.x) + widest(|span| span.y);
-    if system.prism().is_some() { 2.0 * families } else { families }
+    ([family(0), family(1)], ridge)
+}
+
+/// How long a line of a direction is in a pixel at most.
+fn longest(direction: DVec2) -> f64 {
+    direction.length() / direction.abs().max_element().max(f64::MIN_POSITIVE)
 }
 
 /// Places over the picture, row by row.
