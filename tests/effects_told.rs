@@ -240,3 +240,32 @@ fn bounds_hold_among_other_effects() {
         assert!(change <= bound.grey && bound.grey < 10.0 * change, "{key}: {change} above {}", bound.grey);
     }
 }
+
+/// What is left out changes less than the threshold also where an effect acts by others: a ridge that a lens or an error of the
+/// prism brings into the picture, rims that stop ghosts, coatings that make ghosts, what ghosts bring, a lamp between the rays of
+/// the grid, and waves of its distance.
+#[test]
+fn what_acts_by_others_is_kept() {
+    let aside = format!("{FLAT}\nposition_mm = [13.0, 0.0, 0.0]");
+    let ghosts = "[effect.fresnel]\n[effect.ghosts]\nbehind = 2.0\nsamples = 1";
+    let lens = "[effect.thin_lens]\nf_number = 1.4\nfocus_mm = 1000\n[quadrature]\npoints = 16";
+    let cases = [
+        (aside.as_str(), "clipping", format!("[effect.clipping]\nchamfer_mm = 1.0\n{lens}")),
+        (FLAT, "clipping", format!("[effect.clipping]\nrim = {{ sides_mm = [26.0, 14.6] }}\n{ghosts}")),
+        (FLAT, "ghosts", format!("{ghosts}\n[effect.coating]\nindex = 2.6\nthickness_nm = 56.0")),
+        (FLAT, "absorption", format!("{ghosts}\n[effect.absorption]\nper_mm = 2e-4")),
+        (NO_GLASS, "lamp", "[effect.lamp]\nposition_mm = [3.1, 5.7, 999.7]\nshare = 1e-6".to_owned()),
+        (FLAT, "manufacture", "[[effect.manufacture.front.waves]]\namplitude_um = 0.5\nperiod_mm = 0.7".to_owned()),
+    ];
+    for (prism, key, rest) in cases {
+        let scene = parsed(&text(1, prism, &rest));
+        let without = Scene { effects: scene.effects.only(|row| row.key() != key), ..scene.clone() };
+        let of = |scene: &Scene| render_wanted(&built(scene), Outputs { truth: false }, &()).radiance;
+        let (a, b) = (of(&scene), of(&without));
+        let change = a.data().iter().zip(b.data()).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
+        let told = verdicts(&ideal(&scene).unwrap(), &scene);
+        let bound = told.iter().find(|verdict| verdict.effect.key() == key).unwrap().bound;
+        println!("{key}: {change:.2e} of at most {bound:?}");
+        assert!(bound.is_none_or(|bound| change <= bound.grey), "{key}: {change} above {bound:?}");
+    }
+}

@@ -24,7 +24,7 @@ pub const MAX_COORDINATE_MM: f64 = 1e6;
 pub enum MeshFormat {
     /// PLY 1.0, ascii or binary: the element `vertex` with x, y, z and, where they are known, the normal nx, ny, nz; then
     /// the element `face` with the list `vertex_indices`, of three corners each, or more where the face is
-    /// plane and convex.
+    /// plane and one of them sees all others.
     Ply,
     /// Wavefront OBJ: `v` and `f` lines. Its normals, textures, groups and materials are left aside.
     Obj,
@@ -44,7 +44,7 @@ pub struct RawMesh {
 }
 
 /// The triangles of the file at `path`, in mm; the format follows from the extension (.ply, .obj, .stl). Faces of more
-/// than three corners are cut from their first one. Normals that the file does not give follow from the triangles; a corner on a
+/// than three corners are cut from one that sees all others. Normals that the file does not give follow from the triangles; a corner on a
 /// crease becomes several.
 ///
 /// # Errors
@@ -128,9 +128,9 @@ impl RawMesh {
             return Ok(Triangles { points_mm, point_normals, triangles });
         }
 
-        // Triangles with corners of their own each are one surface all the same.
+        // Triangles with corners of their own at one place are one surface all the same.
         corner_normals(&points_mm, &triangles).map_err(|k| no_normal(&points_mm, k))?;
-        if points_mm.len() == 3 * triangles.len() {
+        if has_twins(&points_mm) {
             let corners: Vec<DVec3> = triangles.iter().flatten().map(|k| points_mm[*k as usize]).collect();
             (points_mm, triangles) = weld(&corners);
         }
@@ -138,6 +138,13 @@ impl RawMesh {
             normals_with_creases(&mut points_mm, &mut triangles).map_err(|k| no_normal(&points_mm, k))?;
         Ok(Triangles { points_mm, point_normals, triangles })
     }
+}
+
+/// Whether two corners are at the very same place.
+fn has_twins(points: &[DVec3]) -> bool {
+    let mut places: Vec<[u64; 3]> = points.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+    places.sort_unstable();
+    places.windows(2).any(|pair| pair[0] == pair[1])
 }
 
 /// Refuses corners beyond [`MAX_COORDINATE_MM`].
@@ -225,7 +232,7 @@ fn obj<R: BufRead>(lines: &mut TextLines<R>) -> Result<Parts, Error> {
     Ok((points, None, triangles))
 }
 
-const FACE_HELP: &str = "a face names three or more different vertices of the file, in a plane and without dents: export the surface as triangles";
+const FACE_HELP: &str = "a face names three or more different vertices of the file, in a plane, one of which sees all others: export the surface as triangles";
 
 const THIN_OUT: &str = "thin the mesh out: a smooth surface needs far fewer";
 
@@ -253,20 +260,33 @@ fn push(triangles: &mut Vec<[u32; 3]>, corners: &[f64], points: &[DVec3]) -> Res
     if (1..named.len()).any(|k| named[..k].contains(&named[k])) {
         return Err("names a vertex twice".to_owned());
     }
-    if named.len() > 4 && !is_convex(&named, points) {
-        return Err(format!("has {} corners, and is not plane and convex", named.len()));
+    if named.len() > 4 && !is_plane(&named, points) {
+        return Err(format!("has {} corners, and is not plane", named.len()));
     }
-    triangles.extend((2..named.len()).map(|k| [named[0], named[k - 1], named[k]]));
+    // From a corner that sees all others: of a dented face of four that is the dent, or the corner across.
+    let from = (0..named.len()).find(|first| is_fan(&named, *first, points));
+    let Some(from) = from.or((named.len() == 3).then_some(0)) else {
+        return Err(format!("has {} corners, and none that sees all others", named.len()));
+    };
+    let at = |k: usize| named[(from + k) % named.len()];
+    triangles.extend((2..named.len()).map(|k| [at(0), at(k - 1), at(k)]));
     Ok(())
 }
 
-/// Whether a face is plane, to a thousandth, and turns one way at all of its corners.
-fn is_convex(face: &[u32], points: &[DVec3]) -> bool {
+/// Whether the triangles from corner `first` of a face to its sides all turn one way and have an area, and turn once around.
+fn is_fan(face: &[u32], first: usize, points: &[DVec3]) -> bool {
+    let at = |k: usize| points[face[(first + k) % face.len()] as usize];
+    let normals: Vec<DVec3> = (2..face.len()).map(|k| (at(k - 1) - at(0)).cross(at(k) - at(0))).collect();
+    let sum: DVec3 = normals.iter().copied().sum();
+    let size = sum.length();
+    let angles: f64 = (2..face.len()).map(|k| (at(k - 1) - at(0)).angle_between(at(k) - at(0))).sum();
+    normals.iter().all(|normal| normal.dot(sum) > 1e-9 * size * size) && angles < 2.0 * std::f64::consts::PI
+}
+
+/// Whether a face is plane, to some roundings of f32.
+fn is_plane(face: &[u32], points: &[DVec3]) -> bool {
     let at = |k: usize| points[face[k % face.len()] as usize];
     let area = (2..face.len()).map(|k| (at(k - 1) - at(0)).cross(at(k) - at(0))).sum::<DVec3>();
     let size = area.length().sqrt();
-    let plane = (1..face.len()).all(|k| ((at(k) - at(0)).dot(area) / area.length()).abs() <= 1e-3 * size);
-    plane
-        && (0..face.len())
-            .all(|k| (at(k + 1) - at(k)).cross(at(k + 2) - at(k + 1)).dot(area) >= -1e-9 * (size * size * size * size))
+    (1..face.len()).all(|k| ((at(k) - at(0)).dot(area) / area.length()).abs() <= 1e-5 * size)
 }

@@ -7,7 +7,7 @@ use super::steepness::{LARGEST_CHANGE, change};
 use super::work::Work;
 use glam::DVec2;
 
-/// Parts along each side of a pixel at most.
+/// Parts along each side of a pixel at most; one that needs more holds no promise.
 const MOST_PARTS: u32 = 32;
 
 /// The light of a pixel that no border crosses, where it is to be taken by parts.
@@ -15,6 +15,7 @@ pub(super) fn pixel(plan: &Plan, px: DVec2, work: &mut Work) -> Option<f64> {
     work.counts.rays += 5;
     let parts = (change(plan.system(), px, plan.active) / LARGEST_CHANGE).sqrt().ceil();
     let light = |n: u32, work: &mut Work| mean_of_parts(plan, px, n, |at| plan.throughput(at), work);
+    work.counts.unpromised_pixels += u64::from(parts > f64::from(MOST_PARTS));
     (parts > 1.0).then(|| light(parts.min(f64::from(MOST_PARTS)) as u32, work))
 }
 

@@ -54,7 +54,8 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
     // Where few centres are lit, trace the corners too; where there are few at all, light may pass between both.
     let few_lit =
         || centres.class.iter().filter(|class| class.side().is_some()).count() < FEW_LIT.min(centres.class.len());
-    let corners = (!one_side && few_lit()).then(|| trace(plan, rect, DVec2::splat(-0.5)));
+    let corners =
+        ((!one_side && few_lit()) || plan.creases == Creases::Few).then(|| trace(plan, rect, DVec2::splat(-0.5)));
     work.counts.rays += corners.as_ref().map_or(0, |corners| corners.class.len() as u64);
 
     // Fill row by row.
@@ -68,10 +69,13 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         border.clear();
 
         // List the pixels beside a border, and count those on more creases than are followed.
-        let creased = (at..at + row.len()).filter(|&k| centres.is_beside_a_crease(k)).count();
+        let is_creased = |k: usize| {
+            centres.is_beside_a_crease(k) || corners.as_ref().is_some_and(|corners| corners.facets_differ(k))
+        };
+        let creased = (at..at + row.len()).filter(|&k| is_creased(k)).count();
         let followed = creased > 0 && plan.creases == Creases::Few;
         if !one_side || followed {
-            let beside = |k: usize| !centres.is_amid_its_side(k) || (followed && centres.is_beside_a_crease(k));
+            let beside = |k: usize| !centres.is_amid_its_side(k) || (followed && is_creased(k));
             border.extend((0..row.len() as u32).filter(|&i| beside(at + i as usize)));
         }
         if plan.creases == Creases::Many {
@@ -112,7 +116,8 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
 /// The radiance of the pixel at `px`, whose centre has the index `at` and has a border beside it; `cornered` where its own
 /// corners tell of one.
 fn beside_border(plan: &Plan, px: DVec2, centres: &Centres, at: usize, cornered: bool, work: &mut Work) -> f64 {
-    let (own, creased) = (centres.class[at], centres.is_beside_a_crease(at));
+    let own = centres.class[at];
+    let creased = plan.creases == Creases::Few && own.side().is_some();
     let nearby = match (plan.few_pixels, centres.is_beside_a_fate(at)) {
         (_, false) if creased => Nearby::Border,
         (_, false) => Nearby::Ridge,
@@ -255,6 +260,14 @@ impl Centres {
         let rows = [at - self.stride, at, at + self.stride];
         let differs = |other: usize| facets[other] != facets[at] && self.class[other] == self.class[at];
         rows.iter().any(|&k| (k - 1..=k + 1).any(differs))
+    }
+
+    /// Of the corners of pixels, by their top left ones: whether those of the pixel of index `at` pass several facets of a side.
+    fn facets_differ(&self, at: usize) -> bool {
+        let Some(facets) = &self.facets else { return false };
+        [at + 1, at + self.stride, at + self.stride + 1]
+            .iter()
+            .any(|&k| facets[k] != facets[at] && self.class[k] == self.class[at])
     }
 
     /// Of the corners of pixels, by their top left ones: whether one of the pixel of index `at` is not of class `own`.

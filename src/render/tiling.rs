@@ -30,6 +30,11 @@ pub(super) fn certify(system: &System, first: usize, grain: usize) -> Tiling {
     let [width, height] = system.camera().size_px();
     let mut tiling = Tiling { smallest_px: SMALLEST_PX * grain, ..Tiling::default() };
     let rows = 0..height;
+    // A facet may lie between the rays that check a patch.
+    if system.most_facets() > 1 {
+        tiling.trace(Region { columns: first..width, rows });
+        return tiling;
+    }
     match seam(system, &mut tiling.rays).filter(|seam| seam.len() <= width / MOST_SLANT) {
         Some(seam) if seam.end > first => {
             let regions = [first..seam.start.max(first), seam.start.max(first)..seam.end, seam.end..width];

@@ -13,25 +13,29 @@
 //!   own, and parts contents of any contrast; it is no edge of the board.
 //! - A ground ridge that is d px wide takes at most sqrt(2) d of a pixel and M from that. A rim or a stop that is seen has no bound but M.
 //! - Diffraction moves light by r px with a known distribution, and each part of it changes a pixel as a displacement by r.
-//! - Ghosts add at most their power times the brightest thing to be seen.
+//! - Ghosts add at most their power times the brightest thing to be seen, or times what lies behind the camera.
 //! - What changes pixels by up to g on both sides of an edge, which is a ramp over one pixel, moves it by at most
 //!   2 g / (white - black) px.
 
 use super::displacement_bounds::{displaced_among, displacements, variants};
 use super::factor_bounds::{PairedVariants, factors, strayed};
 use super::instrument::System;
-use super::output_gain::OutputGain;
+use super::output_gain::{OutputGain, lamp_range};
 use super::radiance_range::{Bound, GRID, RadianceRange, SMALL_GRID, extremes, grid};
 use super::ridge_image::{INSET_PX, ridge, rows};
 use crate::effect::clipping::Clipping;
 use crate::effect::diffraction::{encircled_energy, leaving_square};
 use crate::effect::{Bounding, EffectId, EffectRow, Effects, Variant};
+use crate::prism::reflections::Exit;
 use crate::prism::side::Side;
 use crate::scene::Scene;
+use crate::surface::face::Face;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
 
+/// Variants of other effects among which the width of a ground ridge is looked at.
+const CHAMFERS: usize = 64;
 /// Rays along the width and the height of the grid of ghosts, whose power has steps where one of them begins.
 const FINE_GRID: [usize; 2] = [129, 65];
 
@@ -65,7 +69,14 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
                 let with = of(&|other| other.id == row.id || stands_on(other) || strays(other));
                 factors(&PairedVariants::all(&without, &with), light, SMALL_GRID)
             });
-            Some(among.map_or(alone, |among| alone.or(among)))
+            let found = among.map_or(alone, |among| alone.or(among)).or(lamp_bound(ideal, scene, row, light));
+            // What ghosts bring meets other factors than the light of the picture, but for the place in the picture.
+            let share = if row.id == EffectId::Cos4 { (found.grey / light.brightest).min(1.0) } else { 1.0 };
+            // What they stand on goes after them only.
+            let ghosts = effects.ghosts.filter(|ghosts| row.id != EffectId::Fresnel && !ghosts.is_nothing());
+            let brought = ghosts.and_then(|ghosts| added(ideal, effects, light, ghosts.behind / gain.lamp_anywhere));
+            let Bound { grey, px } = brought.unwrap_or(Bound { grey: 0.0, px: 0.0 });
+            Some(found.and(Bound { grey: share * grey, px: share * px }))
         }
         Bounding::Displacements => {
             let alone = displacements(&without, &with, light)?;
@@ -77,7 +88,7 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
         }
         Bounding::Borders => borders(&without, ideal, scene, light),
         Bounding::Spread => spread(effects, light),
-        Bounding::Added => added(&with, light, effects.ghosts?.behind / lamp),
+        Bounding::Added => added(ideal, effects, light, effects.ghosts?.behind / lamp),
         Bounding::Never(_) => None,
     };
 
@@ -93,6 +104,10 @@ fn borders(without: &System, ideal: &System, scene: &Scene, light: RadianceRange
         scene.effects.only(|row| matches!(row.bounding, Bounding::Displacements) || row.id == EffectId::Telecentric);
     let rims = Clipping { chamfer_mm: 0.0, ..clipping };
     if !rims.is_nothing() {
+        // Ghosts walk sideways in the glass, where a rim may stop them.
+        if scene.effects.ghosts.is_some_and(|ghosts| !ghosts.is_nothing()) {
+            return None;
+        }
         let effects = Effects { clipping: Some(rims), ..others.clone() };
         let system = ideal.with_effects(&effects);
         // Nothing is clipped where the least margin along the border of the picture is more than its largest step there.
@@ -109,7 +124,13 @@ fn borders(without: &System, ideal: &System, scene: &Scene, light: RadianceRange
     if clipping.chamfer_mm == 0.0 {
         return Some(Bound { grey: 0.0, px: 0.0 });
     }
-    let px = chamfer_px(without, clipping.chamfer_mm)?;
+    // Others may bring the ridge into the picture, or bring it nearer.
+    let with = ideal.with_effects(&others);
+    let all = variants(&others)?;
+    let some = all.iter().step_by(all.len().div_ceil(CHAMFERS)).map(|variant| with.variant(variant));
+    let widths: Option<Vec<f64>> =
+        std::iter::once(without.clone()).chain(some).map(|system| chamfer_px(&system, clipping.chamfer_mm)).collect();
+    let px = widths?.into_iter().fold(0.0, f64::max);
     Some(Bound { grey: light.brightest * (SQRT_2 * px).min(1.0), px })
 }
 
@@ -157,19 +178,41 @@ fn spread(effects: &Effects, light: RadianceRange) -> Option<Bound> {
     Some(Bound { grey, px: light.moved_px(grey) })
 }
 
-/// Ghosts: their power at each place of the grid, as if all of it came from the brightest thing. What is seen only between
-/// two places of the grid, 1 / 128 of the picture's width apart, may be missed.
-fn added(with: &System, light: RadianceRange, behind: f64) -> Option<Bound> {
-    let ghosts = with.effects.ghosts?;
-    let polarised = with.effects.fresnel?.light;
-    let Some(body) = with.body() else { return Some(Bound { grey: 0.0, px: 0.0 }) };
-    let power = |px: &DVec2| {
-        let mut sum = 0.0;
-        with.reflected(*px, polarised, body, &ghosts, |exit| sum += exit.power);
-        sum
+/// The factor of a lamp from the place nearest to its foot to the farthest: its light may be bright between the rays of a grid.
+fn lamp_bound(ideal: &System, scene: &Scene, row: &EffectRow, light: RadianceRange) -> Bound {
+    let range = lamp_range(ideal, &scene.effects).filter(|_| row.id == EffectId::Lamp);
+    let [least, most] = range.unwrap_or([1.0; 2]);
+    Bound { grey: light.brightest * (most - 1.0).max(1.0 - least), px: 0.0 }
+}
+
+/// Ghosts: their light at each place of the grid, as if all that leaves the glass towards the board came from the brightest
+/// thing, of the prism as it is designed and as it is made, with its coating and without. What is seen only between two
+/// places of the grid, 1 / 128 of the picture's width apart, may be missed.
+fn added(ideal: &System, effects: &Effects, light: RadianceRange, behind: f64) -> Option<Bound> {
+    let ghosts = effects.ghosts?;
+    let polarised = effects.fresnel?.light;
+    let one = |coated: bool, made: bool| {
+        let has = |row: &EffectRow| match row.id {
+            EffectId::Ghosts | EffectId::Fresnel | EffectId::Telecentric => true,
+            EffectId::Coating => coated,
+            EffectId::Manufacture => made,
+            _ => false,
+        };
+        let with = ideal.with_effects(&effects.only(has));
+        let Some(body) = with.body() else { return 0.0 };
+        let added = |px: &DVec2| {
+            let mut sum = 0.0;
+            let weight = |exit: &Exit| if exit.last.face == Face::Front { behind } else { light.brightest };
+            with.reflected(*px, polarised, body, &ghosts, |exit| sum += exit.power * weight(exit));
+            sum
+        };
+        let places: Vec<f64> = grid(&with, FINE_GRID).par_iter().map(added).collect();
+        let (largest, step) = extremes(&places, FINE_GRID);
+        largest + step
     };
-    let powers: Vec<f64> = grid(with, FINE_GRID).par_iter().map(power).collect();
-    let (largest, step) = extremes(&powers, FINE_GRID);
-    let grey = (largest + step) * light.brightest.max(behind);
+    let ways = [(false, false), (true, false), (false, true), (true, true)].into_iter();
+    let ways = ways
+        .filter(|(coated, made)| (!coated || effects.coating.is_some()) && (!made || effects.manufacture.is_some()));
+    let grey = ways.map(|(coated, made)| one(coated, made)).fold(0.0, f64::max);
     Some(Bound { grey, px: light.moved_px(grey) })
 }

@@ -12,14 +12,35 @@ const AMONG: usize = 8;
 const OWN: usize = 64;
 /// Variants beyond this count are not examined: their effect is kept.
 const MOST_VARIANTS: usize = 2048;
+/// Of a wave that the rays of a grid follow, they are at most so much of its phase apart.
+const FOLLOWED_RAD: f64 = 1.5;
 /// Moves of an edge below this, in px, leave it within the ramp of a pixel.
 const SMALL_PX: f64 = 0.25;
 
 /// By how far all variants of `with` see from what `without` sees. `None` where rays end, so that it cannot be told.
 pub(super) fn displacements(without: &System, with: &System, light: RadianceRange) -> Option<Bound> {
+    if !waves_are_followed(with) {
+        return None;
+    }
     let seen = variants(&with.effects)?;
     let systems: Vec<(f64, System)> = seen.iter().map(|variant| (variant.grey, with.variant(variant))).collect();
     displaced(without, &systems, light, GRID)
+}
+
+/// Whether the rays of the grid follow the waves of the surfaces: a wave of their own distance looks like none.
+fn waves_are_followed(with: &System) -> bool {
+    let Some(made) = &with.effects.manufacture else { return true };
+    let figures = [&made.front, &made.back].into_iter().filter_map(|surface| surface.figure.as_ref());
+    let shortest = figures.flat_map(|figure| &figure.waves).map(|wave| wave.rad_per_mm.length()).fold(0.0, f64::max);
+    if shortest == 0.0 {
+        return true;
+    }
+    let met: Vec<Option<DVec2>> =
+        grid(with, GRID).into_iter().map(|px| with.path(px).0.points.last().map(|point| point.truncate())).collect();
+    let step = |a: usize, b: usize| met[a].zip(met[b]).map_or(f64::INFINITY, |(a, b)| a.distance(b));
+    let across = (0..met.len()).filter(|k| k % GRID[0] > 0).map(|k| step(k, k - 1));
+    let down = (GRID[0]..met.len()).map(|k| step(k, k - GRID[0]));
+    across.chain(down).fold(0.0, f64::max) * shortest < FOLLOWED_RAD
 }
 
 /// The same among variants of the other effects that let rays stray.

@@ -98,7 +98,11 @@ pub fn require_light(scene: &Scene, system: &System) -> Result<(), Error> {
     let passes = |system: &System| grid(system, RAYS).any(|px| system.exit_ray(px).is_ok());
     let passes_finely = |system: &System, most: [usize; 2]| {
         let size = system.camera.size_px();
-        grid(system, [0, 1].map(|k| size[k].min(most[k]))).par_bridge().any(|px| system.exit_ray(px).is_ok())
+        let count = [0, 1].map(|k| size[k].min(most[k]));
+        let half = DVec2::new(size[0] as f64 / count[0] as f64, size[1] as f64 / count[1] as f64) * 0.5;
+        // The middles of parts, and their corners: of an even picture those lie on its axes.
+        let passes = |px: DVec2| system.exit_ray(px).is_ok() || system.exit_ray(px - half).is_ok();
+        grid(system, count).par_bridge().any(passes)
     };
     let variants = || some_variants(system, VARIANTS);
     if system.prism.is_none()

@@ -4,6 +4,7 @@ use super::instrument::System;
 use super::radiance_range::{Bound, SMALL_GRID, extremes, grid};
 use crate::effect::{BoardPoint, Effects, Hook, LightPath, Sensor};
 use crate::scene::Scene;
+use glam::DVec2;
 use rayon::prelude::*;
 
 /// Variants over which the lamp's light is looked at.
@@ -43,24 +44,44 @@ impl OutputGain {
     }
 }
 
-/// The most by which the lamp of `effects` multiplies a radiance that the picture sees, at least 1, rays straying by every
-/// effect that lets them stray.
+/// The most by which the lamp of `effects` multiplies a radiance that the picture sees, at least 1.
 fn lamp_gain(ideal: &System, effects: &Effects) -> f64 {
-    let Some(lamp) = effects.lamp.filter(|lamp| !lamp.is_nothing()) else { return 1.0 };
+    lamp_range(ideal, effects).map_or(1.0, |[_, most]| most.max(1.0))
+}
+
+/// The least and the most by which the lamp of `effects` multiplies a radiance that the picture sees, rays straying by every
+/// effect that lets them stray; `None` without a lamp. Its light falls with the distance from its foot on the board, so that
+/// of a rectangle of the board the places nearest to it and farthest from it tell.
+pub(super) fn lamp_range(ideal: &System, effects: &Effects) -> Option<[f64; 2]> {
+    let lamp = effects.lamp.filter(|lamp| !lamp.is_nothing())?;
     let system = ideal.with_effects(&effects.only(|row| row.hook != Hook::Transport && row.hook != Hook::Film));
-    let gain = |system: &System| {
-        let at = |px| {
-            let (ray, _) = system.exit_ray(px).ok()?;
-            let (_, t_mm) = system.board().intersect(&ray).ok()?;
-            let landing = Some(BoardPoint { point_mm: ray.at(t_mm), normal: system.board().normal() });
-            Some(lamp.throughput(&LightPath { image_cos: 1.0, crossings: &[], landing }))
+    let board = system.board();
+    let foot = board.local(lamp.position_mm).truncate();
+    let at = |board_mm: DVec2| {
+        let landing = Some(BoardPoint { point_mm: board.world(board_mm), normal: board.normal() });
+        lamp.throughput(&LightPath { image_cos: 1.0, crossings: &[], landing })
+    };
+    let range = |system: &System| {
+        let seen = |px: &DVec2| {
+            let (ray, _) = system.exit_ray(*px).ok()?;
+            board.intersect(&ray).ok().map(|(board_mm, _)| board_mm)
         };
-        let gains: Vec<f64> = grid(system, SMALL_GRID).par_iter().map(|px| at(*px).unwrap_or(1.0)).collect();
-        let (largest, step) = extremes(&gains, SMALL_GRID);
-        largest + step
+        let places: Vec<DVec2> = grid(system, SMALL_GRID).par_iter().filter_map(seen).collect();
+        let low = places.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+        let high = places.iter().copied().fold(DVec2::NEG_INFINITY, DVec2::max);
+        if places.is_empty() {
+            return [1.0; 2];
+        }
+        // A step of the grid wider, for what is seen between its places.
+        let step = (high - low) / (SMALL_GRID[1] - 1) as f64;
+        let (low, high) = (low - step, high + step);
+        let farthest = DVec2::select((foot - low).abs().cmpge((foot - high).abs()), low, high);
+        [at(farthest), at(foot.clamp(low, high))]
     };
     let variants = system.effects().variants(0).some(VARIANTS);
-    variants.iter().map(|variant| gain(&system.variant(variant))).fold(1.0, f64::max)
+    // What never meets the board's plane is lit as the reference place is.
+    let all = variants.iter().map(|variant| range(&system.variant(variant)));
+    Some(all.fold([1.0; 2], |[least, most], [low, high]| [f64::min(least, low), f64::max(most, high)]))
 }
 
 /// The most by which it multiplies a radiance anywhere on the plane of the board, where ghosts may be of any place: at the

@@ -24,7 +24,7 @@ const TOO_SMALL_MM: f64 = 1.0;
 /// A surface whose width is above this, in mm, is no prism's either.
 const TOO_LARGE_MM: f64 = 1000.0;
 /// Smooth normals that lean more than this from their triangle stand for a facet, or for too coarse a mesh.
-const LARGEST_LEAN_DEG: f64 = 1.0;
+const LARGEST_LEAN_DEG: f64 = 0.8;
 /// Places along each axis at which heights are compared.
 const PLACES: usize = 12;
 

@@ -95,10 +95,27 @@ fn faces_of_many_corners_are_cut_into_triangles() {
     let parse = |text: &str| parse_mesh("a.obj", MeshFormat::Obj, text.as_bytes(), text.len() as u64);
     let mesh = parse(&format!("{corners}f 1 2 3 4 5\n")).unwrap();
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 3, 4]]);
+    // From the dent, whichever corner is named first; and from a corner whose neighbours are not in a line with it.
     let dented = corners.replace("18 0", "3 0");
-    let bent = corners.replace("18 0 47", "18 0 48");
-    for text in [dented, bent] {
-        let refused = parse(&format!("{text}f 1 2 3 4 5\n")).unwrap_err().to_string();
-        assert!(refused.contains("has 5 corners, and is not plane and convex"), "{refused}");
+    for face in ["1 2 3 4 5", "3 4 5 1 2", "5 1 2 3 4"] {
+        let mut found = parse(&format!("{dented}f {face}\n")).unwrap().triangles;
+        assert!(found.iter().all(|triangle| triangle[0] == 2), "{found:?}");
+        found.sort_unstable();
+        assert_eq!(found, [[2, 0, 1], [2, 3, 4], [2, 4, 0]]);
+    }
+    let quad = "v 0 -12 47\nv 16 -12 47\nv 3 0 47\nv 0 12 47\n";
+    for face in ["1 2 3 4", "2 3 4 1"] {
+        let found = parse(&format!("{quad}f {face}\n")).unwrap().triangles;
+        assert!(found.iter().all(|t| t.contains(&0) && t.contains(&2)), "{found:?}");
+    }
+    let level = "v 0 -12 47\nv 8 -12 47\nv 16 -12 47\nv 16 12 47\nv 0 12 47\n";
+    assert!(parse(&format!("{level}f 1 2 3 4 5\n")).unwrap().triangles.iter().all(|t| *t != [0, 1, 2]));
+    let bent = corners.replace("18 0 47", "18 0 47.05");
+    let crossed = "v 0 -12 47\nv 16 12 47\nv 16 -12 47\nv 0 12 47\n";
+    for (text, face, words) in
+        [(&bent[..], "1 2 3 4 5", "is not plane"), (crossed, "1 2 3 4", "none that sees all others")]
+    {
+        let refused = parse(&format!("{text}f {face}\n")).unwrap_err().to_string();
+        assert!(refused.contains(words), "{refused}");
     }
 }
