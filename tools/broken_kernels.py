@@ -443,7 +443,4 @@ ROWS = [
     Row("src/render/truncation_error.rs",
         "/ 12.0);", "/ 60.0);",
         ("lib::render::truncation_error::tests::what_expansions_leave_out_is_bounded_closely",)),
-    Row("src/render/border.rs",
-        "ARC_SHARE * stray_px <= plan.system.accuracy().bend_px", "stray_px <= 1.0",
-        ("suite::level_law::a_curved_ridge_in_coarse_pixels_is_followed",)),
 ]

@@ -103,13 +103,7 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
             row[i as usize] = beside_border(plan, px, &centres, at + i as usize, cornered, work) as f32;
         }
 
-        // Store the ground truth.
-        if let Some(truth) = &mut band.truth {
-            for i in 0..rect.columns.len() {
-                truth.class[start + i] = centres.class[at + i];
-                truth.board_mm[start + i] = [centres.x_mm[at + i] as f32, centres.y_mm[at + i] as f32];
-            }
-        }
+        centres.store_truth(at, band, start, rect.columns.len());
     }
 }
 
@@ -242,6 +236,15 @@ impl Kernel for EdgePixels<'_> {
 }
 
 impl Centres {
+    /// Stores what `count` centres from `at` on see as the ground truth of the pixels of `band` from `start` on.
+    fn store_truth(&self, at: usize, band: &mut Band, start: usize, count: usize) {
+        let Some(truth) = &mut band.truth else { return };
+        for i in 0..count {
+            truth.class[start + i] = self.class[at + i];
+            truth.board_mm[start + i] = [self.x_mm[at + i] as f32, self.y_mm[at + i] as f32];
+        }
+    }
+
     /// Whether the eight neighbours of the centre of index `at` are of its class.
     fn is_amid_its_class(&self, at: usize) -> bool {
         let rows = [at - self.stride, at, at + self.stride];

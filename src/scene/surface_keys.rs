@@ -98,7 +98,9 @@ pub(super) struct MeshPrismFile {
     /// File of the whole closed body, in place of `front` and `back`: its lower sheet is the front, its upper one the back.
     #[serde(rename = "body")]
     pub(super) solid: Option<MeshFile>,
-    /// Which normals refract: smooth ones between the corners, or each triangle's own.
+    /// Which normals refract: smooth ones between the corners, parted where facets make a crease of more than 1 deg (of more
+    /// than 5 deg where nothing smooth lies beside it), or each triangle's own. Where an edge between triangles with smooth
+    /// normals passes through a pixel, no level keeps its promise.
     #[serde(default)]
     pub(super) normals: NormalsFile,
 }

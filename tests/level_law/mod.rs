@@ -146,23 +146,3 @@ fn lines_on_the_sides_of_pixels_are_where_they_are() {
     }
     assert_kept(&found);
 }
-
-/// The ridge of curved facets that stand aside is seen as a curve, which bends by a part of a coarse pixel.
-#[test]
-fn a_curved_ridge_in_coarse_pixels_is_followed() {
-    let domain = "centre_mm = [0, 0], scale_mm = [6, 6], domain_mm = [[-9, 30], [-15, 15]]";
-    let mut found = Vec::new();
-    for (x, roll) in [(-5.0, 4.0), (4.0, 2.0)] {
-        for (width, height) in [(12, 7), (24, 14)] {
-            let prism = format!(
-                "kind = \"polynomial\"\nindex = 1.48\nposition_mm = [{x:?}, 0.0, 0.0]\ntilt_deg = [0.0, 0.0, {roll:?}]\n\
-                 front = {{ {domain}, terms = [[0, 0, 78], [1, 0, 0.9], [0, 2, 0.5]] }}\n\
-                 back = {{ {domain}, terms = [[0, 0, 87]] }}"
-            );
-            let board = "columns = 41\nrows = 41\nsquare_mm = 20.0\nposition_mm = [0.0, 0.0, 1000.0]";
-            let name = format!("{width} x {height}, {x} mm, {roll} deg");
-            found.extend(verdicts(&name, &built(&scene(width, height, &prism, board))));
-        }
-    }
-    assert_kept(&found);
-}
