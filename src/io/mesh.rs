@@ -247,7 +247,7 @@ fn few(triangles: &[[u32; 3]]) -> Result<(), String> {
 /// Most corners of a face.
 const MOST_CORNERS: usize = 64;
 
-/// Appends a face, of more than four corners as triangles from its first one; what is wrong with it, otherwise.
+/// Appends a face, as triangles from a corner that sees all others; what is wrong with it, otherwise.
 fn push(triangles: &mut Vec<[u32; 3]>, corners: &[f64], points: &[DVec3]) -> Result<(), String> {
     let known = |k: &f64| *k >= 0.0 && *k < points.len() as f64 && *k == k.trunc();
     if let Some(unknown) = corners.iter().find(|k| !known(k)) {

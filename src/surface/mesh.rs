@@ -61,6 +61,7 @@ pub struct Mesh {
     hierarchy: Bvh2,
     /// The facet of each triangle; nothing where the surface is one.
     facets: Vec<u32>,
+    facet_count: usize,
     /// Smallest z less some slack: rays are followed from there on.
     first_z: f64,
 }
@@ -115,21 +116,20 @@ impl Mesh {
         let hierarchy = hierarchy(&boxes);
         let first_z = points.iter().fold(f64::INFINITY, |z, p| z.min(p.z)) - 1.0;
         let facets = facets(&own.points_mm, &own.triangles, normals);
-        Self { own, normals, hierarchy, facets, first_z }
+        let mut names = facets.clone();
+        names.sort_unstable();
+        names.dedup();
+        Self { own, normals, hierarchy, facets, facet_count: names.len().max(1), first_z }
     }
 
-    /// The number of the facet that a hit is on, and how many there are: parts of the surface over which the normal that
-    /// refracts changes steadily.
+    /// The number of the facet that a hit is on: a part of the surface over which the normal that refracts changes steadily.
     pub fn facet(&self, hit: &Hit) -> u32 {
         self.facets.get(hit.part as usize).copied().unwrap_or(0)
     }
 
     /// Count of facets.
     pub fn facets(&self) -> usize {
-        let mut names = self.facets.clone();
-        names.sort_unstable();
-        names.dedup();
-        names.len().max(1)
+        self.facet_count
     }
 
     /// Count of triangles.

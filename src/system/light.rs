@@ -104,12 +104,13 @@ pub fn require_light(scene: &Scene, system: &System) -> Result<(), Error> {
         let passes = |px: DVec2| system.exit_ray(px).is_ok() || system.exit_ray(px - half).is_ok();
         grid(system, count).par_bridge().any(passes)
     };
-    let variants = || some_variants(system, VARIANTS);
-    if system.prism.is_none()
-        || passes(system)
-        || variants().iter().any(passes)
+    if system.prism.is_none() || passes(system) {
+        return Ok(());
+    }
+    let variants = some_variants(system, VARIANTS);
+    if variants.iter().any(passes)
         || passes_finely(system, FINE_RAYS)
-        || variants().iter().any(|variant| passes_finely(variant, FINE_RAYS_OF_VARIANT))
+        || variants.iter().any(|variant| passes_finely(variant, FINE_RAYS_OF_VARIANT))
     {
         return Ok(());
     }
