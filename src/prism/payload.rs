@@ -117,24 +117,20 @@ impl Payload for Path {
     }
 }
 
-/// The facets of front and back, in the order of a ray's way through them; 0 of surfaces without creases.
+/// The facets of front and back, in the order of a ray's way through them, and the pieces of these; 0 of surfaces that are one.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Facets {
-    crossed: [u32; 2],
+pub struct PartsPassed {
+    /// Of the first and the second surface, between which the way may jump.
+    pub facets: [u32; 2],
+    /// The same between which it may have a kink.
+    pub pieces: [u32; 2],
     count: usize,
 }
 
-impl Facets {
-    /// The facets of the first and the second surface.
-    pub fn crossed(&self) -> [u32; 2] {
-        self.crossed
-    }
-}
-
-impl Payload for Facets {
+impl Payload for PartsPassed {
     fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>) {
-        if let Some(facet) = self.crossed.get_mut(self.count) {
-            *facet = event.surface.facet(event.hit);
+        if self.count < 2 {
+            [self.facets[self.count], self.pieces[self.count]] = event.surface.parts(event.hit);
         }
         self.count += 1;
     }

@@ -170,3 +170,49 @@ fn taylor2_within(plan: &Plan, px: DVec2, work: &mut Work) -> Option<Taylor2> {
     };
     Some(taylor.by_steps_of(plan.active))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accuracy::Accuracy;
+    use crate::render::tests::{built, scene};
+
+    /// Two facets that are bent in y, off the camera's axis: their ridge is seen as a curve. Every pixel that it passes
+    /// through, against the same by division, which compares the border itself with its chord.
+    #[test]
+    fn a_curved_ridge_is_followed() {
+        let prism = "kind = \"polynomial\"\nindex = 1.48\nposition_mm = [3.0, 0.0, 0.0]\n\
+                     front = { centre_mm = [0, 0], scale_mm = [1, 1], domain_mm = [[-1, 14], [-9, 9]],\
+                     terms = [[0, 0, 79], [1, 0, 0.155779], [0, 2, 0.04]] }\n\
+                     back = { centre_mm = [0, 0], scale_mm = [1, 1], domain_mm = [[-1, 14], [-9, 9]],\
+                     terms = [[0, 0, 87]] }";
+        let board = "columns = 41\nrows = 41\nsquare_mm = 10.0\nposition_mm = [0.0, 0.0, 1000.0]";
+        let system = built(&scene(66, 37, prism, board), Accuracy::exact());
+        let plan = Plan::new(&system);
+        let allowed = std::f64::consts::SQRT_2 * system.accuracy().bend_px;
+        let (mut cut, mut curved) = (0, 0);
+        let corners = square(0.5 * plan.active);
+        for (i, j) in (0..66).flat_map(|i| (0..37).map(move |j| (i, j))) {
+            // Find the pixels that the ridge cuts in two.
+            let px = DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5);
+            let mut work = Work::default();
+            let passages = corners.map(|c| Passage::at(&plan, px + c, &mut work));
+            let [first, second] = changes(&passages)[..] else { continue };
+            cut += 1;
+
+            // Compare their light.
+            let own = trace_scalar(&system, px).1;
+            let light = border_pixel(&plan, px, own, Nearby::Ridge, &mut work);
+            let followed = along_borders(&plan, px, plan.active, &mut work);
+            assert!(work.counts.unpromised_pixels == 0, "{px}");
+            assert!((light - followed).abs() <= allowed, "{px}: {light} {followed}");
+
+            // Count those in which the ridge strays from its chord.
+            let [from, to] = pieces(&plan, px, &corners, &passages, [first, second], &mut work)[0].border();
+            let across = (to - from).perp().normalize() * (10.0 * system.accuracy().bend_px);
+            let [one, other] = [1.0, -1.0].map(|way| trace_scalar(&system, px + from.lerp(to, 0.5) + way * across).1);
+            curved += usize::from(one == other);
+        }
+        assert!(cut >= 37 && curved >= 20, "{cut} {curved}");
+    }
+}

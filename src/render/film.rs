@@ -144,11 +144,14 @@ impl std::fmt::Display for AccuracyReport {
         match self.unpromised_pixels {
             0 => Ok(()),
             1 => {
-                write!(f, "; without 1 pixel divided along its borders as often as is allowed, which holds no promise")
+                write!(
+                    f,
+                    "; without 1 pixel whose borders or kinks are not followed to the end, which holds no promise"
+                )
             }
             n => write!(
                 f,
-                "; without {n} pixels divided along their borders as often as is allowed, which hold no promise"
+                "; without {n} pixels whose borders or kinks are not followed to the end, which hold no promise"
             ),
         }
     }
@@ -235,7 +238,8 @@ pub struct Counts {
     pub capped_pixels: u64,
     /// Pixels cut by the ridge or by the border of a fate.
     pub cut_pixels: u64,
-    /// Pixels that hold no promise: those whose division along borders ended at the most parts allowed. It is told with the accuracy of the picture, not
+    /// Pixels that hold no promise: those whose division along borders ended at the most
+    /// parts allowed, and those in which more creases or kinks of triangles matter than are followed. It is told with the accuracy of the picture, not
     /// here.
     #[serde(skip)]
     pub unpromised_pixels: u64,

@@ -20,6 +20,7 @@ mod plan;
 mod passage;
 mod pixel;
 mod steep;
+mod kinks;
 mod border;
 mod cut;
 mod divided;

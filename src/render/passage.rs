@@ -2,7 +2,7 @@
 
 use super::centre_rays::trace_scalar;
 use super::film::Class;
-use super::plan::{Creases, Plan};
+use super::plan::{PartBorders, Plan};
 use super::work::Work;
 use glam::DVec2;
 
@@ -11,21 +11,33 @@ use glam::DVec2;
 pub(super) struct Passage {
     /// Its class, with all that are dark as one.
     pub(super) class: Class,
-    /// Of a prism with creases, the facets of front and back that it passes, where it is not dark.
+    /// Where creases are followed, the facets of front and back that it passes, unless it is dark.
     facets: [u32; 2],
+    /// Where kinks are followed, the pieces of these.
+    pieces: [u32; 2],
 }
 
 impl Passage {
     /// The passage of the ray of `px`, whose class is known.
     pub(super) fn of(plan: &Plan, px: DVec2, class: Class) -> Self {
         let class = class.by_light();
-        let followed = plan.creases == Creases::Few && class.side().is_some();
-        Self { class, facets: if followed { plan.system().facets(px) } else { [0; 2] } }
+        let [creases, kinks] = [plan.creases, plan.kinks].map(|borders| borders == PartBorders::Few);
+        if class.side().is_none() || !(creases || kinks) {
+            return Self { class, facets: [0; 2], pieces: [0; 2] };
+        }
+        let parts = plan.system().parts(px);
+        let of = |followed: bool, names: [u32; 2]| if followed { names } else { [0; 2] };
+        Self { class, facets: of(creases, parts.facets), pieces: of(kinks, parts.pieces) }
     }
 
     /// The passage of the ray of `px`.
     pub(super) fn at(plan: &Plan, px: DVec2, work: &mut Work) -> Self {
         work.counts.rays += 1;
         Self::of(plan, px, trace_scalar(plan.system(), px).1)
+    }
+
+    /// Whether nothing jumps from one to the other, though it may have a kink.
+    pub(super) fn joins(&self, other: &Self) -> bool {
+        (self.class, self.facets) == (other.class, other.facets)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::passage::Passage;
 use super::pixel::{adaptive, ended_ray_radiance, part};
-use super::plan::{Creases, Plan};
+use super::plan::{PartBorders, Plan};
 use super::steepness::LARGEST_CHANGE;
 use super::work::Work;
 use crate::system::Side;
@@ -129,7 +129,7 @@ fn seen(plan: &Plan, px: DVec2, outline: &[DVec2], side: Side, work: &mut Work) 
         plan.system.board().intersect(&ray).ok().map(|(board_mm, _)| board_mm)
     };
     // A corner on a crease may see by the facet beyond it.
-    let inset_px = if plan.creases == Creases::Few { plan.system.accuracy().bend_px } else { 0.0 };
+    let inset_px = if plan.creases == PartBorders::Few { plan.system.accuracy().bend_px } else { 0.0 };
     let middle = middle(outline);
     let within = |at: DVec2| at + (middle - at).clamp_length_max(inset_px);
     let corners_mm = outline.iter().map(|at| see(within(*at))).collect::<Option<Vec<_>>>()?;

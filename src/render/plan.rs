@@ -28,23 +28,25 @@ const FEW_PIXELS: usize = 150;
 
 /// Facets of a surface up to which the creases between them are followed: beyond them they fill the picture.
 const MOST_FACETS: usize = 256;
+/// Pieces up to which kinks are followed, in the pixels in which they matter.
+const MOST_PIECES: usize = 1 << 16;
 
-/// Creases of surfaces of triangles.
+/// Lines between the parts of surfaces of triangles: creases between facets, kinks between pieces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Creases {
+pub(super) enum PartBorders {
     /// There are none.
     None,
     /// Pixels are cut along them.
     Few,
-    /// There are so many that pixels with creases hold no promise.
+    /// There are so many that pixels in which they matter hold no promise.
     Many,
 }
 
-impl Creases {
-    fn of(system: &System) -> Self {
-        match system.most_facets() {
+impl PartBorders {
+    fn of(parts: usize, most: usize) -> Self {
+        match parts {
             0 | 1 => Self::None,
-            2..=MOST_FACETS => Self::Few,
+            few if few <= most => Self::Few,
             _ => Self::Many,
         }
     }
@@ -80,7 +82,9 @@ pub struct Plan<'a> {
     /// Whether the picture has so few pixels that all of the glass may lie within one.
     pub(super) few_pixels: bool,
     /// The creases of the prism.
-    pub(super) creases: Creases,
+    pub(super) creases: PartBorders,
+    /// Its kinks.
+    pub(super) kinks: PartBorders,
 }
 
 impl<'a> Plan<'a> {
@@ -117,6 +121,7 @@ impl<'a> Plan<'a> {
             Sampling::SingleRays | Sampling::Packets => Tiling { traced: vec![all], ..Tiling::default() },
             Sampling::Map => certify(system, first, grain),
         };
+        let [facets, pieces] = system.most_parts();
         let by_differences = sampling != Sampling::SingleRays && !tiling.traced.is_empty();
         let truncation_px =
             if by_differences { truncation_error::of_differences_px(system, &mut tiling.rays) } else { 0.0 };
@@ -133,7 +138,8 @@ impl<'a> Plan<'a> {
             steep: false,
             active: system.effects().active_side(),
             few_pixels: width * height <= FEW_PIXELS,
-            creases: Creases::of(system),
+            creases: PartBorders::of(facets, MOST_FACETS),
+            kinks: PartBorders::of(pieces, MOST_PIECES),
             straight_ridge: system.prism().is_none_or(|prism| {
                 [Side::Left, Side::Right]
                     .iter()

@@ -12,7 +12,7 @@ use super::band::Band;
 use super::centre_rays::trace_scalar;
 use super::film::Class;
 use super::passage::Passage;
-use super::plan::Plan;
+use super::plan::{PartBorders, Plan};
 use super::work::Work;
 use crate::scene::BoardSpec;
 use crate::system::System;
@@ -86,7 +86,7 @@ pub(super) fn render(plan: &Plan, band: &mut Band) -> Work {
         let (i, j) = (at % band.width, at / band.width);
         let centre = centres[(j + 1) * stride + i + 1];
         let beside = (plan.few_pixels && some_dark)
-            || (0..9).any(|k| centres[(j + k / 3) * stride + i + k % 3].passage != centre.passage);
+            || (0..9).any(|k| !centres[(j + k / 3) * stride + i + k % 3].passage.joins(&centre.passage));
         reference.largest_constant_px = if beside { BESIDE_SHARE * plan.active } else { f64::INFINITY };
         band.radiance[at] = reference.pixel(&centre, &mut work) as f32;
         if let Some(truth) = &mut band.truth {
@@ -113,7 +113,7 @@ impl ReferenceRenderer<'_> {
     fn pixel(&mut self, centre: &TracedPoint, work: &mut Work) -> f64 {
         let start = centre.px - 0.5 * self.plan.active;
         let corners = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y].map(|c| self.place(start + c * self.plan.active));
-        if corners.iter().any(|c| c.passage != centre.passage) {
+        if corners.iter().any(|c| !c.passage.joins(&centre.passage)) {
             self.largest_constant_px = BESIDE_SHARE * self.plan.active;
         }
         if self.plan.active <= self.largest_constant_px
@@ -122,7 +122,7 @@ impl ReferenceRenderer<'_> {
             return value;
         }
         work.counts.edge_pixels += 1;
-        work.counts.cut_pixels += u64::from(corners.iter().any(|c| c.passage != centre.passage));
+        work.counts.cut_pixels += u64::from(corners.iter().any(|c| !c.passage.joins(&centre.passage)));
         self.capped = false;
         let sum = self.divided(corners, self.plan.active);
         work.counts.capped_pixels += u64::from(self.capped);
@@ -150,7 +150,8 @@ impl ReferenceRenderer<'_> {
         let one_passage = [a, b, c, d, top, right, bottom, left].iter().all(|p| p.passage == centre.passage);
 
         // Find whether the map may be taken as linear in its quarters.
-        let linear = if side > self.largest_constant_px {
+        let kinks_between = self.plan.kinks != PartBorders::None && side > BESIDE_SHARE * self.plan.active;
+        let linear = if side > self.largest_constant_px || kinks_between {
             false
         } else if one_passage {
             // Measure how far the middles are seen from the means of the corners, in px by way of d seen / d px.
@@ -193,13 +194,13 @@ impl ReferenceRenderer<'_> {
     /// border that reaches into it is wider there.
     fn is_amid_its_passage(&mut self, corner: &TracedPoint, side: f64) -> bool {
         let middle = |k: i32| corner.px + side * DVec2::new(f64::from(k % 3) - 0.5, f64::from(k / 3) - 0.5);
-        (0..9).all(|k| self.place(middle(k)).passage == corner.passage)
+        (0..9).all(|k| self.place(middle(k)).passage.joins(&corner.passage))
     }
 
     /// The light of a pixel or a part that is the same all over: its corners and its centre see one colour, and so does a
     /// rectangle around what they see that is half as large again.
     fn constant(&self, corners: &[TracedPoint; 4], centre: &TracedPoint) -> Option<f64> {
-        if corners.iter().any(|c| c.passage != centre.passage) {
+        if corners.iter().any(|c| !c.passage.joins(&centre.passage)) {
             return None;
         }
         if centre.passage.class.side().is_none() {
@@ -207,7 +208,9 @@ impl ReferenceRenderer<'_> {
         }
         let low = corners.iter().fold(centre.seen, |low, c| low.min(c.seen));
         let high = corners.iter().fold(centre.seen, |high, c| high.max(c.seen));
-        let margin = 0.25 * (high - low);
+        // Beyond a kink it may be seen farther out.
+        let kinked = corners.iter().any(|c| c.passage != centre.passage);
+        let margin = if kinked { 3.0 } else { 0.25 } * (high - low);
         let whole = (0..2).all(|axis| self.lines(axis, low - margin, high + margin).is_empty());
         whole.then(|| self.light(centre))
     }

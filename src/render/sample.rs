@@ -103,6 +103,7 @@ fn traced<'a>(plan: &Plan, window: &'a System) -> Plan<'a> {
         straight_ridge: plan.straight_ridge,
         few_pixels: plan.few_pixels,
         creases: plan.creases,
+        kinks: plan.kinks,
     }
 }
 

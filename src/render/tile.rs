@@ -4,9 +4,10 @@ use super::band::Band;
 use super::border::{Nearby, border_pixel};
 use super::centre_rays::Run;
 use super::film::Class;
+use super::kinks;
 use super::pixel::{ended_ray_radiance, mean_or_subdivide};
 use super::pixel_mean::{PackedTaylor2, Taylor2, pixel_means};
-use super::plan::{Creases, Plan};
+use super::plan::{PartBorders, Plan};
 use super::region::Region;
 use super::steep;
 use super::work::Work;
@@ -52,10 +53,9 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
     let one_side = first.side().is_some() && centres.class.iter().all(|c| *c == first);
 
     // Where few centres are lit, trace the corners too; where there are few at all, light may pass between both.
-    let few_lit =
-        || centres.class.iter().filter(|class| class.side().is_some()).count() < FEW_LIT.min(centres.class.len());
+    let few_lit = || centres.lit() < FEW_LIT.min(centres.class.len());
     let corners =
-        ((!one_side && few_lit()) || plan.creases == Creases::Few).then(|| trace(plan, rect, DVec2::splat(-0.5)));
+        ((!one_side && few_lit()) || plan.creases == PartBorders::Few).then(|| trace(plan, rect, DVec2::splat(-0.5)));
     work.counts.rays += corners.as_ref().map_or(0, |corners| corners.class.len() as u64);
 
     // Fill row by row.
@@ -69,33 +69,35 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         border.clear();
 
         // List the pixels beside a border, and count those on more creases than are followed.
-        let is_creased = |k: usize| {
-            centres.is_beside_a_crease(k) || corners.as_ref().is_some_and(|corners| corners.facets_differ(k))
-        };
-        let creased = (at..at + row.len()).filter(|&k| is_creased(k)).count();
-        let followed = creased > 0 && plan.creases == Creases::Few;
-        if !one_side || followed {
-            let beside = |k: usize| !centres.is_amid_its_side(k) || (followed && is_creased(k));
+        let creased = |k: usize| centres.is_beside_a_crease(k) || corners.as_ref().is_some_and(|c| c.facets_differ(k));
+        let followed = |k: usize| plan.creases == PartBorders::Few && creased(k);
+        if !one_side || plan.creases == PartBorders::Few {
+            let beside = |k: usize| !centres.is_amid_its_side(k) || followed(k);
             border.extend((0..row.len() as u32).filter(|&i| beside(at + i as usize)));
         }
-        if plan.creases == Creases::Many {
-            work.counts.unpromised_pixels += creased as u64;
+        if plan.creases == PartBorders::Many {
+            work.counts.unpromised_pixels += (at..at + row.len()).filter(|&k| creased(k)).count() as u64;
         }
 
         // Fill the pixels within one square, then integrate those on lines of the pattern.
         widest(ConstantPixels { plan, centres: &centres, at, row, edge_pixels: &mut edge_pixels });
         edge_pixels.retain(|i| border.binary_search(i).is_err());
+        let kinked = kinked_pixels(plan, &centres, at, start_px, &mut edge_pixels, work);
         widest(EdgePixels { plan, centres: &centres, at, start: start_px, row, edge_pixels: &edge_pixels, work });
 
         // Apply the throughput of transport effects.
         if plan.has_throughput {
             plan.attenuate_row(start_px, row, work);
             if plan.steep {
-                steep::row(plan, start_px, row, |i| border.binary_search(&i).is_err(), work);
+                let plain = |i| border.binary_search(&i).is_err() && kinked.binary_search(&i).is_err();
+                steep::row(plan, start_px, row, plain, work);
             }
         }
 
-        // Integrate the pixels beside a border one by one.
+        // Integrate the pixels with a kink and those beside a border one by one.
+        for &i in &kinked {
+            row[i as usize] = kinks::pixel(plan, start_px + DVec2::new(f64::from(i), 0.0), work) as f32;
+        }
         for &i in &border {
             let cornered =
                 corners.as_ref().is_some_and(|c| c.differ_from(centres.class[at + i as usize], at + i as usize));
@@ -107,11 +109,29 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
     }
 }
 
+/// Takes those out of the listed pixels of a row, whose first is at `start_px` and has the index `at`, whose expansion does not
+/// hold for the kinks of the map.
+fn kinked_pixels(
+    plan: &Plan,
+    centres: &Centres,
+    at: usize,
+    start_px: DVec2,
+    edge_pixels: &mut Vec<u32>,
+    work: &mut Work,
+) -> Vec<u32> {
+    if plan.kinks == PartBorders::None {
+        return Vec::new();
+    }
+    let place = |i: &u32| start_px + DVec2::new(f64::from(*i), 0.0);
+    let taylor = |i: &u32| centres.taylor2(at + *i as usize, plan.pattern.squares_per_mm());
+    edge_pixels.extract_if(.., |i| !kinks::holds(plan, place(i), &taylor(i), work)).collect()
+}
+
 /// The radiance of the pixel at `px`, whose centre has the index `at` and has a border beside it; `cornered` where its own
 /// corners tell of one.
 fn beside_border(plan: &Plan, px: DVec2, centres: &Centres, at: usize, cornered: bool, work: &mut Work) -> f64 {
     let own = centres.class[at];
-    let creased = plan.creases == Creases::Few && own.side().is_some();
+    let creased = [plan.creases, plan.kinks].contains(&PartBorders::Few) && own.side().is_some();
     let nearby = match (plan.few_pixels, centres.is_beside_a_fate(at)) {
         (_, false) if creased => Nearby::Border,
         (_, false) => Nearby::Ridge,
@@ -143,9 +163,9 @@ fn trace(plan: &Plan, rect: &Region, off: DVec2) -> Centres {
         let (x_mm, y_mm) = (&mut centres.x_mm[span.clone()], &mut centres.y_mm[span.clone()]);
         plan.centre_tracer.trace(start, Run { x_mm, y_mm, class: &mut centres.class[span] });
     }
-    if plan.creases != Creases::None {
+    if plan.creases != PartBorders::None {
         let place = |k: usize| start(k / stride) + DVec2::new((k % stride) as f64, 0.0);
-        centres.facets = Some((0..stride * rows).map(|k| plan.system().facets(place(k))).collect());
+        centres.facets = Some((0..stride * rows).map(|k| plan.system().parts(place(k)).facets).collect());
     }
     centres
 }
@@ -243,6 +263,11 @@ impl Centres {
             truth.class[start + i] = self.class[at + i];
             truth.board_mm[start + i] = [self.x_mm[at + i] as f32, self.y_mm[at + i] as f32];
         }
+    }
+
+    /// How many see the board.
+    fn lit(&self) -> usize {
+        self.class.iter().filter(|class| class.side().is_some()).count()
     }
 
     /// Whether the eight neighbours of the centre of index `at` are of its class.

@@ -30,8 +30,8 @@ pub(super) fn certify(system: &System, first: usize, grain: usize) -> Tiling {
     let [width, height] = system.camera().size_px();
     let mut tiling = Tiling { smallest_px: SMALLEST_PX * grain, ..Tiling::default() };
     let rows = 0..height;
-    // A facet may lie between the rays that check a patch.
-    if system.most_facets() > 1 {
+    // A facet, or a kink, may lie between the rays that check a patch.
+    if system.most_parts() != [1; 2] {
         tiling.trace(Region { columns: first..width, rows });
         return tiling;
     }

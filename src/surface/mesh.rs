@@ -4,7 +4,7 @@
 //! "Watertight Ray/Triangle Intersection", 2013), so that no ray slips between two triangles that share an edge.
 
 use super::hit::Hit;
-use super::normals::facets;
+use super::parts::{Parts, facets, pieces};
 use crate::geom::{Ray, Rect};
 use crate::optics::fate::Fate;
 use glam::{DVec2, DVec3};
@@ -59,9 +59,10 @@ pub struct Mesh {
     own: Triangles,
     normals: Normals,
     hierarchy: Bvh2,
-    /// The facet of each triangle; nothing where the surface is one.
-    facets: Vec<u32>,
-    facet_count: usize,
+    /// Between which the normal that refracts may jump.
+    facets: Parts,
+    /// Between which it may have a kink: the facets, or parts of them.
+    pieces: Parts,
     /// Smallest z less some slack: rays are followed from there on.
     first_z: f64,
 }
@@ -116,20 +117,22 @@ impl Mesh {
         let hierarchy = hierarchy(&boxes);
         let first_z = points.iter().fold(f64::INFINITY, |z, p| z.min(p.z)) - 1.0;
         let facets = facets(&own.points_mm, &own.triangles, normals);
-        let mut names = facets.clone();
-        names.sort_unstable();
-        names.dedup();
-        Self { own, normals, hierarchy, facets, facet_count: names.len().max(1), first_z }
+        let pieces = match normals {
+            Normals::Flat => facets.clone(),
+            Normals::Smooth => pieces(&own.points_mm, &own.triangles, &own.point_normals),
+        };
+        Self { own, normals, hierarchy, facets, pieces, first_z }
     }
 
-    /// The number of the facet that a hit is on: a part of the surface over which the normal that refracts changes steadily.
-    pub fn facet(&self, hit: &Hit) -> u32 {
-        self.facets.get(hit.part as usize).copied().unwrap_or(0)
+    /// The numbers of the facet that a hit is on, over which the normal that refracts does not jump, and of the piece of it, over
+    /// which it has no kink.
+    pub fn parts(&self, hit: &Hit) -> [u32; 2] {
+        [&self.facets, &self.pieces].map(|parts| parts.name(hit.part))
     }
 
-    /// Count of facets.
-    pub fn facets(&self) -> usize {
-        self.facet_count
+    /// Counts of facets and of pieces.
+    pub fn part_counts(&self) -> [usize; 2] {
+        [self.facets.count(), self.pieces.count()]
     }
 
     /// Count of triangles.

@@ -8,6 +8,7 @@ pub mod shape;
 mod polynomial;
 mod height_field;
 pub(crate) mod normals;
+mod parts;
 pub mod mesh;
 pub mod closed_body;
 pub(crate) mod weld;

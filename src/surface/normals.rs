@@ -17,8 +17,6 @@ const STANDS_OUT_OF_ALL: f64 = 10.0;
 const GOES_ON: f64 = 0.87;
 /// Edges along which it goes on at most.
 const LONGEST_WAY: usize = 64;
-/// Triangles whose unit normals differ by less than this lie in one plane.
-const SAME_PLANE: f64 = 1e-12;
 
 /// Which normal refracts a ray that meets a triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,14 +48,14 @@ pub(crate) fn corner_normals(points_mm: &[DVec3], triangles: &[[u32; 3]]) -> Res
 }
 
 /// Sets of numbers, each named by its smallest.
-struct Sets(Vec<u32>);
+pub(super) struct Sets(Vec<u32>);
 
 impl Sets {
-    fn of_one(count: usize) -> Self {
+    pub(super) fn of_one(count: usize) -> Self {
         Self((0..count as u32).collect())
     }
 
-    fn name(&mut self, mut k: u32) -> u32 {
+    pub(super) fn name(&mut self, mut k: u32) -> u32 {
         while self.0[k as usize] != k {
             let above = self.0[self.0[k as usize] as usize];
             self.0[k as usize] = above;
@@ -66,14 +64,14 @@ impl Sets {
         k
     }
 
-    fn unite(&mut self, a: u32, b: u32) {
+    pub(super) fn unite(&mut self, a: u32, b: u32) {
         let (a, b) = (self.name(a), self.name(b));
         self.0[a.max(b) as usize] = a.min(b);
     }
 }
 
 /// Every edge with each of its triangles, in order.
-fn edges(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
+pub(super) fn edges(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
     let mut edges = Vec::with_capacity(3 * triangles.len());
     for (id, [a, b, c]) in triangles.iter().enumerate() {
         edges.extend([(a, b), (b, c), (c, a)].map(|(p, q)| ([*p.min(q), *p.max(q)], id as u32)));
@@ -83,12 +81,12 @@ fn edges(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
 }
 
 /// The triangles at each edge.
-fn by_edge(edges: &[([u32; 2], u32)]) -> impl Iterator<Item = &[([u32; 2], u32)]> {
+pub(super) fn by_edge(edges: &[([u32; 2], u32)]) -> impl Iterator<Item = &[([u32; 2], u32)]> {
     edges.chunk_by(|a, b| a.0 == b.0)
 }
 
 /// Unit normals of the triangles, towards +z; 0 of those without area.
-fn normals(points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+pub(super) fn normals(points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
     let normal = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|k| points[k as usize]);
         let normal = (b - a).cross(c - a).normalize_or_zero();
@@ -109,7 +107,7 @@ pub(crate) fn normals_with_creases(points: &mut Vec<DVec3>, triangles: &mut [[u3
 
 /// Parts a surface, a graph over (x, y), at its creases, so that no corner has a normal of both sides: a corner on a crease
 /// becomes several, of which the first keeps its number and the others follow the last. Whether there is any.
-fn part_at_creases(points: &mut Vec<DVec3>, triangles: &mut [[u32; 3]]) -> bool {
+pub(super) fn part_at_creases(points: &mut Vec<DVec3>, triangles: &mut [[u32; 3]]) -> bool {
     let edges = edges(triangles);
     let Some(creases) = creases(&edges, &normals(points, triangles), points, triangles) else { return false };
 
@@ -233,43 +231,15 @@ fn gone_on(mut found: Vec<InnerEdge>, mut others: Vec<InnerEdge>, points: &[DVec
     found
 }
 
-/// The facet of each triangle, by the number of one of its triangles or corners: of smooth normals what shares corners, of flat
-/// ones what lies in one plane. Nothing where all are one.
-pub(super) fn facets(points: &[DVec3], triangles: &[[u32; 3]], refracting: Normals) -> Vec<u32> {
-    let facets: Vec<u32> = match refracting {
-        Normals::Smooth => {
-            let mut sets = Sets::of_one(points.len());
-            for [a, b, c] in triangles {
-                sets.unite(*a, *b);
-                sets.unite(*a, *c);
-            }
-            triangles.iter().map(|t| sets.name(t[0])).collect()
-        }
-        Normals::Flat => {
-            let (normals, mut sets) = (normals(points, triangles), Sets::of_one(triangles.len()));
-            for group in by_edge(&edges(triangles)) {
-                for pair in group.windows(2) {
-                    let [a, b] = [pair[0].1, pair[1].1];
-                    if (normals[a as usize] - normals[b as usize]).length() < SAME_PLANE {
-                        sets.unite(a, b);
-                    }
-                }
-            }
-            (0..triangles.len() as u32).map(|id| sets.name(id)).collect()
-        }
-    };
-    if facets.iter().all(|facet| *facet == facets[0]) { Vec::new() } else { facets }
-}
-
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use glam::DVec2;
 
-    type Own = (Vec<DVec3>, Vec<[u32; 3]>);
+    pub(in super::super) type Own = (Vec<DVec3>, Vec<[u32; 3]>);
 
     /// A grid of `cells` x `cells` squares over 20 mm x 20 mm, turned by `turn`.
-    fn grid(cells: u32, turn: f64, height: impl Fn(DVec2) -> f64) -> Own {
+    pub(in super::super) fn grid(cells: u32, turn: f64, height: impl Fn(DVec2) -> f64) -> Own {
         let place = |k: u32| {
             20.0 * DVec2::new(f64::from(k % (cells + 1)), f64::from(k / (cells + 1))) / f64::from(cells) - 10.0
         };
@@ -357,22 +327,5 @@ mod tests {
             }
         }
         assert!(judged > 60, "{judged}");
-    }
-
-    #[test]
-    fn facets_are_planes_of_flat_normals_and_connected_parts_of_smooth_ones() {
-        let (mut points, mut triangles) = grid(10, 0.0, |p| 0.1 * p.x.abs());
-        let count = |points: &[DVec3], triangles: &[[u32; 3]], normals| {
-            let mut found = facets(points, triangles, normals);
-            found.sort_unstable();
-            found.dedup();
-            found.len()
-        };
-        assert_eq!([count(&points, &triangles, Normals::Flat), count(&points, &triangles, Normals::Smooth)], [2, 0]);
-        assert!(part_at_creases(&mut points, &mut triangles));
-        assert_eq!([count(&points, &triangles, Normals::Flat), count(&points, &triangles, Normals::Smooth)], [2, 2]);
-        let (points, triangles) = grid(10, 0.0, |p| 0.01 * p.length_squared());
-        // The two triangles of a square lie in one plane there.
-        assert_eq!(count(&points, &triangles, Normals::Flat), 100);
     }
 }

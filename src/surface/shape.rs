@@ -82,21 +82,21 @@ impl Surface {
         }
     }
 
-    /// The facet of a mesh that a hit is on; 0 of a surface without creases.
-    pub fn facet(&self, hit: &Hit) -> u32 {
+    /// The facet of a mesh that a hit is on, and the piece of it (see [`Mesh::parts`]); 0 of a surface that is one.
+    pub fn parts(&self, hit: &Hit) -> [u32; 2] {
         match self {
-            Self::Mesh { mesh, .. } => mesh.facet(hit),
-            Self::Moved { base, .. } => base.facet(hit),
-            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => 0,
+            Self::Mesh { mesh, .. } => mesh.parts(hit),
+            Self::Moved { base, .. } => base.parts(hit),
+            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => [0; 2],
         }
     }
 
-    /// How many facets the surface has.
-    pub fn facets(&self) -> usize {
+    /// How many facets and pieces the surface has.
+    pub fn part_counts(&self) -> [usize; 2] {
         match self {
-            Self::Mesh { mesh, .. } => mesh.facets(),
-            Self::Moved { base, .. } => base.facets(),
-            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => 1,
+            Self::Mesh { mesh, .. } => mesh.part_counts(),
+            Self::Moved { base, .. } => base.part_counts(),
+            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => [1; 2],
         }
     }
 

@@ -1,24 +1,27 @@
-//! Facets: which parts of a prism of triangles a ray passes.
+//! Facets and pieces: which parts of a prism of triangles a ray passes.
 
 use super::instrument::System;
-use crate::prism::payload::Facets;
+use crate::prism::payload::PartsPassed;
 use crate::prism::side::Side;
 use crate::surface::face::Face;
 use glam::DVec2;
 
 impl System {
-    /// The facets of front and back that the ray of `px` passes: where they are others, what `px` sees may jump.
-    pub(crate) fn facets(&self, px: DVec2) -> [u32; 2] {
-        let mut facets = Facets::default();
+    /// The facets and pieces of front and back that the ray of `px` passes: where the facets are others, what `px` sees may jump,
+    /// and where the pieces are, it may have a kink.
+    pub(crate) fn parts(&self, px: DVec2) -> PartsPassed {
+        let mut parts = PartsPassed::default();
         // A ray that ends has passed what it has passed.
-        let _ = self.exit(self.camera.ray(px), &mut facets);
-        facets.crossed()
+        let _ = self.exit(self.camera.ray(px), &mut parts);
+        parts
     }
 
-    /// How many facets the surface with the most of them has: 1 without creases, and without glass.
-    pub(crate) fn most_facets(&self) -> usize {
+    /// How many facets, and how many pieces, the surface with the most of them has: 1 of one without creases or kinks, and
+    /// without glass.
+    pub(crate) fn most_parts(&self) -> [usize; 2] {
         let sides = [Side::Left, Side::Right].into_iter();
         let surfaces = sides.flat_map(|side| Face::ALL.map(|face| (side, face)));
-        surfaces.filter_map(|(side, face)| Some(self.prism.as_ref()?.surface(side, face).facets())).fold(1, usize::max)
+        let counts = surfaces.filter_map(|(side, face)| Some(self.prism.as_ref()?.surface(side, face).part_counts()));
+        counts.fold([1; 2], |[a, b], [c, d]| [a.max(c), b.max(d)])
     }
 }
