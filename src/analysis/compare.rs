@@ -1,4 +1,5 @@
-//! The main job: a scene's prism designed, rendered, detected and judged, the flat one against the freeform one.
+//! The main job: prisms designed, rendered, detected and judged: the flat one of a scene against its freeform one, or those of
+//! several scenes.
 
 use super::budget::{self, Budget};
 use super::judge::{Judgement, judge, other_depths};
@@ -7,12 +8,13 @@ use crate::progress::Observer;
 use crate::render::Film;
 use crate::scene::{DesignSettings, PrismSpec, Scene};
 use crate::system::{self, System};
+use std::collections::BTreeSet;
 
 /// One prism of a comparison, judged.
 #[derive(Debug, Clone)]
 pub struct JudgedDesign {
-    /// `flat`, `freeform`, or the kind of the scene's own prism.
-    pub name: &'static str,
+    /// `flat`, `freeform`, or the kind of the scene's own prism; of several scenes, the scene's name.
+    pub name: String,
     /// The scene with this prism.
     pub scene: Scene,
     /// Its instrument.
@@ -46,8 +48,53 @@ impl Comparison {
 /// # Errors
 /// As [`prisms`], and when a prism cannot be designed.
 pub fn compare(scene: &Scene, observer: &dyn Observer) -> Result<Comparison, Error> {
-    let judged = |(name, scene)| judge_design(name, scene, JudgeOptions { budget: false }, observer);
-    Ok(Comparison { designs: prisms(scene)?.into_iter().map(judged).collect::<Result<_, _>>()? })
+    judge_all(prisms(scene)?, observer)
+}
+
+/// Judges the prisms of several scenes, each as its scene gives it, under the names of [`named_apart`].
+///
+/// `observer` hears what is done next, and how many more pixels were rendered.
+///
+/// # Errors
+/// When there are more than [`MOST_SCENES`], a scene has no prism, or a prism cannot be designed.
+pub fn compare_scenes(scenes: &[Scene], observer: &dyn Observer) -> Result<Comparison, Error> {
+    let names: Vec<&str> = scenes.iter().map(|scene| scene.name.as_str()).collect();
+    judge_all(named_apart(&names, scenes.to_vec())?, observer)
+}
+
+fn judge_all(prisms: Vec<(String, Scene)>, observer: &dyn Observer) -> Result<Comparison, Error> {
+    let judged = |(name, scene): (String, Scene)| judge_design(&name, scene, JudgeOptions { budget: false }, observer);
+    Ok(Comparison { designs: prisms.into_iter().map(judged).collect::<Result<_, _>>()? })
+}
+
+/// Scenes of one comparison, at most.
+pub const MOST_SCENES: usize = 8;
+/// Names of files of a comparison that no prism may have.
+const TAKEN: [&str; 4] = ["comparison", "budget", "report", "cameras"];
+
+/// Several scenes with the names of their prisms: those of the scenes, where no two are alike, else `fallbacks`, and what is
+/// still alike, or the name of another file of the comparison, with its number behind it.
+///
+/// # Errors
+/// When there are more than [`MOST_SCENES`], or a scene has no prism.
+pub fn named_apart(fallbacks: &[&str], scenes: Vec<Scene>) -> Result<Vec<(String, Scene)>, Error> {
+    if scenes.len() > MOST_SCENES {
+        return Err(Error::new(
+            "the comparison",
+            format!("there are {} scenes, and at most {MOST_SCENES} are compared at once", scenes.len()),
+            "compare fewer at a time",
+        ));
+    }
+    for scene in &scenes {
+        prisms(scene)?;
+    }
+    let own: Vec<&str> = scenes.iter().map(|scene| scene.name.as_str()).collect();
+    let apart = |names: &[&str]| names.iter().collect::<BTreeSet<_>>().len() == names.len();
+    let names = if apart(&own) { own } else { fallbacks.to_vec() };
+    let alike = |name: &str| names.iter().filter(|other| **other == name).count() > 1 || TAKEN.contains(&name);
+    let named = |(k, name): (usize, &&str)| if alike(name) { format!("{name}-{}", k + 1) } else { (*name).to_owned() };
+    let names: Vec<String> = names.iter().enumerate().map(named).collect();
+    Ok(names.into_iter().zip(scenes).collect())
 }
 
 /// The scene with its flat prism and with its freeform prism, by name. A prism given by its surfaces has no flat twin and
@@ -55,9 +102,9 @@ pub fn compare(scene: &Scene, observer: &dyn Observer) -> Result<Comparison, Err
 ///
 /// # Errors
 /// When the scene has no prism.
-pub fn prisms(scene: &Scene) -> Result<Vec<(&'static str, Scene)>, Error> {
+pub fn prisms(scene: &Scene) -> Result<Vec<(String, Scene)>, Error> {
     let with = |prism: PrismSpec| Scene { prism, ..scene.clone() };
-    Ok(match &scene.prism {
+    let named: Vec<(&str, Scene)> = match &scene.prism {
         PrismSpec::Flat(flat) => {
             vec![("flat", scene.clone()), ("freeform", with(PrismSpec::Freeform(*flat, DesignSettings::default())))]
         }
@@ -72,7 +119,8 @@ pub fn prisms(scene: &Scene) -> Result<Vec<(&'static str, Scene)>, Error> {
                 "give the scene a prism, or use `biprism render`",
             ));
         }
-    })
+    };
+    Ok(named.into_iter().map(|(name, scene)| (name.to_owned(), scene)).collect())
 }
 
 /// What a judgement holds besides the figures.
@@ -95,7 +143,7 @@ pub fn pixels(scene: &Scene, options: JudgeOptions) -> u64 {
 /// # Errors
 /// When the prism cannot be designed.
 pub fn judge_design(
-    name: &'static str,
+    name: &str,
     scene: Scene,
     options: JudgeOptions,
     observer: &dyn Observer,
@@ -109,7 +157,7 @@ pub fn judge_design(
     } else {
         None
     };
-    Ok(JudgedDesign { name, scene, system, film, judgement, budget })
+    Ok(JudgedDesign { name: name.to_owned(), scene, system, film, judgement, budget })
 }
 
 #[cfg(test)]
@@ -142,7 +190,7 @@ mod tests {
                 let (seen, own) = (&judgement.detected[k], half.at(1000.0).unwrap());
                 assert!(seen.found > 20 && seen.wrong == Some(0), "{}: {seen:?}", design.name);
                 let (pooled, deviation) = (judgement.pooled.at(1000.0).unwrap(), own.designed.numbers(|d| d.rms));
-                agree(design.name, deviation);
+                agree(&design.name, deviation);
                 // Neither half is the pool.
                 assert_ne!(deviation.measured, pooled.designed.numbers(|d| d.rms).measured);
             }
@@ -152,7 +200,7 @@ mod tests {
                 judgement.fitted_rms_px(),
                 judgement.straightness_rms_px(),
             ] {
-                agree(design.name, numbers);
+                agree(&design.name, numbers);
             }
             assert!(judgement.detector_rms_px().is_some_and(|rms| rms < 0.005));
         }
@@ -171,9 +219,26 @@ mod tests {
     fn a_scene_without_a_prism_has_nothing_to_judge() {
         let scene = scene::parse(ASYMMETRIC, "test", None).unwrap_or_else(|problem| panic!("{problem}"));
         let kinds = |prism: PrismSpec| {
-            Ok::<Vec<_>, Error>(prisms(&Scene { prism, ..scene.clone() })?.iter().map(|p| p.0).collect())
+            Ok::<Vec<_>, Error>(prisms(&Scene { prism, ..scene.clone() })?.into_iter().map(|p| p.0).collect())
         };
-        assert_eq!(kinds(scene.prism.clone()), Ok(vec!["flat", "freeform"]));
+        assert_eq!(kinds(scene.prism.clone()), Ok(vec!["flat".to_owned(), "freeform".to_owned()]));
         assert!(kinds(PrismSpec::None).unwrap_err().rule.contains("no prism to judge"));
+    }
+
+    #[test]
+    fn scenes_are_named_apart() {
+        let scene = scene::parse(ASYMMETRIC, "test", None).unwrap_or_else(|problem| panic!("{problem}"));
+        let called = |name: &str| Scene { name: name.to_owned(), ..scene.clone() };
+        let names = |fallbacks: &[&str], own: &[&str]| -> Vec<String> {
+            let scenes = own.iter().map(|name| called(name)).collect();
+            named_apart(fallbacks, scenes).unwrap().into_iter().map(|named| named.0).collect()
+        };
+        assert_eq!(names(&["a", "b"], &["one", "two"]), ["one", "two"]);
+        assert_eq!(names(&["a", "b"], &["one", "one"]), ["a", "b"]);
+        assert_eq!(names(&["a", "a", "c"], &["one", "one", "two"]), ["a-1", "a-2", "c"]);
+        assert_eq!(names(&["a", "b"], &["one", "comparison"]), ["one", "comparison-2"]);
+        assert!(named_apart(&["a"; 9], vec![scene.clone(); 9]).unwrap_err().rule.contains("at most 8"));
+        let none = Scene { prism: PrismSpec::None, ..scene.clone() };
+        assert!(named_apart(&["a", "b"], vec![scene, none]).unwrap_err().rule.contains("no prism to judge"));
     }
 }

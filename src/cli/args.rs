@@ -46,7 +46,7 @@ impl Verb {
     /// What is done without a verb.
     pub fn main_job() -> Self {
         Self::Compare(CompareArgs {
-            scene: None,
+            scenes: Vec::new(),
             out: PathBuf::from("out"),
             target_px: None,
             budget: false,
@@ -68,9 +68,10 @@ fn target_px(text: &str) -> Result<f64, String> {
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
 pub struct CompareArgs {
-    /// Scene file, `-` is stdin; without it, the design paper's scene.
-    pub scene: Option<PathBuf>,
-    /// Folder for the pictures and the report.
+    /// Scene files, `-` is stdin; without any, the design paper's scene. Of one scene with a flat or a freeform prism both are
+    /// compared; of several, up to eight, each scene's own prism.
+    pub scenes: Vec<PathBuf>,
+    /// Folder for the pictures, the report, cameras.yml for OpenCV, and corners.csv.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
     /// No edge or corner of the board may lie farther than this from its true place, in px: the cheapest level of

@@ -1,29 +1,37 @@
-//! `biprism compare`: the main job, from a prism to a verdict.
+//! `biprism compare`: the main job, from prisms to a verdict.
 
 use super::args::CompareArgs;
 use super::expect::expectations;
 use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{accuracy, files, output};
-use crate::analysis::compare::{JudgeOptions, judge_design, pixels, prisms};
+use crate::analysis::compare::{JudgeOptions, JudgedDesign, judge_design, named_apart, pixels, prisms};
 use crate::error::Error;
-use crate::report::{self, budget, comparison, json, picture, table};
+use crate::report::json::{Design, Report, SchemaName, to_text};
+use crate::report::{self, budget, cameras, comparison, corner_table, picture, table};
+use crate::scene::{Expect, Scene};
 use crate::system::doubts;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// A prism to be judged: its name, its scene, and where that comes from.
+struct ToJudge {
+    name: String,
+    scene: Scene,
+    path: PathBuf,
+}
 
 pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
-    let scene = accuracy::asked(files::scene(args.scene.as_deref())?, args.target_px);
-    let prisms = prisms(&scene)?;
-    outputs(&args.out, &prisms)?;
+    // Read the scenes, and look whether all files may be written.
+    let candidates = candidates(args)?;
+    outputs(&args.out, &candidates)?;
+
+    // Judge prism by prism.
     let options = JudgeOptions { budget: args.budget };
-    let progress = Progress::new(prisms.len() as u64 * pixels(&scene, options));
-    let mut judged = Vec::new();
-    let mut designs = Vec::new();
-    let mut written = Vec::new();
-    for (name, scene) in prisms {
-        let design = judge_design(name, scene, options, &progress.watch(name));
-        let design = files::named(args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")), design)?;
-        progress.begin(name, "write");
+    let progress = Progress::new(candidates.iter().map(|one| pixels(&one.scene, options)).sum());
+    let (mut judged, mut designs, mut written) = (Vec::new(), Vec::new(), Vec::new());
+    for ToJudge { name, scene, path } in candidates {
+        let design = files::named(&path, judge_design(&name, scene, options, &progress.watch(&name)))?;
+        progress.begin(&name, "write");
         for ending in ["png", "exr"] {
             let path = args.out.join(format!("{name}.{ending}"));
             files::print_clamped(&path, picture::write(&path, &design.scene, &design.system, &design.film)?);
@@ -32,44 +40,119 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
         designs.push(comparison::entry(&design, progress.take_seconds()));
         judged.push(design);
     }
-    progress.begin("both", "figure");
+
+    // Write what they have in common.
+    progress.begin("all", "figure");
     let verdict = table::verdict(&designs);
-    if let [first, second] = &judged[..] {
-        written.push(args.out.join("comparison.png"));
-        let figure = comparison::figure(&scene, [first, second], &designs, &verdict);
-        files::drawing(&args.out.join("comparison.png"), &figure)?;
-    }
-    if let Some(figure) = budget::figure(&scene, &judged).filter(|_| args.budget) {
-        written.push(args.out.join("budget.png"));
-        files::drawing(&args.out.join("budget.png"), &figure)?;
-    }
+    let report = Report { schema: SchemaName::V1, scene: scene_names(&judged), designs };
+    write_common(args, &judged, &report, &verdict, &mut written)?;
     drop(progress);
-    let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs };
-    let text = json::to_text(&report);
-    written.push(args.out.join("report.json"));
-    files::text(&args.out.join("report.json"), &text)?;
-    let expected = expectations(&scene, &report)?;
-    output::stdout(&if args.json { text } else { format!("{}\n\n{verdict}\n", table::text(&report.designs)) })?;
+
+    // Say what came out.
+    let expected =
+        if args.scenes.len() > 1 { claims(&judged, &report)? } else { expectations(&judged[0].scene, &report)? };
+    let text = if args.json { to_text(&report) } else { format!("{}\n\n{verdict}\n", table::text(&report.designs)) };
+    output::stdout(&text)?;
+    say(&judged, &report, &written);
+    let kept = judged.iter().map(|j| accuracy::told(&j.name, &j.film.account, &j.film.counts));
+    let nothing = report.designs.iter().all(|design| design.not_judged.is_some());
+    let judged = if nothing { Outcome::Unmet } else { Outcome::Done };
+    Ok(kept.fold(expected.and(judged), Outcome::and))
+}
+
+/// The prisms of the one scene, or that of each.
+fn candidates(args: &CompareArgs) -> Result<Vec<ToJudge>, Error> {
+    let at = |path: Option<&Path>| Ok(accuracy::asked(files::scene(path)?, args.target_px));
+    if let [] | [_] = args.scenes[..] {
+        let path = args.scenes.first();
+        let named = prisms(&at(path.map(PathBuf::as_path))?)?.into_iter();
+        let path = path.cloned().unwrap_or_else(|| PathBuf::from("scenes/paper.toml"));
+        return Ok(named.map(|(name, scene)| ToJudge { name, scene, path: path.clone() }).collect());
+    }
+    if args.scenes.iter().filter(|path| files::is_stdin(path)).count() > 1 {
+        let help = "name files, and stdin once";
+        return Err(Error::new("the scenes", "`-` is there more than once, and stdin is read only once", help));
+    }
+    let scenes = args.scenes.iter().map(|path| at(Some(path))).collect::<Result<Vec<_>, Error>>()?;
+    let stems: Vec<String> = args.scenes.iter().map(|path| stem(path)).collect();
+    let named = named_apart(&stems.iter().map(String::as_str).collect::<Vec<_>>(), scenes)?.into_iter();
+    Ok(named.zip(&args.scenes).map(|((name, scene), path)| ToJudge { name, scene, path: path.clone() }).collect())
+}
+
+/// The name of a file without its ending, of letters, digits, `_` and `-`, with a letter or `_` in front.
+fn stem(path: &Path) -> String {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let named = stem.replace(|c: char| !c.is_ascii_alphanumeric() && c != '-', "_");
+    if named.starts_with(|c: char| c.is_ascii_alphabetic()) { named } else { format!("_{named}") }
+}
+
+/// The names of the scenes, each once.
+fn scene_names(judged: &[JudgedDesign]) -> String {
+    let mut names: Vec<&str> = judged.iter().map(|design| design.scene.name.as_str()).collect();
+    names.dedup();
+    names.join(", ")
+}
+
+/// Writes the figures, the report, the cameras and the corners.
+fn write_common(
+    args: &CompareArgs,
+    judged: &[JudgedDesign],
+    report: &Report,
+    verdict: &str,
+    written: &mut Vec<PathBuf>,
+) -> Result<(), Error> {
+    let mut named = |name: &str| {
+        written.push(args.out.join(name));
+        args.out.join(name)
+    };
+    files::drawing(&named("comparison.png"), &comparison::figure(judged, &report.designs, verdict))?;
+    let title = format!("{}: where the error of a corner comes from", report.scene);
+    if let Some(figure) = args.budget.then(|| budget::figure(title, judged)).flatten() {
+        files::drawing(&named("budget.png"), &figure)?;
+    }
+    files::text(&named("report.json"), &to_text(report))?;
+    let pair = |design: &'_ Design| Some((design.name.clone(), design.cameras.clone()?));
+    let pairs: Vec<_> = report.designs.iter().filter_map(pair).collect();
+    files::text(&named("cameras.yml"), &cameras::opencv_text(&pairs))?;
+    files::text(&named("corners.csv"), &corner_table::text(judged))
+}
+
+/// Says what a reader of the table must know besides.
+fn say(judged: &[JudgedDesign], report: &Report, written: &[PathBuf]) {
     report.designs.iter().flat_map(table::warnings).for_each(|warning| output::stderr(&warning));
     let fits = report.designs.iter().filter_map(|design| design.surface_fits.as_ref()).flat_map(report::fit::words);
     fits.for_each(|line| output::stderr(&format!("fit of the {line}")));
-    for design in &judged {
+    for design in judged {
         let doubts = doubts(&design.scene, &design.system);
         doubts.iter().for_each(|doubt| output::stderr(&format!("note: {}: {doubt}", design.name)));
     }
     for path in written {
         output::stderr(&format!("wrote {}", path.display()));
     }
-    let kept = judged.iter().map(|j| accuracy::told(j.name, &j.film.account, &j.film.counts));
-    let nothing = report.designs.iter().all(|design| design.not_judged.is_some());
-    let judged = if nothing { Outcome::Unmet } else { Outcome::Done };
-    Ok(kept.fold(expected.and(judged), Outcome::and))
+}
+
+/// Holds the claims of each of several scenes against what was judged of it, by its name or by the kind of its prism; claims
+/// about another prism, which its scene compared by itself has, are told.
+fn claims(judged: &[JudgedDesign], report: &Report) -> Result<Outcome, Error> {
+    let mut outcome = Outcome::Done;
+    for (design, entry) in judged.iter().zip(&report.designs) {
+        let kind = design.scene.prism.kind();
+        let names_it = |claim: &Expect| claim.value.split('/').next().is_some_and(|n| n == kind || n == design.name);
+        let (own, others): (Vec<Expect>, Vec<Expect>) = design.scene.expect.iter().cloned().partition(names_it);
+        for claim in others {
+            output::stderr(&format!("note: {}: `{}` is not judged beside other scenes", design.name, claim.value));
+        }
+        let by_kind = Design { name: kind.to_owned(), ..entry.clone() };
+        let of_scene = Report { designs: vec![entry.clone(), by_kind], ..report.clone() };
+        outcome = outcome.and(expectations(&Scene { expect: own, ..design.scene.clone() }, &of_scene)?);
+    }
+    Ok(outcome)
 }
 
 /// That every file of the comparison may be written to `folder`, which is made.
-fn outputs(folder: &Path, prisms: &[(&'static str, crate::scene::Scene)]) -> Result<(), Error> {
-    let pictures = prisms.iter().flat_map(|(name, _)| ["png", "exr"].map(|ending| format!("{name}.{ending}")));
-    let others = ["comparison.png", "budget.png", "report.json"].map(str::to_owned);
+fn outputs(folder: &Path, candidates: &[ToJudge]) -> Result<(), Error> {
+    let pictures = candidates.iter().flat_map(|one| ["png", "exr"].map(|ending| format!("{}.{ending}", one.name)));
+    let others = ["comparison.png", "budget.png", "report.json", "cameras.yml", "corners.csv"].map(str::to_owned);
     let names: Vec<String> = pictures.chain(others).collect();
     files::outputs(folder, &names.iter().map(String::as_str).collect::<Vec<_>>()).map(drop)
 }

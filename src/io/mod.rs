@@ -17,6 +17,7 @@ pub mod mesh;
 mod stl;
 pub mod point_cloud;
 pub mod point_grid;
+pub(crate) mod opencv_yaml;
 pub mod corners;
 mod lines;
 

@@ -19,6 +19,7 @@ pub mod epipolar;
 pub mod straightness;
 pub mod pinhole;
 pub mod reprojection;
+pub mod pair_geometry;
 pub mod ray_bundle;
 mod measured_and_true;
 mod deviation;

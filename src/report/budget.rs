@@ -6,7 +6,6 @@ use crate::analysis::budget::{Budget, CornerErrors as Found};
 use crate::analysis::compare::JudgedDesign;
 use crate::num::stats;
 use crate::plot::drawing::Drawing;
-use crate::scene::Scene;
 use crate::vision::half::Half;
 use glam::DVec2;
 
@@ -59,41 +58,41 @@ pub fn entry(budget: &Budget) -> ErrorBudget {
     }
 }
 
-/// `budget.png`: where the error of each corner of the judged prisms comes from; `None` where no prism was judged.
-pub fn figure(scene: &Scene, judged: &[JudgedDesign]) -> Option<Drawing> {
-    let budgets: Vec<(String, &Budget)> =
-        judged.iter().filter_map(|design| Some((format!("{} prism", design.name), design.budget.as_ref()?))).collect();
-    let first = judged.first()?;
-    let full = |k: usize, px: DVec2| first.judgement.view.halves[k].frame.full(px);
-    let camera = &scene.camera;
-    Some(draw(&BudgetInput {
-        title: format!("{}: where the error of a corner comes from", scene.name),
-        picture_px: DVec2::new(camera.width_px as f64, camera.height_px as f64),
-        seam_px: 0.5 * camera.width_px as f64,
-        rows: rows(&budgets, full),
-        width_px: 2000,
-    }))
-}
-
-/// Rows of a figure: for each budget, by its name, a panel for each step that some budget has, and the total. `full` puts a
-/// half's px into the whole picture.
-fn rows(budgets: &[(String, &Budget)], full: impl Fn(usize, DVec2) -> DVec2) -> Vec<BudgetRow> {
+/// `budget.png`: where the error of each corner of the judged prisms comes from, under the heading `title`; `None` where no
+/// prism was judged.
+pub fn figure(title: String, judged: &[JudgedDesign]) -> Option<Drawing> {
     let has = |of: fn(&Found) -> Option<DVec2>| {
-        budgets.iter().flat_map(|(_, b)| b.halves.iter().flatten()).any(|c| of(c).is_some())
+        let budgets = judged.iter().filter_map(|design| design.budget.as_ref());
+        budgets.flat_map(|budget| budget.halves.iter().flatten()).any(|c| of(c).is_some())
     };
     let steps: Vec<Step> = STEPS.into_iter().filter(|(_, of)| has(*of)).collect();
-    let panel = |budget: &Budget, (name, of): &Step| BudgetPanel {
+    let rows: Vec<BudgetRow> = judged.iter().filter_map(|design| row(design, &steps)).collect();
+    (!rows.is_empty()).then(|| draw(&BudgetInput { title, rows, width_px: 2000 }))
+}
+
+/// The row of a design: a panel for each step, the last of them the sum.
+fn row(design: &JudgedDesign, steps: &[Step]) -> Option<BudgetRow> {
+    let frames = design.judgement.view.halves.each_ref().map(|half| half.frame);
+    let panels = panels(design.budget.as_ref()?, steps, |k, px| frames[k].full(px));
+    let camera = &design.scene.camera;
+    Some(BudgetRow {
+        name: format!("{} prism", design.name),
+        picture_px: DVec2::new(camera.width_px as f64, camera.height_px as f64),
+        seam_px: 0.5 * camera.width_px as f64,
+        panels,
+    })
+}
+
+/// The panels of a budget. `full` puts a half's px into the whole picture.
+fn panels(budget: &Budget, steps: &[Step], full: impl Fn(usize, DVec2) -> DVec2) -> Vec<BudgetPanel> {
+    let panel = |(name, of): &Step| BudgetPanel {
         name: (*name).to_owned(),
         dots: (0..2)
             .flat_map(|k| budget.halves[k].iter().map(move |c| (k, c)))
             .filter_map(|(k, c)| Some(Dot { at: full(k, c.measured_px), size: of(c)?.length() }))
             .collect(),
     };
-    let row = |(name, budget): &(String, &Budget)| BudgetRow {
-        name: name.clone(),
-        panels: steps.iter().map(|step| panel(budget, step)).collect(),
-    };
-    budgets.iter().map(row).collect()
+    steps.iter().map(panel).collect()
 }
 
 #[cfg(test)]
@@ -144,9 +143,9 @@ mod tests {
         let told = crate::report::table::budget_words("flat", &entry);
         let expected = "optics 1.581, fit 3.162, detector 6.325, effects 12.649, sampling 25.298; in all 49.015";
         assert!(told.contains(expected), "{told}");
-        let rows = rows(&[("flat prism".to_owned(), &budget)], |k, px| px + DVec2::new(1000.0 * k as f64, 0.0));
+        let panels = panels(&budget, &STEPS, |k, px| px + DVec2::new(1000.0 * k as f64, 0.0));
         let panels: Vec<(&str, f64, f64)> =
-            rows[0].panels.iter().map(|p| (p.name.as_str(), p.dots[0].size, p.dots[1].at.x)).collect();
+            panels.iter().map(|p| (p.name.as_str(), p.dots[0].size, p.dots[1].at.x)).collect();
         let names = ["optics", "fit", "detector", "effects", "sampling", "measured − ideal"];
         let sizes = [1.0, 2.0, 4.0, 8.0, 16.0, 31.0];
         assert_eq!(panels, [0, 1, 2, 3, 4, 5].map(|k| (names[k], sizes[k], 1162.0)));

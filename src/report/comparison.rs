@@ -37,35 +37,50 @@ pub fn entry(judged: &JudgedDesign, timing_s: BTreeMap<String, f64>) -> Design {
     }
 }
 
-/// `comparison.png`: two prisms side by side, with their `entries` in the report and the sentence that judges them.
-pub fn figure(scene: &Scene, judged: [&JudgedDesign; 2], entries: &[Design], verdict: &str) -> Drawing {
-    let marks = judged.map(|design| corner_marks(&design.judgement));
-    let panels = [0, 1].map(|k| Panel {
-        name: format!("{} prism", judged[k].name),
-        picture: &judged[k].film.radiance,
-        corners: &marks[k],
+/// `comparison.png`: prisms side by side, with their `entries` in the report and the sentence that judges them.
+pub fn figure(judged: &[JudgedDesign], entries: &[Design], verdict: &str) -> Drawing {
+    let marks: Vec<Vec<CornerMark>> = judged.iter().map(|design| corner_marks(&design.judgement)).collect();
+    let panels = judged.iter().zip(&marks).map(|(design, corners)| Panel {
+        name: format!("{} prism", design.name),
+        picture: &design.film.radiance,
+        corners,
+        seam_px: 0.5 * design.scene.camera.width_px as f64,
     });
-    let seam_px = 0.5 * scene.camera.width_px as f64;
-    let rows = table::rows(entries).into_iter();
-    let rows =
-        rows.map(|row| FigureRow { label: row.short_label, values: [row.short[0].clone(), row.short[1].clone()] });
+    let panels: Vec<Panel> = panels.collect();
+    let row = |row: table::Shown| FigureRow { label: row.short_label, values: row.short };
     comparison::draw(&ComparisonInput {
-        title: format!(
-            "{}: {} mm squares at {} mm, seen through two prisms",
-            scene.name,
-            table::rounded(scene.board.square_mm),
-            table::rounded(scene.board.world_from_board.translation_mm.z - scene.camera.position_mm.z)
-        ),
-        arrow_gain: comparison::suitable_gain(&panels, seam_px),
+        title: title(judged),
+        arrow_gain: comparison::suitable_gain(&panels),
         panels,
-        seam_px,
-        figures: rows.collect(),
+        figures: table::rows(entries).into_iter().map(row).collect(),
         verdict: match table::depths(entries) {
             Some(depths) => format!("{verdict} ({depths}.)"),
             None => verdict.to_owned(),
         },
         width_px: 2000,
     })
+}
+
+/// What a comparison shows: the scene where it is one, the board where it is one, and how many prisms.
+pub fn title(judged: &[JudgedDesign]) -> String {
+    let one = |of: &dyn Fn(&Scene) -> String| {
+        let mut all: Vec<String> = judged.iter().map(|design| of(&design.scene)).collect();
+        all.dedup();
+        if all.len() == 1 { all.pop() } else { None }
+    };
+    let board = |scene: &Scene| {
+        let square = table::rounded(scene.board.square_mm);
+        let depth = scene.board.world_from_board.translation_mm.z - scene.camera.position_mm.z;
+        format!("{square} mm squares at {} mm", table::rounded(depth))
+    };
+    let name = one(&|scene| scene.name.clone()).map_or_else(String::new, |name| format!("{name}: "));
+    let board = one(&board).unwrap_or_else(|| "a board each".to_owned());
+    let prisms = match judged.len() {
+        1 => "a prism".to_owned(),
+        2 => "two prisms".to_owned(),
+        n => format!("{n} prisms"),
+    };
+    format!("{name}{board}, seen through {prisms}")
 }
 
 /// Detected corners of both halves with their deviation from the designed virtual camera.

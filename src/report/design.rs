@@ -1,5 +1,6 @@
 //! A judgement as the report's entry for one prism.
 
+use super::cameras;
 use super::json::judgement::{self as to, Depths};
 use super::json::{
     AccuracyEntry, Corners, Definition, Depth, Design, Frame, HalfEntry, Halves, Normaliser, PinholeEntry,
@@ -36,6 +37,8 @@ pub fn entry(
         halves: Halves { left: half(0), right: half(1) },
         stereo: to::stereo(&stereo.disparity, board, &stereo.epipolar, &stereo.depth_law, range),
         pinhole: pinhole(&judgement.pooled, None, pitch_mm, range),
+        geometry: Some(cameras::geometry(judgement)),
+        cameras: cameras::entry(judgement),
         corners: corners(&judgement.detected.each_ref()),
         fates: fates.iter().map(|(name, &n)| ((*name).to_owned(), n as u64)).collect(),
         timing_s,

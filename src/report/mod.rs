@@ -12,3 +12,5 @@ pub mod figures;
 pub mod json;
 pub mod number;
 pub mod table;
+pub mod cameras;
+pub mod corner_table;

@@ -24,7 +24,7 @@ pub struct Shown {
     pub short: Vec<String>,
 }
 
-const ROWS: [TableRow; 13] = [
+const ROWS: [TableRow; 18] = [
     TableRow { label: "vertical disparity, RMS, px", of: |d| Some(&d.stereo.vertical_disparity_rms_px) },
     TableRow { label: "vertical disparity, largest, px", of: |d| Some(&d.stereo.vertical_disparity_max_px) },
     TableRow { label: "epipolar slope, mean, rad", of: |d| Some(&d.stereo.epipolar_slope_mean_rad) },
@@ -38,6 +38,11 @@ const ROWS: [TableRow; 13] = [
     TableRow { label: "  with f_x and f_y fitted apart, RMS, px", of: of_anamorphic },
     TableRow { label: "rows and columns from straight, RMS, px", of: |d| Some(&d.pinhole.straightness_rms_px) },
     TableRow { label: "best centre from designed one, left, mm", of: left_drift },
+    TableRow { label: "baseline, mm", of: |d| Some(&d.geometry.as_ref()?.baseline_mm) },
+    TableRow { label: "vergence of the central rays, deg", of: |d| Some(&d.geometry.as_ref()?.vergence_deg) },
+    TableRow { label: "field of a half, horizontal, deg", of: |d| Some(&d.geometry.as_ref()?.field_h_deg) },
+    TableRow { label: "field of a half, vertical, deg", of: |d| Some(&d.geometry.as_ref()?.field_v_deg) },
+    TableRow { label: "depth for 1 px of disparity, at the board, mm", of: depth_per_px },
 ];
 
 /// At the depth nearest to the scene's own board.
@@ -50,6 +55,10 @@ fn of_corners(design: &Design) -> Option<&Figure> {
 
 fn of_anamorphic(design: &Design) -> Option<&Figure> {
     design.pinhole.anamorphic.as_ref().map(|a| &a.rms_px)
+}
+
+fn depth_per_px(design: &Design) -> Option<&Figure> {
+    Some(&design.geometry.as_ref()?.depth_per_px_mm)
 }
 
 fn left_drift(design: &Design) -> Option<&Figure> {
@@ -148,9 +157,27 @@ pub fn text(designs: &[Design]) -> String {
     text
 }
 
-/// At which distances the boards of the figures stand, the scene's own first.
+/// The distances of the scenes' own boards, each once.
+fn own_depths(designs: &[Design]) -> Vec<f64> {
+    let mut all: Vec<f64> =
+        designs.iter().filter_map(|d| Some(d.stereo.vertical_disparity_rms_px.depths_mm?[0])).collect();
+    all.dedup();
+    all
+}
+
+/// At which distances the boards of the figures stand, the scene's own first; by design where they differ.
 pub fn depths(designs: &[Design]) -> Option<String> {
-    let design = designs.first()?;
+    let mut each: Vec<(&str, String)> =
+        designs.iter().filter_map(|design| Some((design.name.as_str(), depths_of(design)?))).collect();
+    each.dedup_by(|a, b| a.1 == b.1);
+    match &each[..] {
+        [] => None,
+        [(_, words)] => Some(words.clone()),
+        all => Some(all.iter().map(|(name, words)| format!("{name}: {words}")).collect::<Vec<_>>().join("; ")),
+    }
+}
+
+fn depths_of(design: &Design) -> Option<String> {
     let own = design.stereo.vertical_disparity_rms_px.depths_mm?[0];
     let all: Vec<String> = design.pinhole.depths.iter().map(|depth| rounded(depth.depth_mm)).collect();
     Some(match &all[..] {
@@ -224,8 +251,10 @@ pub fn verdict(designs: &[Design]) -> String {
             )
         })
         .collect();
-    let own = designs.iter().find_map(|d| Some(d.stereo.vertical_disparity_rms_px.depths_mm?[0]));
-    let at = own.map_or_else(String::new, |mm| format!(", board at {} mm", rounded(mm)));
+    let at = match &own_depths(designs)[..] {
+        [mm] => format!(", board at {} mm", rounded(*mm)),
+        _ => String::new(),
+    };
     match judged[..] {
         [(first, a), (second, b)] => format!(
             "The {second} prism leaves {} px of vertical disparity (RMS{at}) where the {first} prism leaves {} px: its raw \
@@ -242,8 +271,25 @@ pub fn verdict(designs: &[Design]) -> String {
                 ready(rms)
             )
         }
-        _ => format!("There is no verdict.{aside}"),
+        [] => format!("There is no verdict.{aside}"),
+        _ => {
+            let mut ranked = judged.clone();
+            ranked.sort_by(|a, b| a.1.total_cmp(&b.1));
+            let each: Vec<String> = ranked.iter().map(|(name, rms)| format!("{name} {} px", px(*rms))).collect();
+            let bands = ranked.chunk_by(|a, b| ready(a.1) == ready(b.1)).map(|band| {
+                let names: Vec<&str> = band.iter().map(|(name, _)| *name).collect();
+                format!(" {}: {}.", sentence(ready(band[0].1)), names.join(", "))
+            });
+            let bands: String = bands.collect();
+            format!("Vertical disparity of the raw halves (RMS{at}), least first: {}.{bands}{aside}", each.join(", "))
+        }
     }
+}
+
+/// The words with a capital in front.
+fn sentence(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// The budget of a design in a line.

@@ -32,7 +32,8 @@ fn compare_writes_the_same_bytes_for_any_number_of_threads() {
             (name.to_owned(), report.to_string().into_bytes())
         };
         let pictures = ["flat.png", "freeform.png", "flat.exr", "freeform.exr", "comparison.png", "budget.png"];
-        let files: Vec<_> = pictures.into_iter().chain(["report.json"]).map(read).collect();
+        let files: Vec<_> =
+            pictures.into_iter().chain(["report.json", "cameras.yml", "corners.csv"]).map(read).collect();
         match &first {
             None => first = Some(files),
             Some(first) => {

@@ -1,6 +1,7 @@
 //! Do the commands do what they say: exit codes, messages, files?
 
 mod compare;
+mod compare_scenes;
 mod corners;
 mod render;
 mod trace;

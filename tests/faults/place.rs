@@ -80,7 +80,16 @@ pub(crate) const WRITERS: [(&[&str], &[&str]); 4] = [
     (&["corners", "picture.png", "--out", "out/corners.csv"], &["corners.csv"]),
     (
         &["compare", "scene.toml", "--out", "out"],
-        &["flat.png", "flat.exr", "freeform.png", "freeform.exr", "comparison.png", "report.json"],
+        &[
+            "flat.png",
+            "flat.exr",
+            "freeform.png",
+            "freeform.exr",
+            "comparison.png",
+            "report.json",
+            "cameras.yml",
+            "corners.csv",
+        ],
     ),
 ];
 

@@ -1,5 +1,6 @@
 //! From pictures of the board to the judgement of one prism.
 
+use super::cameras::{CameraFigures, camera_figures};
 use super::centre::{CentreFigures, centre_figures};
 use super::pinhole::{PinholeFigures, half_figures, pool};
 use super::stereo::{StereoFigures, stereo_figures};
@@ -25,6 +26,8 @@ pub struct Judgement {
     pub centres: [Option<CentreFigures>; 2],
     /// The pair.
     pub stereo: StereoFigures,
+    /// The cameras that the pair is used as.
+    pub cameras: CameraFigures,
     /// Nearest and farthest depth of the analysis, in mm.
     pub depths_mm: Option<[f64; 2]>,
     /// Why no figure of the pair was measured, where that is so.
@@ -56,10 +59,11 @@ pub fn measure(scene: &Scene, system: &System, own: BoardView, others: &[BoardVi
     let pooled = pool(&halves, &own, &asked);
     let centres = [0, 1].map(|k| centre_figures(scene, system, k, &own, &asked));
     let stereo = stereo_figures(scene, system, &own, &asked);
+    let cameras = camera_figures(&own, &asked);
     let depths_mm = Some([asked[0].depth_mm, asked[asked.len() - 1].depth_mm]);
     let detected = own.halves.each_ref().map(|h| h.detected.clone());
     let not_judged = not_judged(scene, system, &own);
-    Judgement { detected, halves, pooled, centres, stereo, depths_mm, not_judged, view: own }
+    Judgement { detected, halves, pooled, centres, stereo, cameras, depths_mm, not_judged, view: own }
 }
 
 /// The depths of the analysis that are not, up to rounding, that of the scene's own board, in mm.

@@ -4,9 +4,11 @@ mod rays;
 mod pinhole;
 mod centre;
 mod stereo;
+mod cameras;
 mod judgement;
 mod numbers;
 
+pub use cameras::CameraFigures;
 pub use centre::CentreFigures;
 pub use judgement::{Judgement, judge, measure, other_depths};
 pub use pinhole::{CENTRE_ONLY, DepthFigures, PinholeFigures, free_at};

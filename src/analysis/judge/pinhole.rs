@@ -128,7 +128,7 @@ pub fn free_at(free: &[Parameter], depths: usize) -> &[Parameter] {
 }
 
 /// The observations of one half at all depths.
-fn observations_of_all(asked: &[&BoardView], k: usize) -> [Option<Vec<Observation>>; 2] {
+pub(super) fn observations_of_all(asked: &[&BoardView], k: usize) -> [Option<Vec<Observation>>; 2] {
     let by_view: Vec<_> = asked.iter().map(|v| v.halves[k].observations(&v.board)).collect();
     [0, 1]
         .map(|side| by_view.iter().map(|sides| sides[side].clone()).collect::<Option<Vec<_>>>().map(|all| all.concat()))

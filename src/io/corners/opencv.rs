@@ -9,10 +9,10 @@ use super::pixel_centre::{PixelCentre, move_centre};
 use super::rules::{MOST_CORNERS, OPENCV_CENTRE, broken, same_count, too_many};
 use super::view::{CornerView, ListedCorner, Quality};
 use crate::error::Error;
+use crate::io::opencv_yaml::{YamlMap, number};
 use crate::vision::Polarity;
 use glam::{DMat2, DVec2};
 use std::collections::BTreeMap;
-use std::fmt::Write;
 
 const FIRST_LINE: &str = "%YAML:1.0";
 const CENTRE_KEY: &str = "pixel_centre";
@@ -27,16 +27,18 @@ pub(super) fn to_text(views: &[CornerView]) -> String {
     let count: usize = views.iter().map(|v| v.corners.len()).sum();
     // For every view or for none: a reader could not tell one that was lost from one that was not known.
     let full = views.iter().flat_map(|v| &v.corners).all(|c| c.quality.is_some());
-    let mut text = format!("{FIRST_LINE}\n---\n{CENTRE_KEY}: \"{OPENCV_CENTRE}\"\n{COUNT_KEY}: {count}\n");
+    let mut map = YamlMap::default();
+    map.string(CENTRE_KEY, OPENCV_CENTRE);
+    map.scalar(COUNT_KEY, &count.to_string());
     for view in views {
         let name = &view.name;
         let positions = view.corners.iter().map(|c| {
             let p = move_centre(c.position_px, PixelCentre::Half, PixelCentre::Whole);
             format!("{}, {}", number(p.x), number(p.y))
         });
-        matrix(&mut text, &format!("{name}_corners"), "2d", view.corners.len(), positions);
+        map.matrix(&format!("{name}_corners"), [view.corners.len(), 1], "2d", positions);
         let indices = view.corners.iter().map(|c| format!("{}, {}", c.index[0], c.index[1]));
-        matrix(&mut text, &format!("{name}_index"), "2i", view.corners.len(), indices);
+        map.matrix(&format!("{name}_index"), [view.corners.len(), 1], "2i", indices);
         if full {
             let quality: Vec<Quality> = view.corners.iter().filter_map(|c| c.quality).collect();
             let rows = quality.iter().map(|q| {
@@ -45,24 +47,10 @@ pub(super) fn to_text(views: &[CornerView]) -> String {
                 let values: [f64; QUALITY] = [v.x_axis.x, v.x_axis.y, v.y_axis.y, q.contrast, q.residual, main];
                 values.map(number).join(", ")
             });
-            matrix(&mut text, &format!("{name}_quality"), "6d", quality.len(), rows);
+            map.matrix(&format!("{name}_quality"), [quality.len(), 1], "6d", rows);
         }
     }
-    text
-}
-
-/// A number as OpenCV reads it back: `{:?}` has a point or an exponent, and the fewest digits that round-trip.
-fn number(v: f64) -> String {
-    format!("{v:?}")
-}
-
-fn matrix(text: &mut String, key: &str, kind: &str, rows: usize, data: impl Iterator<Item = String>) {
-    // Writing to a String cannot fail.
-    let _ = write!(text, "{key}: !!opencv-matrix\n   rows: {rows}\n   cols: 1\n   dt: \"{kind}\"\n   data: [ ");
-    for (k, row) in data.enumerate() {
-        let _ = write!(text, "{}{row}", if k == 0 { "" } else { ",\n       " });
-    }
-    text.push_str(" ]\n");
+    map.file()
 }
 
 /// A matrix of a file: values a row, and all values.

@@ -33,6 +33,10 @@ pub struct BudgetPanel {
 pub struct BudgetRow {
     /// Name: "flat prism".
     pub name: String,
+    /// Columns and rows of its picture.
+    pub picture_px: DVec2,
+    /// Column of the seam between the halves.
+    pub seam_px: f64,
     /// Its steps, the last of them their sum.
     pub panels: Vec<BudgetPanel>,
 }
@@ -42,10 +46,6 @@ pub struct BudgetRow {
 pub struct BudgetInput {
     /// Heading.
     pub title: String,
-    /// Columns and rows of the picture.
-    pub picture_px: DVec2,
-    /// Column of the seam between the halves.
-    pub seam_px: f64,
     /// The designs.
     pub rows: Vec<BudgetRow>,
     /// Width of the figure in px; held within 600..=4000.
@@ -65,12 +65,12 @@ pub fn draw(input: &BudgetInput) -> Drawing {
     let columns = input.rows.iter().map(|row| row.panels.len()).max().unwrap_or(0).max(1);
     let gap = 2.2 * em;
     let side = (width - 2.0 * em - gap * (columns - 1) as f64) / columns as f64;
-    let shape = input.picture_px.max(DVec2::ONE);
-    let size = DVec2::new(side, (side * shape.y / shape.x).clamp(0.2 * side, 2.0 * side)).floor();
     let all = || input.rows.iter().flat_map(|row| &row.panels).flat_map(|panel| &panel.dots).map(|dot| dot.size);
     let colours = Axis::around(Scale::Log, all().filter(|v| v.is_finite()));
     let mut y = 2.0 * em + title.size_px;
     for row in &input.rows {
+        let shape = row.picture_px.max(DVec2::ONE);
+        let size = DVec2::new(side, (side * shape.y / shape.x).clamp(0.2 * side, 2.0 * side)).floor();
         y += 1.6 * em;
         drawing.text(text::shortened(&row.name, names, width - 2.0 * em), names, INK, DVec2::new(em, y), Align::Start);
         y += 2.0 * em;
@@ -90,7 +90,7 @@ pub fn draw(input: &BudgetInput) -> Drawing {
                 min - DVec2::new(0.0, 0.4 * em),
                 Align::Start,
             );
-            draw_panel(&mut drawing, input, panel, &area, &colours, em);
+            draw_panel(&mut drawing, row, panel, &area, &colours, em);
         }
         y += size.y + 2.0 * em;
     }
@@ -101,10 +101,10 @@ pub fn draw(input: &BudgetInput) -> Drawing {
     drawing.with_height(libm::ceil(end + em) as u32)
 }
 
-fn draw_panel(drawing: &mut Drawing, input: &BudgetInput, panel: &BudgetPanel, area: &Rect, colours: &Axis, em: f64) {
+fn draw_panel(drawing: &mut Drawing, row: &BudgetRow, panel: &BudgetPanel, area: &Rect, colours: &Axis, em: f64) {
     let line = Stroke::solid(PALE, 0.1 * em);
-    let place = |at: DVec2| area.min + at / input.picture_px.max(DVec2::ONE) * area.size();
-    let seam = place(DVec2::new(input.seam_px, 0.0)).x;
+    let place = |at: DVec2| area.min + at / row.picture_px.max(DVec2::ONE) * area.size();
+    let seam = place(DVec2::new(row.seam_px, 0.0)).x;
     drawing.line(DVec2::new(seam, area.min.y), DVec2::new(seam, area.max.y), line);
     drawing.frame(area, Stroke::solid(GREY, 0.08 * em));
     for dot in &panel.dots {
@@ -141,6 +141,8 @@ mod tests {
         let steps = [("optics", 0.7), ("fit", 3e-4), ("detector", 3e-6), ("sampling", 2e-8), ("measured − ideal", 0.7)];
         let row = |name: &str, fit: bool| BudgetRow {
             name: name.into(),
+            picture_px: DVec2::new(1920.0, 1080.0),
+            seam_px: 960.0,
             panels: steps
                 .iter()
                 .map(|(step, size)| BudgetPanel {
@@ -151,8 +153,6 @@ mod tests {
         };
         BudgetInput {
             title: "Where the error of a corner comes from".into(),
-            picture_px: DVec2::new(1920.0, 1080.0),
-            seam_px: 960.0,
             rows: vec![row("flat prism", false), row("freeform prism", true)],
             width_px: 2000,
         }
@@ -171,7 +171,7 @@ mod tests {
             let mut odd = input(scale);
             odd.title = "a name without any end ".repeat(40);
             odd.rows[0].name = odd.title.clone();
-            odd.picture_px = DVec2::new(1.0, 5000.0);
+            odd.rows[1].picture_px = DVec2::new(1.0, 5000.0);
             examine::examine("budget_hostile", &draw(&odd));
         }
         let empty = BudgetInput { rows: Vec::new(), width_px: 0, ..input(1.0) };

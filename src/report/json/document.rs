@@ -1,6 +1,7 @@
 //! The types of `report.json`.
 
 use super::budget::ErrorBudget;
+use super::cameras::{Cameras, Geometry};
 use super::figure::Figure;
 use super::fit::SurfaceFits;
 use schemars::JsonSchema;
@@ -39,6 +40,12 @@ pub struct Design {
     pub stereo: Stereo,
     /// Both halves, pooled, against their pinholes.
     pub pinhole: PinholeEntry,
+    /// What the cameras of the halves are to each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub geometry: Option<Geometry>,
+    /// The cameras of the halves; absent where they could not be fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cameras: Option<Cameras>,
     /// Corners of both halves together.
     pub corners: Corners,
     /// How the rays ended, by name of the fate.

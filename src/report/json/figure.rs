@@ -45,6 +45,9 @@ pub enum Unit {
     /// Radians.
     #[serde(rename = "rad")]
     Rad,
+    /// Degrees.
+    #[serde(rename = "deg")]
+    Deg,
 }
 
 /// How N errors became one value.

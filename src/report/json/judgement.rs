@@ -1,8 +1,10 @@
 //! From results of `metrics` to the figures of a report: the one place that says which definition belongs to which key.
 
+use super::cameras::Geometry;
 use super::document::{Centre, Designed, Fitted, Stereo};
 use super::figure::{Definition, Figure, Frame, Normaliser, Unit};
 use crate::metrics::epipolar::Summary;
+use crate::metrics::pair_geometry::PairGeometry;
 use crate::metrics::ray_bundle::{CommonPoint, PlaneDeviation, RayMisses};
 use crate::metrics::reprojection::Parameter;
 use crate::metrics::stereo::{DepthLaw, Disparity};
@@ -99,5 +101,17 @@ pub fn centre(
         drift_mm: mm(Normaliser::Fit).figure(common, |c| ((c.point_mm - designed_mm).length(), c.misses.n)),
         miss_rms_mm: mm(Normaliser::Rms).figure(common, |c| (c.misses.rms_mm, c.misses.n)),
         designed_miss_rms_mm: mm(Normaliser::Rms).figure(designed, |m| (m.rms_mm, m.n)),
+    }
+}
+
+/// What the cameras of the halves are to each other, by boards at these depths.
+pub fn geometry(found: &MeasuredAndTrue<(PairGeometry, usize)>, depths_mm: Depths) -> Geometry {
+    let fit = |unit| Definition { unit, depths_mm, ..Definition::mm(Normaliser::Fit, Frame::World) };
+    Geometry {
+        baseline_mm: fit(Unit::Mm).figure(found, |(g, n)| (g.baseline_mm, *n)),
+        vergence_deg: fit(Unit::Deg).figure(found, |(g, n)| (g.vergence_deg, *n)),
+        field_h_deg: fit(Unit::Deg).figure(found, |(g, n)| (g.field_deg.x, *n)),
+        field_v_deg: fit(Unit::Deg).figure(found, |(g, n)| (g.field_deg.y, *n)),
+        depth_per_px_mm: fit(Unit::Mm).figure(found, |(g, n)| (g.depth_per_px_mm, *n)),
     }
 }

@@ -16,8 +16,10 @@ pub mod budget;
 pub mod figure;
 pub mod judgement;
 pub mod fit;
+pub mod cameras;
 
 pub use budget::{BudgetTerm, CornerBudget, ErrorBudget};
+pub use cameras::{CameraEntry, Cameras, Geometry, PairPose};
 pub use figure::{Definition, Figure, Frame, Normaliser, PixelCentreName, Unit};
 pub use fit::{SurfaceFitEntry, SurfaceFits};
 

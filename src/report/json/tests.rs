@@ -62,6 +62,8 @@ fn report() -> Report {
             Some([500.0, 2000.0]),
         ),
         pinhole: pinhole(),
+        geometry: Some(judgement::geometry(&MeasuredAndTrue::NEITHER, Some([500.0, 2000.0]))),
+        cameras: None,
         corners,
         fates: BTreeMap::from([("ok".to_owned(), 7)]),
         timing_s: BTreeMap::from([("render".to_owned(), 1.5)]),

@@ -1,4 +1,4 @@
-//! `comparison.png`: what two prisms do to the same board, side by side.
+//! `comparison.png`: what prisms do to a board, side by side.
 
 mod bend;
 mod layout;
@@ -20,45 +20,57 @@ use layout::Layout;
 
 pub use bend::{Bend, LineDirection, LineName, bends, worst};
 
+/// The conclusion stands beside the table where there is this much room, as a share of a column.
+const LEAST_BESIDE: f64 = 0.5;
+
 /// Lays the comparison out.
 pub fn draw(input: &ComparisonInput) -> Drawing {
     let layout = Layout::new(input.width_px);
     let mut drawing = Drawing::new(layout.width_px, 1);
     let errors = error_axis(input);
-    let lines = input.panels.each_ref().map(|panel| bends(panel.corners, input.seam_px));
+    let lines: Vec<_> = input.panels.iter().map(|panel| bends(panel.corners, panel.seam_px)).collect();
     let zoom = zoom::Zoom::of(&lines, &input.panels);
+    let rows = || (0..input.panels.len()).step_by(2).map(|first| first..(first + 2).min(input.panels.len()));
 
     let mut y = layout.margin + layout.title.size_px;
     let title = text::shortened(&input.title, layout.title, layout.right_edge() - layout.margin);
     drawing.text(title, layout.title, INK, DVec2::new(layout.margin, y), Align::Start);
 
-    let top = y + layout.gap;
-    for k in [0, 1] {
-        y = y.max(overview::draw(&mut drawing, &layout, input, k, top, &errors, zoom.as_ref()));
+    for row in rows() {
+        let top = y + layout.gap;
+        for k in row {
+            y = y.max(overview::draw(&mut drawing, &layout, input, k, top, &errors, zoom.as_ref()));
+        }
     }
     y = overview::key(&mut drawing, &layout, input, y + 0.8 * layout.gap, &errors, zoom.as_ref());
     if let Some(zoom) = &zoom {
-        let top = y + layout.gap;
-        for k in [0, 1] {
-            let line = lines[k].get(&zoom.line);
-            y = y.max(zoom.draw(&mut drawing, &layout, &input.panels[k], k, top, line));
+        for row in rows() {
+            let top = y + layout.gap;
+            for k in row {
+                let line = lines[k].get(&zoom.line);
+                y = y.max(zoom.draw(&mut drawing, &layout, &input.panels[k], k, top, line));
+            }
         }
         y = zoom::Zoom::key(&mut drawing, &layout, y);
     }
     let top = y + layout.gap;
     let end = table(&mut drawing, &layout, input, top);
     let beside = (end.x + layout.margin).max(layout.left[1]);
-    y = end.y.max(verdict(&mut drawing, &layout, input, beside, top));
+    y = if layout.right_edge() - beside > LEAST_BESIDE * layout.column {
+        end.y.max(verdict(&mut drawing, &layout, input, beside, top))
+    } else {
+        verdict(&mut drawing, &layout, input, layout.left[0], end.y + 0.5 * layout.gap)
+    };
     drawing.with_height(libm::ceil(y + layout.margin) as u32)
 }
 
-/// The colour axis of the errors, one for both panels: logarithmic when one panel's median is below a tenth of the
-/// other's, so that the smaller errors show too, over three decades at most.
+/// The colour axis of the errors, one for all panels: logarithmic when one panel's median is below a tenth of
+/// another's, so that the smaller errors show too, over three decades at most.
 fn error_axis(input: &ComparisonInput) -> Axis {
-    let panels = input.panels.each_ref().map(sizes);
+    let panels: Vec<Vec<f64>> = input.panels.iter().map(sizes).collect();
     let all: Vec<f64> = panels.concat();
-    let median = |k: usize| stats::quantile(&panels[k], 0.5).unwrap_or(0.0);
-    let (small, large) = (median(0).min(median(1)), median(0).max(median(1)));
+    let medians = || panels.iter().map(|sizes| stats::quantile(sizes, 0.5).unwrap_or(0.0));
+    let (small, large) = (medians().fold(f64::INFINITY, f64::min), medians().fold(0.0, f64::max));
     let largest = stats::max_abs(&all);
     if small > 0.0 && small < 0.1 * large {
         let low = stats::quantile(&all, 0.05).unwrap_or(0.0).max(1e-3 * largest);
@@ -75,22 +87,29 @@ fn table(drawing: &mut Drawing, layout: &Layout, input: &ComparisonInput, top: f
     let rows = &input.figures[..input.figures.len().min(LARGEST_ROWS)];
     let widest = |words: &mut dyn Iterator<Item = f64>, room: f64| words.fold(0.0, f64::max).min(room);
     let labels = widest(&mut rows.iter().map(|row| text::width(&row.label, font)), 0.65 * layout.column);
-    let values = [0, 1].map(|k| {
+    let panels = input.panels.len();
+    let room = (layout.right_edge() - left - labels) / panels as f64 - 1.5 * em;
+    let values = (0..panels).map(|k| {
         let name = text::width(&input.panels[k].name, layout.strong);
         let values = rows.iter().map(|row| text::width(&row.values[k], font));
-        widest(&mut values.chain([name]), 0.45 * layout.column)
+        widest(&mut values.chain([name]), room.min(0.45 * layout.column))
     });
-    let first_end = left + labels + 1.5 * em + values[0];
-    let ends = [first_end, first_end + 1.5 * em + values[1]];
+    let columns: Vec<(f64, f64)> = values
+        .scan(left + labels, |end, width| {
+            *end += 1.5 * em + width;
+            Some((*end, width))
+        })
+        .collect();
+    let right = columns.last().map_or(left + labels, |column| column.0);
     let rule = |drawing: &mut Drawing, y: f64, width_px: f64| {
         let stroke = Stroke::solid(INK, width_px * layout.unit);
-        drawing.line(DVec2::new(left, y), DVec2::new(ends[1], y), stroke);
+        drawing.line(DVec2::new(left, y), DVec2::new(right, y), stroke);
     };
     rule(drawing, top, 2.0);
     let mut y = top + 1.4 * em;
-    for k in [0, 1] {
-        let name = text::shortened(&input.panels[k].name, layout.strong, values[k]);
-        drawing.text(name, layout.strong, INK, DVec2::new(ends[k], y), Align::End);
+    for (panel, &(end, width)) in input.panels.iter().zip(&columns) {
+        let name = text::shortened(&panel.name, layout.strong, width);
+        drawing.text(name, layout.strong, INK, DVec2::new(end, y), Align::End);
     }
     let kind = text::shortened("measured, where not marked true", layout.small, labels);
     drawing.text(kind, layout.small, GREY, DVec2::new(left, y), Align::Start);
@@ -99,13 +118,12 @@ fn table(drawing: &mut Drawing, layout: &Layout, input: &ComparisonInput, top: f
     for row in rows {
         y += 1.6 * em;
         drawing.text(text::shortened(&row.label, font, labels), font, INK, DVec2::new(left, y), Align::Start);
-        for k in [0, 1] {
-            let value = text::shortened(&row.values[k], font, values[k]);
-            drawing.text(value, font, INK, DVec2::new(ends[k], y), Align::End);
+        for (value, &(end, width)) in row.values.iter().zip(&columns) {
+            drawing.text(text::shortened(value, font, width), font, INK, DVec2::new(end, y), Align::End);
         }
     }
     rule(drawing, y + 0.45 * em, 2.0);
-    DVec2::new(ends[1], y + 0.5 * em)
+    DVec2::new(right, y + 0.5 * em)
 }
 
 /// The conclusion in what is left of the page beside the table; ends with its lower edge.

@@ -42,7 +42,7 @@ impl PanelPlace {
         };
         let scale = (layout.column / size.x).min(1.2 * layout.column / size.y);
         let shown = (size * scale).round().max(DVec2::ONE);
-        let min = DVec2::new(layout.left[k] + (0.5 * (layout.column - shown.x)).floor(), top);
+        let min = DVec2::new(layout.left[k % 2] + (0.5 * (layout.column - shown.x)).floor(), top);
         Self { area: Rect { min, max: min + shown }, scale }
     }
 
@@ -61,12 +61,12 @@ pub(super) fn draw(
     errors: &Axis,
     zoom: Option<&Zoom>,
 ) -> f64 {
-    let (panel, left, unit) = (&input.panels[k], layout.left[k], layout.unit);
+    let (panel, left, unit) = (&input.panels[k], layout.left[k % 2], layout.unit);
     let y = top + layout.head.size_px;
     let count = summary(panel);
     drawing.text(&count, layout.small, GREY, DVec2::new(left + layout.column, y), Align::End);
     let room = layout.column - text::width(&count, layout.small) - layout.small.size_px;
-    let name = text::shortened(&format!("({}) {}", ["a", "b"][k], panel.name), layout.head, room);
+    let name = text::shortened(&format!("({}) {}", letter(k), panel.name), layout.head, room);
     drawing.text(name, layout.head, INK, DVec2::new(left, y), Align::Start);
 
     let place = PanelPlace::of(input, layout, k, (y + 0.6 * layout.head.size_px).round());
@@ -101,9 +101,14 @@ pub(super) fn draw(
         drawing.frame(&area, Stroke::solid(WHITE, 6.0 * unit));
         drawing.frame(&area, Stroke::solid(ACCENT, 3.0 * unit));
     }
-    halves(drawing, layout, &place, input.seam_px);
+    halves(drawing, layout, &place, panel.seam_px);
     drawing.frame(&place.area, Stroke::solid(GREY, unit));
     place.area.max.y
+}
+
+/// The letter of panel `k`.
+fn letter(k: usize) -> char {
+    char::from(b'a' + (k % 26) as u8)
 }
 
 /// How many corners a panel has and how large their errors are, in words.
@@ -130,13 +135,17 @@ pub(super) fn key(
     zoom: Option<&Zoom>,
 ) -> f64 {
     let (unit, font) = (layout.unit, layout.small);
-    let errors_of_both = input.panels.each_ref().map(sizes).concat();
+    let errors_of_all = input.panels.iter().map(sizes).collect::<Vec<_>>().concat();
     let bar = Rect {
         min: DVec2::new(layout.left[1] + 0.1 * layout.column, top).round(),
         max: DVec2::new(layout.left[1] + 0.9 * layout.column, top + 20.0 * unit).round(),
     };
-    let caption = "length of the corner error, px (both panels)";
-    let under = match errors_of_both.is_empty() {
+    let caption = match input.panels.len() {
+        0 | 1 => "length of the corner error, px",
+        2 => "length of the corner error, px (both panels)",
+        _ => "length of the corner error, px (all panels)",
+    };
+    let under = match errors_of_all.is_empty() {
         true => bar.max.y,
         false => colour_bar::draw(drawing, &bar, errors, Map::Marks, caption, font),
     };
@@ -149,7 +158,7 @@ pub(super) fn key(
     };
     let y = top + 0.5 * font.size_px;
     let mut x = left;
-    if !errors_of_both.is_empty() {
+    if !errors_of_all.is_empty() {
         dot(drawing, DVec2::new(x + 0.5 * sign, y), INK, unit);
         x = words(drawing, x + sign, y, "detected corner");
     }
@@ -163,8 +172,9 @@ pub(super) fn key(
     }
 
     let y = y + 1.9 * font.size_px;
-    let per_px = input.arrow_gain * PanelPlace::of(input, layout, 0, 0.0).scale;
-    if per_px > 0.0 && per_px.is_finite() && !errors_of_both.is_empty() {
+    let per_px =
+        if input.panels.is_empty() { 0.0 } else { input.arrow_gain * PanelPlace::of(input, layout, 0, 0.0).scale };
+    if per_px > 0.0 && per_px.is_finite() && !errors_of_all.is_empty() {
         let sample = axis::round_below(100.0 * unit / per_px);
         let tip = DVec2::new(left + sample * per_px, y);
         let share = errors.share(sample).unwrap_or(0.0);

@@ -4,7 +4,7 @@ use crate::raster::Raster;
 use crate::report::figures::samples;
 
 fn rows() -> Vec<FigureRow> {
-    let row = |label: &str, a: &str, b: &str| FigureRow { label: label.into(), values: [a.into(), b.into()] };
+    let row = |label: &str, a: &str, b: &str| FigureRow { label: label.into(), values: vec![a.into(), b.into()] };
     vec![
         row("vertical disparity, RMS, px", "16.93", "0.204"),
         row("vertical disparity, largest, px", "38.51", "0.512"),
@@ -22,14 +22,13 @@ const VERDICT: &str = "The freeform prism keeps both halves within 0.51 px of a 
 fn example(then: impl Fn(&ComparisonInput)) {
     let (flat, freeform) = (samples::board(20.0), samples::board(0.5));
     let panels = [
-        Panel { name: "flat prism".into(), picture: &flat.0, corners: &flat.1 },
-        Panel { name: "freeform prism".into(), picture: &freeform.0, corners: &freeform.1 },
+        Panel { name: "flat prism".into(), picture: &flat.0, corners: &flat.1, seam_px: 960.0 },
+        Panel { name: "freeform prism".into(), picture: &freeform.0, corners: &freeform.1, seam_px: 960.0 },
     ];
     then(&ComparisonInput {
         title: "One checkerboard through two prisms: 1 m away, squares of 10 mm".into(),
-        arrow_gain: suitable_gain(&panels, 960.0),
-        panels,
-        seam_px: 960.0,
+        arrow_gain: suitable_gain(&panels),
+        panels: panels.to_vec(),
         figures: rows(),
         verdict: VERDICT.into(),
         width_px: 2000,
@@ -57,13 +56,13 @@ fn hostile_input_gives_a_sound_figure() {
     let corners = [bad(f64::NAN, 1.0), bad(5.0, f64::INFINITY), bad(1e9, 3.0), bad(7.0, 1e200), bad(3.0, -0.0)];
     let pictures = [(0, 0), (1, 1), (3, 4000), (4000, 3), (1920, 1080)].map(|(w, h)| Raster::filled(w, h, f32::NAN));
     for (k, picture) in pictures.iter().enumerate() {
-        let panel = |corners| Panel { name: long.clone(), picture, corners };
+        let seam_px = [f64::NAN, 960.0, -5.0, f64::INFINITY, 1e12][k];
+        let panel = |corners| Panel { name: long.clone(), picture, corners, seam_px };
         let drawing = draw(&ComparisonInput {
             title: long.clone(),
-            panels: [panel(&corners), panel(&[])],
-            seam_px: [f64::NAN, 960.0, -5.0, f64::INFINITY, 1e12][k],
+            panels: [vec![panel(&corners), panel(&[])], vec![panel(&corners); k]].concat(),
             arrow_gain: [f64::NAN, 0.0, -3.0, f64::INFINITY, 1e300][k],
-            figures: vec![FigureRow { label: long.clone(), values: [long.clone(), long.clone()] }; 40],
+            figures: vec![FigureRow { label: long.clone(), values: vec![long.clone(); 2 + k] }; 40],
             verdict: long.clone(),
             width_px: 1000,
         });
@@ -71,16 +70,41 @@ fn hostile_input_gives_a_sound_figure() {
     }
 }
 
+/// One prism, and more than stand in a row: each has its panel, its letter and its column of figures.
+#[test]
+fn any_number_of_prisms_is_drawn() {
+    let (picture, corners) = samples::board(20.0);
+    for count in [1, 3, 8] {
+        let name = |k: usize| format!("prism {k}");
+        let panels: Vec<Panel> =
+            (0..count).map(|k| Panel { name: name(k), picture: &picture, corners: &corners, seam_px: 960.0 }).collect();
+        let values = (0..count).map(|k| format!("{k}.5")).collect();
+        let drawing = draw(&ComparisonInput {
+            title: "Prisms".into(),
+            arrow_gain: suitable_gain(&panels),
+            panels,
+            figures: vec![FigureRow { label: "vertical disparity, RMS, px".into(), values }],
+            verdict: VERDICT.into(),
+            width_px: 2000,
+        });
+        examine::examine(&format!("comparison_of_{count}"), &drawing);
+        for k in 0..count {
+            let letter = ["a", "b", "c", "d", "e", "f", "g", "h"][k];
+            assert!(examine::says(&drawing, &format!("({letter}) {}", name(k))), "{count} {k}");
+            assert!(examine::says(&drawing, &format!("{k}.5")), "{count} {k}");
+        }
+    }
+}
+
 #[test]
 fn an_empty_comparison_is_still_labelled() {
     let picture = Raster::filled(1920, 1080, 0.5);
-    let panel = |name: &str| Panel { name: name.into(), picture: &picture, corners: &[] };
+    let panel = |name: &str| Panel { name: name.into(), picture: &picture, corners: &[], seam_px: 960.0 };
     let panels = [panel("flat"), panel("freeform")];
-    assert_eq!(suitable_gain(&panels, 960.0), 1.0);
+    assert_eq!(suitable_gain(&panels), 1.0);
     let drawing = draw(&ComparisonInput {
         title: "Nothing yet".into(),
-        panels,
-        seam_px: 960.0,
+        panels: panels.to_vec(),
         arrow_gain: 1.0,
         figures: Vec::new(),
         verdict: String::new(),
@@ -98,11 +122,10 @@ fn corners_without_a_number_are_counted_and_the_others_drawn() {
     let picture = Raster::filled(100, 50, 0.5);
     let mark = |x: f64, e: f64| CornerMark { index: [0, 0], position_px: DVec2::splat(x), error_px: DVec2::splat(e) };
     let corners = [mark(10.0, 3.0), mark(20.0, f64::NAN), mark(f64::NAN, 1.0), mark(30.0, 4.0)];
-    let panel = Panel { name: "flat".into(), picture: &picture, corners: &corners };
+    let panel = Panel { name: "flat".into(), picture: &picture, corners: &corners, seam_px: 50.0 };
     let drawing = draw(&ComparisonInput {
         title: String::new(),
-        panels: [panel.clone(), panel],
-        seam_px: 50.0,
+        panels: vec![panel.clone(), panel],
         arrow_gain: 1.0,
         figures: Vec::new(),
         verdict: String::new(),
@@ -122,7 +145,7 @@ fn the_gain_makes_the_longer_arrows_about_two_squares_long() {
     let picture = Raster::filled(1, 1, 0.0);
     for (error, gain) in [(11.0, 10.0), (0.05, 2000.0), (40.0, 2.0), (500.0, 1.0), (0.0, 1.0)] {
         let corners: Vec<CornerMark> = (0..9).map(|i| mark(i, error)).collect();
-        let panel = Panel { name: String::new(), picture: &picture, corners: &corners };
-        assert_eq!(suitable_gain(&[panel.clone(), panel], 1e9), gain, "{error}");
+        let panel = Panel { name: String::new(), picture: &picture, corners: &corners, seam_px: 1e9 };
+        assert_eq!(suitable_gain(&[panel.clone(), panel]), gain, "{error}");
     }
 }

@@ -25,13 +25,13 @@ pub(super) struct Zoom {
     /// The line that the first panel bends most.
     pub(super) line: LineName,
     /// The windows in px of the pictures, each around the panel's own line; whole px.
-    pub(super) windows: [Rect; 2],
+    pub(super) windows: Vec<Rect>,
 }
 
 impl Zoom {
     /// The windows; `None` when the first panel has no line, or a picture has no pixels.
-    pub(super) fn of(lines: &[BTreeMap<LineName, Bend>; 2], panels: &[Panel; 2]) -> Option<Self> {
-        let first = worst(&lines[0])?;
+    pub(super) fn of(lines: &[BTreeMap<LineName, Bend>], panels: &[Panel]) -> Option<Self> {
+        let first = worst(lines.first()?)?;
         let [start, end] = first.ends_px();
         let step = start.distance(end) / (first.corners_px.len() - 1) as f64;
         let across = (ACROSS * first.size_px()).max(LEAST_ACROSS_PX);
@@ -40,13 +40,13 @@ impl Zoom {
             LineDirection::Column => DVec2::new(across, step),
         };
         let whole = |k: usize| DVec2::new(panels[k].picture.width() as f64, panels[k].picture.height() as f64);
-        let size = ((end - start).abs() + margin).ceil().min(whole(0)).min(whole(1));
+        let size = (0..panels.len()).map(whole).fold(((end - start).abs() + margin).ceil(), DVec2::min);
         let window = |k: usize| {
             let [start, end] = lines[k].get(&first.line).unwrap_or(first).ends_px();
             let min = (0.5 * (start + end - size)).round().clamp(DVec2::ZERO, whole(k) - size);
             Rect { min, max: min + size }
         };
-        (size.min_element() >= 1.0).then(|| Self { line: first.line, windows: [window(0), window(1)] })
+        (size.min_element() >= 1.0).then(|| Self { line: first.line, windows: (0..panels.len()).map(window).collect() })
     }
 
     /// Draws the window of panel `k` from `top` on; ends with its lower edge.
@@ -59,7 +59,7 @@ impl Zoom {
         top: f64,
         bend: Option<&Bend>,
     ) -> f64 {
-        let (left, unit, source) = (layout.left[k], layout.unit, self.windows[k]);
+        let (left, unit, source) = (layout.left[k % 2], layout.unit, self.windows[k]);
         let min = DVec2::new(left, top.round());
         let area = Rect { min, max: min + DVec2::new(layout.column, (PROPORTION * layout.column).round()) };
         let [x, y] = source.min.to_array().map(|v| v as usize);
@@ -164,8 +164,9 @@ mod tests {
     #[test]
     fn both_windows_hold_their_line_and_lie_in_the_picture() {
         let boards = [20.0, 0.5].map(samples::board);
-        let panels = boards.each_ref().map(|(picture, corners)| Panel { name: String::new(), picture, corners });
-        let lines = panels.each_ref().map(|panel| bends(panel.corners, 960.0));
+        let panels =
+            boards.each_ref().map(|(picture, corners)| Panel { name: String::new(), picture, corners, seam_px: 960.0 });
+        let lines = panels.each_ref().map(|panel| bends(panel.corners, panel.seam_px));
         let zoom = Zoom::of(&lines, &panels).expect("there are bent lines");
         let whole = Rect { min: DVec2::ZERO, max: DVec2::new(1920.0, 1080.0) };
         for (window, lines) in zoom.windows.iter().zip(&lines) {
