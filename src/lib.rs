@@ -115,7 +115,7 @@ pub mod plot;
 pub mod report;
 pub mod cli;
 
-pub use analysis::compare::compare;
+pub use analysis::compare::{compare, compare_scenes};
 pub use analysis::judge::measure;
 pub use design::freeform as design;
 pub use error::Error;
