@@ -36,7 +36,7 @@ fn text(number: u64) -> String {
     let square = dice.of(&[4.0, 20.0, 80.0]);
     let [black, white, background] = [dice.from(0.0, 0.3), dice.from(0.5, 1.0), dice.from(0.0, 1.0)];
     let mut text = format!(
-        "name = \"auto\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 16\nheight_px = 9\npixel_pitch_um = 660.0\n\
+        "name = \"auto\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 12\nheight_px = 7\npixel_pitch_um = 880.0\n\
          [prism]\n{prism}\n[board]\ncolumns = 41\nrows = 41\nsquare_mm = {square:?}\n\
          position_mm = [3.0, 2.0, {board_z:?}]\nblack = {black:?}\nwhite = {white:?}\nbackground = {background:?}\n"
     );
@@ -113,7 +113,7 @@ fn effects(dice: &mut Dice, glass: bool, text: &mut String) {
         }
         add(sensor);
     }
-    add("[quadrature]\npoints = 8".to_owned());
+    add("[quadrature]\npoints = 4".to_owned());
 }
 
 /// What `auto` leaves out of a scene changes its picture by this share of the threshold, and how many effects it leaves out.

@@ -151,7 +151,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(ProptestConfig::with_cases(200))]
 
     /// Any instrument inside the file's limits: refused in words, or each ray is a number or a fate, each pixel a radiance
     /// of the board or the dark of the glass, and each pixel aimed at sees its point.

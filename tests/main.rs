@@ -19,6 +19,7 @@ mod budget;
 mod cli;
 mod documents;
 mod edges;
+mod exact_prism;
 mod effects;
 mod effects_told;
 mod film;

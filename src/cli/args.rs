@@ -2,6 +2,8 @@
 
 use crate::accuracy::COARSEST_TARGET_PX;
 use crate::raster::transfer::Transfer;
+use crate::scene::DESIGN_DEGREE;
+use crate::scene::Objective;
 use clap::{Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -122,6 +124,24 @@ impl From<TransferArg> for Transfer {
     }
 }
 
+/// What the surfaces of a freeform prism are to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ObjectiveArg {
+    /// As in the design paper.
+    March,
+    /// Exactly horizontal epipolar lines.
+    Epipolar,
+}
+
+impl From<ObjectiveArg> for Objective {
+    fn from(arg: ObjectiveArg) -> Self {
+        match arg {
+            ObjectiveArg::March => Self::March,
+            ObjectiveArg::Epipolar => Self::Epipolar,
+        }
+    }
+}
+
 /// Arguments of `corners`.
 #[derive(Debug, clap::Args)]
 pub struct CornersArgs {
@@ -172,6 +192,13 @@ pub struct DesignArgs {
     /// Folder for prism.toml, cloud.csv, front.ply and back.ply.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
+    /// What the surfaces are to be, instead of the scene's own: `march` as in the design paper, `epipolar` for exactly horizontal
+    /// epipolar lines.
+    #[arg(long)]
+    pub objective: Option<ObjectiveArg>,
+    /// Total degree of the polynomials, instead of the scene's own.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=DESIGN_DEGREE as u64))]
+    pub degree: Option<u64>,
     /// March the centre column first, then every row.
     #[arg(long)]
     pub y_then_x: bool,

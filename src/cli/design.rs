@@ -22,6 +22,8 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
             "state index, ridge_distance_mm and thickness_mm, with kind = \"freeform\"",
         )
     })?;
+    input.settings.objective = args.objective.map_or(input.settings.objective, Into::into);
+    input.settings.degree = args.degree.map_or(input.settings.degree, |degree| degree as usize);
     if args.y_then_x {
         input.settings.order = MarchOrder::YThenX;
     }

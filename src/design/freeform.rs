@@ -1,12 +1,15 @@
 //! The freeform prism of the paper: virtual camera, march, and fitted polynomials.
 
+use super::epipolar::Revolved;
 use super::fit::{SurfaceFit, fit};
 use super::march::march;
 use super::point_grid::PointGrid;
 use super::virtual_camera::{VirtualCamera, virtual_camera};
 use crate::error::Error;
 use crate::num::ode::Integrator;
-use crate::scene::{BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method, PolynomialSpec, PrismSpec, Scene};
+use crate::scene::{
+    BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method, Objective, PolynomialSpec, PrismSpec, Scene,
+};
 
 /// z of the virtual cameras in the design paper's prisms, in the prism's frame: the plane of the camera's pinhole. The
 /// paper leaves it open; this choice reproduces its Table 1.
@@ -60,7 +63,8 @@ impl FreeformDesign {
     }
 }
 
-/// The freeform prism of the design paper: marched from the central ray of the half image and fitted by polynomials.
+/// A freeform prism by its objective: that of the design paper, marched from the central ray of the half image, or the exact
+/// one, revolved about the baseline; both fitted by polynomials.
 ///
 /// # Errors
 /// A [`Error`] when the input is outside the domain of one of the steps: see [`virtual_camera()`], [`march()`] and
@@ -80,11 +84,18 @@ pub fn freeform(input: &DesignInput) -> Result<FreeformDesign, Error> {
 /// As [`freeform`].
 pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<FreeformDesign, Error> {
     let camera = virtual_camera(&input.camera, &input.prism, input.virtual_camera_z_mm)?;
-    let cloud = march(&input.camera, &camera, &input.settings, integrator)?;
+    let (cloud, fitted) = match input.settings.objective {
+        Objective::March => (march(&input.camera, &camera, &input.settings, integrator)?, None),
+        Objective::Epipolar => {
+            let revolved = Revolved::new(&input.camera, &camera)?;
+            (revolved.cloud(&input.settings)?, Some(revolved.fitted()?))
+        }
+    };
+    let fitted = fitted.as_ref().unwrap_or(&cloud);
     let [shortest, longest] = cloud.optical_path_range_mm();
     let degree = input.settings.degree;
-    let front = fit(&cloud.front_mm(), degree, Some(camera.front_mm.truncate()))?;
-    let back = fit(&cloud.back_mm(), degree, Some(camera.back_mm.truncate()))?;
+    let front = fit(&fitted.front_mm(), degree, Some(camera.front_mm.truncate()))?;
+    let back = fit(&fitted.back_mm(), degree, Some(camera.back_mm.truncate()))?;
     Ok(FreeformDesign { camera, front, back, optical_path_spread_mm: longest - shortest, cloud })
 }
 

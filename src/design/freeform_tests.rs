@@ -3,14 +3,14 @@
 
 use super::*;
 use crate::design::virtual_camera::tests::{paper_camera, paper_prism};
-use crate::scene::{DesignSettings, MarchOrder, Method};
+use crate::scene::{DesignSettings, MarchOrder};
 use glam::DVec3;
 
 /// A surface z(x, y): value and gradient.
 type Sag<'a> = &'a dyn Fn(f64, f64) -> (f64, f64, f64);
 
 fn design(order: MarchOrder, degree: usize, step_px: f64) -> FreeformDesign {
-    let settings = DesignSettings { order, degree, method: Method::Rk4, step_px };
+    let settings = DesignSettings { order, degree, step_px, ..DesignSettings::default() };
     freeform(&DesignInput { camera: paper_camera(), prism: paper_prism(), settings, virtual_camera_z_mm: 0.0 }).unwrap()
 }
 
@@ -149,6 +149,6 @@ pub(in crate::design) fn small_cloud() -> PointGrid {
         thickness_mm: 8.545,
         facet_angle_rad: None,
     };
-    let settings = DesignSettings { order: MarchOrder::XThenY, degree: 5, method: Method::Rk4, step_px: 1.0 };
+    let settings = DesignSettings::default();
     freeform(&DesignInput { camera, prism, settings, virtual_camera_z_mm: 0.0 }).unwrap().cloud
 }

@@ -1,6 +1,6 @@
 //! The march: integrates both surfaces of the design, point by point, from the central ray of the half image.
 
-use super::point_grid::PointGrid;
+use super::point_grid::{PointGrid, TargetLaw};
 use super::slope::{PathParameter, Singular, slope};
 use super::virtual_camera::VirtualCamera;
 use crate::error::Error;
@@ -65,21 +65,29 @@ pub fn march(
 
     // Report the first line that stopped, in the order of the lines and not of the threads.
     ends.into_iter().collect::<Result<(), _>>().map_err(stopped)?;
-    Ok(PointGrid { camera: *target, pitch_mm: camera.pitch_mm, order: settings.order, u_px, v_px, z_mm })
+    Ok(PointGrid {
+        camera: *target,
+        pitch_mm: camera.pitch_mm,
+        order: settings.order,
+        law: TargetLaw::Pinhole,
+        u_px,
+        v_px,
+        z_mm,
+    })
 }
 
 /// Where the march makes points.
-struct GridLayout {
+pub(super) struct GridLayout {
     /// Offsets of columns and rows from the half image's centre, in px.
-    u_px: Vec<f64>,
-    v_px: Vec<f64>,
+    pub(super) u_px: Vec<f64>,
+    pub(super) v_px: Vec<f64>,
     /// Steps from one grid point to the next.
-    hops: usize,
+    pub(super) hops: usize,
 }
 
 impl GridLayout {
     /// The grid of [`march`].
-    fn new(camera: &CameraSpec, settings: &DesignSettings) -> Result<Self, Error> {
+    pub(super) fn new(camera: &CameraSpec, settings: &DesignSettings) -> Result<Self, Error> {
         // Refuse a step or a sensor that is not positive.
         let (half_width, half_height) = (camera.width_px as f64 / 4.0, camera.height_px as f64 / 2.0);
         let step_px = settings.step_px;

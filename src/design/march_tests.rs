@@ -1,11 +1,16 @@
 use super::super::virtual_camera::tests::{paper_camera, paper_prism};
 use super::super::virtual_camera::virtual_camera;
 use super::*;
-use crate::scene::{BiprismSpec, Method};
+use crate::scene::{BiprismSpec, Method, Objective};
 use glam::DVec3;
 
-const SETTINGS: DesignSettings =
-    DesignSettings { order: MarchOrder::XThenY, degree: 5, method: Method::Rk4, step_px: 1.0 };
+const SETTINGS: DesignSettings = DesignSettings {
+    objective: Objective::March,
+    order: MarchOrder::XThenY,
+    degree: 5,
+    method: Method::Rk4,
+    step_px: 1.0,
+};
 
 fn paper_cloud(order: MarchOrder, step_px: f64, integrator: Integrator) -> PointGrid {
     let target = virtual_camera(&paper_camera(), &paper_prism(), 0.0).unwrap();

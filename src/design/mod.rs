@@ -14,6 +14,7 @@ pub mod misfit;
 pub mod text;
 
 pub mod point_grid;
+mod epipolar;
 mod freeform;
 
 pub use freeform::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform, freeform_by};

@@ -7,6 +7,29 @@ use crate::scene::MarchOrder;
 use glam::DVec3;
 use rayon::prelude::*;
 
+/// Where the ray of a pixel goes behind the prism, as if it came from O'.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum TargetLaw {
+    /// As through a pinhole whose axis is parallel to that of the camera.
+    Pinhole,
+    /// The same but for a shift of each row: see [`super::epipolar`].
+    Rows,
+}
+
+impl TargetLaw {
+    /// The direction, scaled to z = 1, of the pixel at (`u_mm`, `v_mm`) from the half image's centre.
+    pub(super) fn direction(self, camera: &VirtualCamera, u_mm: f64, v_mm: f64) -> DVec3 {
+        match self {
+            Self::Pinhole => camera.virtual_direction(u_mm, v_mm),
+            Self::Rows => {
+                let tilt = libm::hypot(1.0, v_mm / camera.focal_length_mm);
+                let kappa = camera.half_centre_mm * (tilt - 1.0);
+                camera.virtual_direction(u_mm - kappa, v_mm)
+            }
+        }
+    }
+}
+
 /// The two surfaces of the right half (x > 0) on a grid of pixel positions: the point cloud of the paper.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PointGrid {
@@ -16,6 +39,8 @@ pub struct PointGrid {
     pub(super) pitch_mm: f64,
     /// Which march came first.
     pub(super) order: MarchOrder,
+    /// Where its rays go.
+    pub(super) law: TargetLaw,
     /// Columns, from the left, and rows, from the top.
     pub(super) u_px: Vec<f64>,
     pub(super) v_px: Vec<f64>,
@@ -103,7 +128,7 @@ impl PointGrid {
             u_px,
             v_px,
             front_mm: self.camera.outer_direction(u_mm, v_mm) * front_z,
-            back_mm: self.camera.centre_mm + self.camera.virtual_direction(u_mm, v_mm) * depth,
+            back_mm: self.camera.centre_mm + self.law.direction(&self.camera, u_mm, v_mm) * depth,
         }
     }
 }

@@ -118,6 +118,10 @@ fn biprism(file: &BiprismFile) -> BiprismSpec {
 
 fn design(document: &Document, file: &DesignFile, camera: &CameraSpec) -> Result<DesignSettings, Error> {
     let settings = DesignSettings {
+        objective: match file.objective {
+            ObjectiveFile::March => Objective::March,
+            ObjectiveFile::Epipolar => Objective::Epipolar,
+        },
         order: match file.order {
             OrderFile::XThenY => MarchOrder::XThenY,
             OrderFile::YThenX => MarchOrder::YThenX,

@@ -29,7 +29,7 @@ pub(super) const FACET_DEG: f64 = 89.0;
 /// The largest radiance, of full scale 1.
 pub(super) const RADIANCE: f64 = 1e6;
 /// The highest degree of a designed surface.
-pub(super) const DESIGN_DEGREE: usize = 15;
+pub(crate) const DESIGN_DEGREE: usize = 15;
 /// The shortest step of the design, in px.
 pub(super) const SHORTEST_STEP_PX: f64 = 1e-3;
 /// The longest step of the design, in px.

@@ -26,9 +26,10 @@ mod model;
 mod surface_files;
 mod surface_keys;
 
+pub(crate) use limits::DESIGN_DEGREE;
 pub use model::{
     Analysis, BiprismSpec, BoardSpec, CameraSpec, CloudSpec, DesignSettings, Encoding, Expect, GlassSpec, MarchOrder,
-    MeshSpec, Method, PointCloudSpec, PolynomialSpec, PrismSpec, Scene,
+    MeshSpec, Method, Objective, PointCloudSpec, PolynomialSpec, PrismSpec, Scene,
 };
 
 pub use crate::surface::mesh::{Normals, Triangles};

@@ -199,6 +199,8 @@ pub struct CloudSpec {
 /// How a freeform prism is designed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DesignSettings {
+    /// What the surfaces are to be.
+    pub objective: Objective,
     /// Which way the grid is marched.
     pub order: MarchOrder,
     /// Total degree p of the fitted polynomial (Eq. 6), with even powers of y only.
@@ -212,8 +214,17 @@ pub struct DesignSettings {
 impl Default for DesignSettings {
     /// The design paper's: x then y, p = 5, RK4 at the pixel pitch.
     fn default() -> Self {
-        Self { order: MarchOrder::XThenY, degree: 5, method: Method::Rk4, step_px: 1.0 }
+        Self { objective: Objective::March, order: MarchOrder::XThenY, degree: 5, method: Method::Rk4, step_px: 1.0 }
     }
+}
+
+/// What the surfaces of a freeform prism are to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Objective {
+    /// The design paper's: marched so that each half is nearly a pinhole parallel to the camera.
+    March,
+    /// Exactly horizontal epipolar lines: surfaces of revolution about the baseline.
+    Epipolar,
 }
 
 /// The order of the two marches of the design.

@@ -55,22 +55,38 @@ pub(super) struct FreeformFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(super) struct DesignFile {
-    /// Which way the grid is marched: the centre row, then every column, or the centre column, then every row.
+    /// What the surfaces are to be: `march` as in the design paper, nearly a pinhole each half; `epipolar`, surfaces of revolution
+    /// about the baseline, whose vertical disparity is 0 at every depth and in every light, but for what the fit leaves.
+    pub(super) objective: ObjectiveFile,
+    /// Which way the grid of `march` is marched: the centre row, then every column, or the centre column, then every row.
     pub(super) order: OrderFile,
     /// Total degree of the fitted polynomials.
     #[schemars(range(min = 1, max = DESIGN_DEGREE))]
     pub(super) degree: usize,
-    /// The integrator.
+    /// The integrator of `march`.
     pub(super) method: MethodFile,
-    /// Step of the march, in px of the sensor.
+    /// Step of the grid that the polynomials are fitted to, and of the march, in px of the sensor.
     #[schemars(range(min = SHORTEST_STEP_PX, max = LONGEST_STEP_PX))]
     pub(super) step_px: f64,
 }
 
 impl Default for DesignFile {
     fn default() -> Self {
-        Self { order: OrderFile::XThenY, degree: 5, method: MethodFile::Rk4, step_px: 1.0 }
+        Self {
+            objective: ObjectiveFile::March,
+            order: OrderFile::XThenY,
+            degree: 5,
+            method: MethodFile::Rk4,
+            step_px: 1.0,
+        }
     }
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum ObjectiveFile {
+    March,
+    Epipolar,
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]

@@ -71,7 +71,7 @@ pub(super) fn all(settings: &CostSettings) -> Vec<RenderMethod> {
         let accuracy = Accuracy { surface_residual_mm: residual, ..exact };
         ways.push(RenderMethod::by("surface_residual_mm", format!("{residual:.0e}"), residual, accuracy));
     }
-    for bend_px in [1e-2, 1e-4, 1e-6, 1e-8] {
+    for &bend_px in &settings.bends_px {
         let accuracy = Accuracy { bend_px, max_division: 64, ..standard };
         ways.push(RenderMethod::by("bend_px", format!("{bend_px:.0e}"), bend_px, accuracy));
     }

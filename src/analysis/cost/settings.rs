@@ -11,6 +11,8 @@ pub struct CostSettings {
     pub patience_s: f64,
     /// Levels of accuracy that are timed.
     pub levels: Vec<Level>,
+    /// Bends that pixels are divided for, in px.
+    pub bends_px: Vec<f64>,
     /// Side of the grids of samples a pixel that stand for a renderer without knowledge of its scene.
     pub supersampling: Vec<usize>,
     /// Steps of the design's integration, in um on the sensor.
@@ -28,6 +30,7 @@ impl Default for CostSettings {
             repetitions: 7,
             patience_s: 6.0,
             levels: Level::ALL.to_vec(),
+            bends_px: vec![1e-2, 1e-4, 1e-6, 1e-8],
             supersampling: vec![1, 2, 4, 8],
             steps_um: vec![91.0, 55.0, 22.0, 11.0, 5.5, 2.75, 1.0],
             degrees: vec![3, 4, 5, 6, 7, 9],
@@ -43,6 +46,7 @@ impl CostSettings {
         Self {
             patience_s: 0.5,
             levels: Level::ALL.into_iter().filter(|level| *level != Level::Reference).collect(),
+            bends_px: vec![1e-2, 1e-4, 1e-6],
             supersampling: vec![1, 2],
             steps_um: vec![91.0, 22.0],
             degrees: vec![3, 5],

@@ -13,6 +13,7 @@ fn study() -> CostStudy {
         repetitions: 1,
         patience_s: 1.0,
         levels: Level::ALL.to_vec(),
+        bends_px: vec![1e-2, 1e-4],
         supersampling: vec![1, 4],
         steps_um: vec![165.0, 20.625],
         degrees: vec![3, 5],

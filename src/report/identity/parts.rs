@@ -4,7 +4,7 @@ use super::checksum::Checksum;
 use super::effects;
 use crate::geom::{Pose, Rect};
 use crate::scene::{
-    BiprismSpec, BoardSpec, CameraSpec, CloudSpec, DesignSettings, GlassSpec, MarchOrder, MeshSpec, Method,
+    BiprismSpec, BoardSpec, CameraSpec, CloudSpec, DesignSettings, GlassSpec, MarchOrder, MeshSpec, Method, Objective,
     PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec, Scene,
 };
 use crate::surface::mesh::{Normals, Triangles};
@@ -103,7 +103,11 @@ fn glass(values: &mut Checksum, body: &GlassSpec) {
 }
 
 fn design(values: &mut Checksum, settings: &DesignSettings) {
-    let DesignSettings { order, degree, method, step_px } = settings;
+    let DesignSettings { objective, order, degree, method, step_px } = settings;
+    // Left out of the paper's, so that its pictures keep their identity.
+    if *objective == Objective::Epipolar {
+        values.word("epipolar");
+    }
     values.word(match order {
         MarchOrder::XThenY => "x_then_y",
         MarchOrder::YThenX => "y_then_x",
