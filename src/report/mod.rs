@@ -12,3 +12,4 @@ pub mod figures;
 pub mod json;
 pub mod number;
 pub mod table;
+mod truth;
