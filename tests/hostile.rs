@@ -277,6 +277,11 @@ fn photographs() {
     }
 }
 
+#[test]
+fn tiff_pictures() {
+    attack(&files("tests/fixtures/pictures/tiff", "tif"), 4000, bodies::photograph);
+}
+
 /// A header that promises more than there is costs no memory and no time.
 #[test]
 fn promises_are_not_believed() {

@@ -79,6 +79,8 @@ fn every_key_of_every_verb_stands_on_the_page() {
     hold("compare and measure", run("measure a.csv --scene scene.toml --json", "", "0"));
     hold("cost", run("cost scene.toml --quick --repetitions 1 --json", "", "0"));
     hold("analyse", run("analyse stability --only parallel --json", "", "0"));
+    hold("golden", run("golden cases --golden none --json", "", "0"));
+    hold("corners", run("corners a.exr --scene scene.toml --json", "", "0"));
     hold("golden", run("golden cases --json", "", "1"));
     fs::write(folder.path().join("cases/small.toml"), SCENE.replace("1.48", "1.5")).expect("it is written");
     hold("golden", run("golden cases --json", "", "0"));

@@ -201,7 +201,7 @@ fn what_is_no_picture_is_refused() {
         read(&path, None).unwrap_err().rule
     };
     assert!(rule(b"").contains("is empty"));
-    assert!(rule(b"GIF89a...").contains("PNG, OpenEXR, JPEG"));
+    assert!(rule(b"GIF89a...").contains("PNG, OpenEXR, TIFF"));
     assert!(rule(b"\x89PNG\r\n\x1a\n").contains("damaged"));
     assert!(rule(b"\x76\x2f\x31\x01").contains("damaged"));
     assert!(read(&directory.path().join("none.png"), None).unwrap_err().rule.contains("cannot be read"));

@@ -20,14 +20,44 @@ pub struct Found {
     pub position_px: DVec2,
 }
 
+/// Where the corners of a lattice lie on the board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LatticePlacement {
+    turn: IVec2,
+    shift: IVec2,
+}
+
+impl LatticePlacement {
+    /// Column and row on the board of a corner of the lattice.
+    pub fn of(&self, index: [i32; 2]) -> [i32; 2] {
+        (turned(self.turn, IVec2::from_array(index)) + self.shift).to_array()
+    }
+
+    /// Which diagonal is bright by the board's columns and rows, of a corner where it is this by the lattice's.
+    pub fn polarity(&self, by_lattice: Polarity) -> Polarity {
+        // A quarter turn swaps the diagonals.
+        match by_lattice {
+            Polarity::Main if self.turn.x == 0 => Polarity::Anti,
+            Polarity::Anti if self.turn.x == 0 => Polarity::Main,
+            same => same,
+        }
+    }
+}
+
 /// Corners nearest to the centre of the half that vote for the shift.
 const VOTERS: usize = 9;
 /// Votes may lie this far from a whole shift, in squares.
 const MOST_DOUBT: f64 = 0.3;
 
-/// Gives the corners of one half their places on the board; `None` when the instrument cannot tell, because its rays meet
-/// the board between two corners or contradict the colours of the squares.
+/// Gives the corners of one half their places on the board; `None` as [`placement`].
 pub fn anchor(light: &InLight<'_>, frame: &HalfFrame, corners: &[LatticeCorner]) -> Option<Vec<Found>> {
+    let placement = placement(light, frame, corners)?;
+    Some(corners.iter().map(|c| Found { index: placement.of(c.index), position_px: c.position_px }).collect())
+}
+
+/// Where the lattice of one half lies on the board; `None` when the instrument cannot tell, because its rays meet the board
+/// between two corners or contradict the colours of the squares.
+pub fn placement(light: &InLight<'_>, frame: &HalfFrame, corners: &[LatticeCorner]) -> Option<LatticePlacement> {
     let system = light.main();
     let centre = frame.own(frame.centre_px(system));
     let mut voters: Vec<&LatticeCorner> = corners.iter().collect();
@@ -54,12 +84,12 @@ pub fn anchor(light: &InLight<'_>, frame: &HalfFrame, corners: &[LatticeCorner])
             Some((turn, shift.as_ivec2(), doubt))
         })
         .min_by(|a, b| a.2.total_cmp(&b.2))?;
-    let place = |c: &LatticeCorner| (turned(turn, IVec2::from_array(c.index)) + shift).to_array();
+    let placement = LatticePlacement { turn, shift };
     // A detector that does not tell the colours cannot contradict them.
-    let told = corners.iter().filter_map(|c| Some(polarity(system, place(c)) == c.polarity?));
+    let told = corners.iter().filter_map(|c| Some(polarity(system, placement.of(c.index)) == c.polarity?));
     let (agree, all) = told.fold((0, 0), |(agree, all), same| (agree + usize::from(same), all + 1));
     let agreed = doubt < MOST_DOUBT && (all == 0 || 2 * agree > all);
-    agreed.then(|| corners.iter().map(|c| Found { index: place(c), position_px: c.position_px }).collect())
+    agreed.then_some(placement)
 }
 
 /// Which diagonal of the board's corner is bright when it is seen upright, as it is wherever columns run to the right

@@ -10,6 +10,7 @@ pub mod stability;
 pub mod truth;
 pub mod view;
 pub mod board_indexing;
+pub mod corners_on_board;
 pub mod half_image;
 pub mod not_judged;
 pub mod estimate;

@@ -121,7 +121,7 @@ pub fn place(system: &System, lattices: &[DetectedLattice; 2], own: bool, observ
 /// The pixels of a half whose rays go through its own side of the prism, where some do not: the ridge's image is not
 /// the middle of the picture when the prism is shifted or tilted, and no lattice may grow across it. Known from the
 /// instrument, not from the picture's board. `None` where all pixels do, as judged along the half's border.
-fn own_side(system: &System, frame: &HalfFrame) -> Option<Raster<bool>> {
+pub(super) fn own_side(system: &System, frame: &HalfFrame) -> Option<Raster<bool>> {
     let (width, height) = (frame.size_px.x as usize, frame.size_px.y as usize);
     let own = |i: usize, j: usize| {
         let px = frame.full(DVec2::new(i as f64 + 0.5, j as f64 + 0.5));

@@ -23,7 +23,7 @@ pub struct Args {
 pub enum Verb {
     /// Design, render, detect and measure: the flat prism of a scene against its freeform prism.
     Compare(CompareArgs),
-    /// Render the picture of a scene, with ground truth through the prism in the EXR.
+    /// Render the picture of a scene, with ground truth through the prism in the EXR and the NPY.
     Render(RenderArgs),
     /// Detect the corners of a checkerboard in both halves of any picture.
     Corners(CornersArgs),
@@ -40,7 +40,7 @@ pub enum Verb {
     /// Measure what accuracy costs in time: every knob turned, against the reference, as table, JSON, CSV and charts.
     Cost(CostArgs),
     /// Compare scenes with their goldens: pictures, corners, residuals, fates and counts. UPDATE_GOLDEN=1 rewrites
-    /// those that fail.
+    /// those that fail, --bless NAME one.
     Golden(GoldenArgs),
 }
 
@@ -65,6 +65,12 @@ fn target_px(text: &str) -> Result<f64, String> {
     } else {
         Err(format!("give a number above 0, up to {COARSEST_TARGET_PX}"))
     }
+}
+
+/// A tolerance, finite and not below 0.
+fn tolerance(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0);
+    found.ok_or_else(|| "give a number from 0 on, as in 0.001".to_owned())
 }
 
 /// Arguments of `compare`.
@@ -94,7 +100,8 @@ pub struct CompareArgs {
 pub struct RenderArgs {
     /// Scene file; `-` is stdin.
     pub scene: PathBuf,
-    /// Picture to write, .png or .exr, its folder made if need be; may be given more than once.
+    /// File to write, its folder made if need be; may be given more than once: .png the picture, .exr the picture and what
+    /// every pixel's centre sees, .npy that alone at full f64.
     #[arg(long, required = true)]
     pub out: Vec<PathBuf>,
     /// No edge or corner of the board may lie farther than this from its true place, in px: the cheapest level of
@@ -145,13 +152,17 @@ impl From<ObjectiveArg> for Objective {
 /// Arguments of `corners`.
 #[derive(Debug, clap::Args)]
 pub struct CornersArgs {
-    /// Picture: PNG, EXR, JPEG, BMP or PNM; or a corner file (.csv, .json, .yml) to be written in another format.
+    /// Picture: PNG, EXR, TIFF, JPEG, BMP or PNM; or a corner file (.csv, .json, .yml) to be written in another format.
     pub picture: PathBuf,
     /// Transfer curve of a picture that does not state its own.
     #[arg(long)]
     pub transfer: Option<TransferArg>,
-    /// Take the whole picture as one view instead of two halves.
+    /// The scene that says camera, prism and board of the picture; `-` is stdin. Corners are then numbered by the board's
+    /// columns and rows, and those whose places it does not tell are left out and counted.
     #[arg(long)]
+    pub scene: Option<PathBuf>,
+    /// Take the whole picture as one view instead of two halves.
+    #[arg(long, conflicts_with = "scene")]
     pub whole: bool,
     /// File to write instead of stdout: .csv, .json, or .yml for OpenCV (with its pixel centres at whole numbers).
     #[arg(long)]
@@ -164,7 +175,7 @@ pub struct CornersArgs {
 /// Arguments of `measure`.
 #[derive(Debug, clap::Args)]
 pub struct MeasureArgs {
-    /// Picture: PNG, EXR, JPEG, BMP or PNM; or a corner file (.csv, .json, .yml) with the views left and right, as
+    /// Picture: PNG, EXR, TIFF, JPEG, BMP or PNM; or a corner file (.csv, .json, .yml) with the views left and right, as
     /// `biprism corners` or another program wrote it.
     pub picture: PathBuf,
     /// The scene that says camera, prism and board of the picture; `-` is stdin.
@@ -284,7 +295,7 @@ pub struct TraceArgs {
 /// Arguments of `golden`.
 #[derive(Debug, clap::Args)]
 pub struct GoldenArgs {
-    /// Folder of the cases, *.toml.
+    /// Folder of the cases, *.toml; --only chooses among them.
     #[arg(default_value = "scenes/cases")]
     pub cases: PathBuf,
     /// Folder of their goldens.
@@ -293,6 +304,21 @@ pub struct GoldenArgs {
     /// Folder for what failing cases leave: a strip expected | difference | actual and a text.
     #[arg(long, default_value = "out/golden")]
     pub failures: PathBuf,
+    /// Only this case of the folder, by its name without .toml; may be given more than once.
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
+    /// Write the golden of this case anew where it differs, and look at no other; may be given more than once. Refused where
+    /// CI is set.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["only", "tolerance_px", "tolerance_grey"])]
+    pub bless: Vec<String>,
+    /// How far corners and residuals may move beyond 1e-9 px (exact ones) and 1e-6 px (detected ones). Above 0, counts of work
+    /// and of candidates that were turned down are not held.
+    #[arg(long, value_name = "PX", default_value_t = 0.0, value_parser = tolerance)]
+    pub tolerance_px: f64,
+    /// How far a pixel may move beyond half a level of 16 bits, of full scale 1. Pictures with noise are judged by their
+    /// noise, whatever is given here.
+    #[arg(long, value_name = "GREY", default_value_t = 0.0, value_parser = tolerance)]
+    pub tolerance_grey: f64,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,

@@ -4,13 +4,17 @@ use super::args::CornersArgs;
 use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, output};
+use crate::analysis::corners_on_board;
+use crate::analysis::listed_corners::lattices;
 use crate::error::Error;
 use crate::io::corners::{self, CornerFormat, CornerView, to_text};
 use crate::io::inputs;
 use crate::raster::Raster;
+use crate::system::InLight;
 use crate::vision::half::{Half, HalfImage};
 use crate::vision::{self, Settings};
 use serde_json::{Value, json};
+use std::path::Path;
 
 pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
     let format = match &args.out {
@@ -29,8 +33,14 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
         inputs::check_outputs(std::slice::from_ref(path))?;
         path.parent().map_or(Ok(()), files::folder)?;
     }
-    progress.begin("picture", "detect");
-    let views = picture.map_or(listed, |picture| detected(args, &picture));
+    let views = match (&args.scene, picture) {
+        (Some(path), picture) => by_scene(args, path, picture.as_ref(), listed, &progress)?,
+        (None, Some(picture)) => {
+            progress.begin("picture", "detect");
+            detected(args, &picture)
+        }
+        (None, None) => listed,
+    };
     drop(progress);
     let text = to_text(&views, format);
     match &args.out {
@@ -39,7 +49,7 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
     }
     if args.json && args.out.is_some() {
         let halves: Vec<Value> = views.iter().map(counted).collect();
-        return output::stdout(&format!("{:#}\n", json!({ "halves": halves }))).map(|()| Outcome::Done);
+        return output::stdout(&format!("{:#}\n", json!({ "halves": halves }))).map(|()| outcome(args, &views));
     }
     for view in &views {
         let rejected: Vec<String> =
@@ -47,7 +57,64 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
         let aside = if rejected.is_empty() { "none".to_owned() } else { rejected.join(", ") };
         output::stderr(&format!("{}: {} corners; turned down: {aside}", view.name, view.corners.len()));
     }
-    Ok(Outcome::Done)
+    Ok(outcome(args, &views))
+}
+
+/// The corners numbered by the board of the scene at `path`, of a picture, or else of a list.
+fn by_scene(
+    args: &CornersArgs,
+    path: &Path,
+    picture: Option<&Raster<f32>>,
+    listed: Vec<CornerView>,
+    progress: &Progress,
+) -> Result<Vec<CornerView>, Error> {
+    let scene = files::load(path)?;
+    if let Some(picture) = picture {
+        files::check_size(&args.picture, picture, &scene)?;
+    }
+    progress.begin(&scene.name, "design");
+    let system = files::build(&scene, path)?;
+    progress.begin("picture", "detect");
+    let Some(picture) = picture else {
+        // The list is checked as `measure` does.
+        lattices(&args.picture.display(), &system, &listed)?;
+        let light = InLight::new(&system);
+        let half = |view: &CornerView| Half::BOTH.into_iter().find(|half| half.name() == view.name);
+        return Ok(listed
+            .into_iter()
+            .filter_map(|view| Some(corners_on_board::on_board(&light, half(&view)?, view)))
+            .collect());
+    };
+    Ok(corners_on_board::detected(&system, picture).into())
+}
+
+/// Whether every view has the places on the board, where these were asked for; what has none is told.
+fn outcome(args: &CornersArgs, views: &[CornerView]) -> Outcome {
+    let mut outcome = Outcome::Done;
+    if args.scene.is_none() {
+        return outcome;
+    }
+    for view in views {
+        for (reason, n) in &view.rejected {
+            match reason.as_str() {
+                corners_on_board::NOT_INDEXED => {
+                    outcome = Outcome::Unmet;
+                    let why = format!(
+                        "{}: the scene does not tell which corners of the board the {n} that were found are: its board must be \
+                         where the picture's is, to 0.3 of a square; without --scene they are written by numbers of their own",
+                        view.name
+                    );
+                    output::stderr(&why);
+                }
+                corners_on_board::OFF_BOARD => output::stderr(&format!(
+                    "note: {}: {n} corners lie where the scene's board has none, and are left out: look at its columns and rows",
+                    view.name
+                )),
+                _ => {}
+            }
+        }
+    }
+    outcome
 }
 
 fn detected(args: &CornersArgs, picture: &Raster<f32>) -> Vec<CornerView> {

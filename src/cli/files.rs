@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::io::{Notes, atomic, inputs, png};
 use crate::plot::canvas;
 use crate::plot::drawing::Drawing;
+use crate::raster::Raster;
 use crate::scene::{self, Scene};
 use crate::system::System;
 use std::path::{Path, PathBuf};
@@ -81,6 +82,18 @@ pub(super) fn outputs(folder: &Path, names: &[&str]) -> Result<Vec<PathBuf>, Err
     inputs::check_outputs(&paths)?;
     self::folder(folder)?;
     Ok(paths)
+}
+
+/// Refuses a picture at `path` that is not of the scene's size.
+pub(super) fn check_size(path: &Path, picture: &Raster<f32>, scene: &Scene) -> Result<(), Error> {
+    let (size, [width, height]) =
+        ([picture.width(), picture.height()], [scene.camera.width_px, scene.camera.height_px]);
+    if size == [width, height] {
+        return Ok(());
+    }
+    let rule =
+        format!("the picture is {} x {}, and the scene's camera has {width} x {height} pixels", size[0], size[1]);
+    Err(Error::new(path.display(), rule, "name the scene that the picture belongs to with --scene"))
 }
 
 /// Writes `text` to `path`, whole or not at all.

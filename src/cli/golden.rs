@@ -5,14 +5,24 @@ use super::outcome::Outcome;
 use super::output;
 use super::progress::Progress;
 use crate::error::Error;
-use crate::golden::{Folders, Mode, check};
+use crate::golden::{Folders, GoldenRequest, Mode, check_asked};
 
 pub(super) fn run(args: &GoldenArgs) -> Result<Outcome, Error> {
     let variable = |name: &str| std::env::var(name).ok();
-    let mode = Mode::of_variables(variable("UPDATE_GOLDEN").as_deref(), variable("CI").as_deref())?;
+    let ci = variable("CI");
+    let mode = match args.bless.is_empty() {
+        true => Mode::of_variables(variable("UPDATE_GOLDEN").as_deref(), ci.as_deref())?,
+        false => Mode::of_named(ci.as_deref())?,
+    };
+    let request = GoldenRequest {
+        only: if args.bless.is_empty() { args.only.clone() } else { args.bless.clone() },
+        slack_px: args.tolerance_px,
+        slack_grey: args.tolerance_grey,
+    };
     let progress = Progress::new(0);
     progress.begin("golden", "cases");
-    let report = check(&Folders { cases: &args.cases, golden: &args.golden, failures: &args.failures }, mode)?;
+    let report =
+        check_asked(&Folders { cases: &args.cases, golden: &args.golden, failures: &args.failures }, mode, &request)?;
     drop(progress);
     if args.json {
         let text = serde_json::to_string_pretty(&report).expect("a golden report holds only strings and numbers");

@@ -13,7 +13,8 @@ use crate::analysis::view::{place, see};
 use crate::error::Error;
 use crate::io::corners::{self, CornerFormat};
 use crate::raster::Raster;
-use crate::report::{self, design, identity, json, table};
+use crate::report::identity::{self, Likeness};
+use crate::report::{self, design, json, table};
 use crate::scene::Scene;
 use crate::system::{System, doubts};
 use std::collections::BTreeMap;
@@ -72,20 +73,7 @@ fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Error> {
         return corners::read(&args.picture).map(Input::Corners);
     }
     let (picture, mut metadata) = crate::io::read(&args.picture, args.transfer.map(Into::into))?;
-    let size = [scene.camera.width_px, scene.camera.height_px];
-    if [picture.width(), picture.height()] != size {
-        return Err(Error::new(
-            args.picture.display(),
-            format!(
-                "the picture is {} x {}, and the scene's camera has {} x {} pixels",
-                picture.width(),
-                picture.height(),
-                size[0],
-                size[1]
-            ),
-            "name the scene that the picture belongs to with --scene",
-        ));
-    }
+    files::check_size(&args.picture, &picture, scene)?;
     Ok(Input::Picture(picture, metadata.texts.remove("biprism")))
 }
 
@@ -93,10 +81,19 @@ fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Error> {
 fn same_instrument(args: &MeasureArgs, scene: &Scene, system: &System, note: Option<&str>) -> Result<(), Error> {
     let said: Option<serde_json::Value> = note.and_then(|text| serde_json::from_str(text).ok());
     let Some(said) = said else { return Ok(()) };
-    let others = identity::others(scene, system, &said["instrument"]);
-    if others.is_empty() {
-        return Ok(());
-    }
+    let others = match identity::likeness(scene, system, &said["instrument"]) {
+        Likeness::Same => return Ok(()),
+        Likeness::Others(others) => others,
+        Likeness::Unknown => {
+            output::stderr(&format!(
+                "note: {} was written by another version of the program, and does not tell whether its instrument is that \
+                 of {}: render it anew to know",
+                args.picture.display(),
+                files::shown(&args.scene)
+            ));
+            return Ok(());
+        }
+    };
     let rule = format!(
         "the picture was rendered from scene {} with prism {}, and {} (scene \"{}\" with prism \"{}\") has another {}",
         said["scene"],

@@ -197,7 +197,11 @@ fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Error> {
 fn forth(light: &InLight<'_>, as_json: bool, px: DVec2) -> String {
     let system = light.main();
     let (path, end) = light.path(px);
-    let landed = end.and_then(|(ray, side)| system.board().intersect(&ray).map(|(mm, _)| (mm, side)));
+    let landed = match light.lights() {
+        [_] => end.and_then(|(ray, side)| system.board().intersect(&ray).map(|(mm, _)| (mm, side))),
+        // On a tilted board the mean of positions is not where the mean ray lands.
+        _ => light.trace(px).map(|hit| (hit.board_mm, hit.side)),
+    };
     // A ray that ended in the glass came in through the side of its first point.
     let entered = || Some(system.prism()?.side_at(*path.points.first()?));
     let (fate, side) = match (&landed, &end) {

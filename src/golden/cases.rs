@@ -2,7 +2,7 @@
 
 use super::noise::Regions;
 use super::record::{self, Tolerance};
-use super::report::{CaseResult, Folders, GoldenOutcome, GoldenOutput, GoldenReport, Mode};
+use super::report::{CaseResult, Folders, GoldenOutcome, GoldenOutput, Mode, Tolerances};
 use crate::error::Error;
 use crate::io::atomic::write_bytes;
 use crate::io::inputs;
@@ -38,33 +38,6 @@ fn read_text(path: &Path) -> std::io::Result<String> {
 /// The key under which a golden record keeps the noise.
 pub(super) const NOISE: &str = "noise";
 
-/// Renders every case and holds it against its golden.
-///
-/// `render` is given the path of the case; `tolerance` says for each leaf of a record, by its JSON pointer, how far it
-/// may move.
-///
-/// # Errors
-/// A folder that cannot be read or holds no case, and files that cannot be written. What is wrong with a case is in
-/// the report.
-pub fn run(
-    folders: &Folders<'_>,
-    mode: Mode,
-    tolerance: &dyn Fn(&str) -> Tolerance,
-    render: &dyn Fn(&Path) -> Result<GoldenOutput, Error>,
-) -> Result<GoldenReport, Error> {
-    let names = case_names(folders)?;
-    if mode == Mode::Check && !folders.golden.exists() {
-        let (golden, cases, n) = (folders.golden.display(), folders.cases.display(), names.len());
-        let missing = format!(
-            "{golden}: there is no such folder of goldens for the {n} cases of {cases}\n    name it with --golden, or make \
-             it with UPDATE_GOLDEN=1"
-        );
-        return Ok(GoldenReport { cases: vec![], orphans: vec![], missing: Some(missing) });
-    }
-    let cases = names.iter().map(|name| run_case(folders, mode, tolerance, render, name)).collect::<Result<_, _>>()?;
-    Ok(GoldenReport { cases, orphans: orphans(folders)?, missing: None })
-}
-
 /// Renders the case `name` and holds it against its golden.
 ///
 /// # Errors
@@ -72,11 +45,11 @@ pub fn run(
 pub fn run_case(
     folders: &Folders<'_>,
     mode: Mode,
-    tolerance: &dyn Fn(&str) -> Tolerance,
+    tolerances: &Tolerances<'_>,
     render: &dyn Fn(&Path) -> Result<GoldenOutput, Error>,
     name: &str,
 ) -> Result<CaseResult, Error> {
-    judge(folders, mode, tolerance, name, render(&file(folders.cases, name, "toml")))
+    judge(folders, mode, tolerances, name, render(&file(folders.cases, name, "toml")))
 }
 
 /// The names of the cases, at least one.
@@ -109,7 +82,7 @@ pub fn orphans(folders: &Folders<'_>) -> Result<Vec<String>, Error> {
 pub(super) fn judge(
     folders: &Folders<'_>,
     mode: Mode,
-    tolerance: &dyn Fn(&str) -> Tolerance,
+    tolerances: &Tolerances<'_>,
     name: &str,
     rendered: Result<GoldenOutput, Error>,
 ) -> Result<CaseResult, Error> {
@@ -127,8 +100,14 @@ pub(super) fn judge(
             return Ok(case);
         }
     };
-    let expected_picture = compare_picture(folders, &actual, &mut case);
-    compare_record(folders, &actual, tolerance, &mut case);
+    let mut expected_picture = None;
+    if ["png", "json"].iter().any(|ending| file(folders.golden, name, ending).exists()) {
+        expected_picture = compare_picture(folders, &actual, tolerances.grey, &mut case);
+        compare_record(folders, &actual, tolerances.record, &mut case);
+    } else {
+        let kept = format!("it has no golden yet: look at its picture, then keep it with --bless {name}");
+        case.reasons.push(kept);
+    }
 
     if case.reasons.is_empty() {
         case.outcome = GoldenOutcome::Passed;
@@ -147,11 +126,12 @@ pub(super) fn judge(
     Ok(case)
 }
 
-/// Adds to `case` what is wrong with the picture, and returns the golden one. Of random pictures only the size is asked
-/// for; the rest is the record's.
+/// Adds to `case` what is wrong with the picture, whose pixels may be `grey` from those of the golden one, and returns that. Of
+/// random pictures only the size is asked for; the rest is the record's.
 pub(super) fn compare_picture(
     folders: &Folders<'_>,
     actual: &GoldenOutput,
+    grey: f64,
     case: &mut CaseResult,
 ) -> Option<Raster<f32>> {
     let path = file(folders.golden, &case.name, "png");
@@ -166,7 +146,7 @@ pub(super) fn compare_picture(
             return None;
         }
     };
-    let tolerance = if actual.noise.is_some() { f64::INFINITY } else { PIXEL_TOLERANCE };
+    let tolerance = if actual.noise.is_some() { f64::INFINITY } else { grey };
     match compare::compare(&expected, &actual.picture, tolerance) {
         Ok(difference) => {
             if let (false, Some([i, j])) = (difference.passes(), difference.worst_px) {
@@ -255,7 +235,7 @@ pub(super) fn update(folders: &Folders<'_>, name: &str, actual: &GoldenOutput) -
     write_bytes(&numbers, text.as_bytes())
 }
 
-/// Leaves the strip, where there are two pictures, and a short text.
+/// Leaves the strip, where there are two pictures, else the one, and a short text.
 pub(super) fn leave_evidence(
     folders: &Folders<'_>,
     case: &CaseResult,
@@ -277,17 +257,23 @@ pub(super) fn leave_evidence(
             path.display(),
             strip.gain
         ));
+    } else {
+        let path = file(folders.failures, &case.name, ACTUAL);
+        png::write_grey16(&path, actual, Transfer::Linear, &Notes::default())?;
+        text.push_str(&format!("{}: the picture\n", path.display()));
     }
-    text.push_str("When the change is meant: UPDATE_GOLDEN=1, then look at the new golden.\n");
+    text.push_str(&format!("When it is meant: --bless {}, then look at the new golden.\n", case.name));
     write_bytes(&file(folders.failures, &case.name, TEXT), text.as_bytes())
 }
 
 pub(super) const STRIP: &str = "strip.png";
 pub(super) const TEXT: &str = "diff.txt";
+/// The picture itself, where there is no golden one.
+pub(super) const ACTUAL: &str = "actual.png";
 
 /// Takes the evidence of an earlier failure away. That it may not be there is no failure.
 pub(super) fn forget(folders: &Folders<'_>, name: &str) {
-    for ending in [STRIP, TEXT] {
+    for ending in [STRIP, TEXT, ACTUAL] {
         let path = file(folders.failures, name, ending);
         if !inputs::was_read(&path) {
             let _ = fs::remove_file(path);

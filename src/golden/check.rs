@@ -1,9 +1,11 @@
 //! Scenes held against their goldens.
 
 use super::cases;
+use super::cases::PIXEL_TOLERANCE;
 use super::noise::REPLICATES;
 use super::record::Tolerance;
-use super::report::{CaseResult, Folders, GoldenOutput, GoldenReport, Mode};
+use super::report::{CaseResult, Folders, GoldenOutput, GoldenReport, Mode, Tolerances};
+use super::run::{GoldenRequest, run};
 use super::snapshot::{frames, record};
 use crate::error::Error;
 use crate::scene;
@@ -12,9 +14,17 @@ use std::path::Path;
 /// Holds every case against its golden.
 ///
 /// # Errors
-/// As [`cases::run`].
+/// As [`run`].
 pub fn check(folders: &Folders<'_>, mode: Mode) -> Result<GoldenReport, Error> {
-    cases::run(folders, mode, &tolerance, &rendered)
+    check_asked(folders, mode, &GoldenRequest::default())
+}
+
+/// Holds the cases that are asked for against their goldens.
+///
+/// # Errors
+/// As [`run`].
+pub fn check_asked(folders: &Folders<'_>, mode: Mode, request: &GoldenRequest) -> Result<GoldenReport, Error> {
+    run(folders, mode, request, &tolerance, &rendered)
 }
 
 /// Holds one case against its golden.
@@ -22,7 +32,8 @@ pub fn check(folders: &Folders<'_>, mode: Mode) -> Result<GoldenReport, Error> {
 /// # Errors
 /// As [`cases::run_case`].
 pub fn check_case(folders: &Folders<'_>, mode: Mode, name: &str) -> Result<CaseResult, Error> {
-    cases::run_case(folders, mode, &tolerance, &rendered, name)
+    let tolerances = Tolerances { record: &tolerance, grey: PIXEL_TOLERANCE };
+    cases::run_case(folders, mode, &tolerances, &rendered, name)
 }
 
 /// What the case at `path` gives.

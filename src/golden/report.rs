@@ -1,7 +1,7 @@
 //! The report of a golden run: how each case went.
 
 use super::noise::{self, Regions};
-use super::record::RecordDifference;
+use super::record::{RecordDifference, Tolerance};
 use crate::error::Error;
 use crate::raster::Raster;
 use crate::raster::compare::Difference;
@@ -26,6 +26,21 @@ impl GoldenOutput {
     /// noise.
     pub fn of_random(pictures: &[Raster<f32>], quiet: &Raster<f32>, record: Value) -> Self {
         Self { picture: noise::mean_picture(pictures), record, noise: Some(Regions::of(pictures, quiet)) }
+    }
+}
+
+/// How far a case may be from its golden.
+#[derive(Clone, Copy)]
+pub struct Tolerances<'a> {
+    /// For each leaf of a record, by its JSON pointer.
+    pub record: &'a dyn Fn(&str) -> Tolerance,
+    /// For a pixel, in linear light of full scale 1.
+    pub grey: f64,
+}
+
+impl fmt::Debug for Tolerances<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Tolerances").field("grey", &self.grey).finish_non_exhaustive()
     }
 }
 
@@ -66,6 +81,19 @@ impl Mode {
             (Some(other), _) => {
                 Err(Error::new("UPDATE_GOLDEN", format!("the value is {other:?}, and must be 0 or 1"), "set it to 1"))
             }
+        }
+    }
+}
+
+impl Mode {
+    /// [`Mode::Update`], for cases that are named, by the value of the variable `CI`.
+    ///
+    /// # Errors
+    /// Where `CI` is set.
+    pub fn of_named(ci: Option<&str>) -> Result<Self, Error> {
+        match Self::of_variables(Some("1"), ci) {
+            Err(problem) => Err(Error { place: "--bless".to_owned(), ..problem }),
+            mode => mode,
         }
     }
 }

@@ -12,12 +12,13 @@ use std::path::{Path, PathBuf};
 
 struct Room {
     root: tempfile::TempDir,
+    request: GoldenRequest,
 }
 
 impl Room {
     /// Two cases with their goldens.
     fn new() -> Self {
-        let room = Self { root: tempfile::tempdir().unwrap() };
+        let room = Self { root: tempfile::tempdir().unwrap(), request: GoldenRequest::default() };
         fs::create_dir(room.folder("cases")).unwrap();
         room.case("one", 7.3);
         room.case("two", 4.8);
@@ -46,7 +47,7 @@ impl Room {
     fn run(&self, mode: Mode, change: &dyn Fn(GoldenOutput) -> GoldenOutput) -> GoldenReport {
         let (cases, golden, failures) = (self.folder("cases"), self.folder("golden"), self.folder("failures"));
         let folders = Folders { cases: &cases, golden: &golden, failures: &failures };
-        run(&folders, mode, &tolerance, &|path| render(path).map(change)).unwrap()
+        run(&folders, mode, &self.request, &tolerance, &|path| render(path).map(change)).unwrap()
     }
 
     fn check(&self, change: &dyn Fn(GoldenOutput) -> GoldenOutput) -> GoldenReport {
@@ -223,8 +224,89 @@ fn a_folder_of_goldens_that_is_not_there_is_told_once() {
     let report = room.check(&|_| panic!("nothing is rendered"));
     assert!(!report.passed() && report.cases.is_empty());
     let told = report.to_string();
-    assert!(told.lines().count() == 2 && told.contains("no such folder") && told.contains("2 cases"), "{told}");
+    assert!(
+        told.lines().count() == 3
+            && told.contains("UPDATE_GOLDEN=1 biprism golden")
+            && told.contains("no such folder")
+            && told.contains("2 cases"),
+        "{told}"
+    );
     assert!(room.run(Mode::Update, &|output| output).passed());
+}
+
+/// One case alone is rendered, judged and rewritten; a name that there is not is told with those that there are.
+#[test]
+fn named_cases_are_judged_and_rewritten_alone() {
+    let mut room = Room::new();
+    let before = fs::read(room.golden("two.png")).unwrap();
+    room.case("one", 9.1);
+    room.case("two", 3.3);
+    room.request.only = vec!["one.toml".to_owned()];
+    let named = |report: &GoldenReport| report.cases.iter().map(|case| case.name.clone()).collect::<Vec<_>>();
+    let report = room.check(&|output| output);
+    assert!(!report.passed() && named(&report) == ["one"]);
+    let report = room.run(Mode::Update, &|output| output);
+    assert!(report.passed() && named(&report) == ["one"], "{report}");
+    assert!(room.check(&|output| output).passed() && fs::read(room.golden("two.png")).unwrap() == before);
+    room.request.only = vec!["onne".to_owned()];
+    let (cases, golden, failures) = (room.folder("cases"), room.folder("golden"), room.folder("failures"));
+    let folders = Folders { cases: &cases, golden: &golden, failures: &failures };
+    let told = run(&folders, Mode::Check, &room.request, &tolerance, &render).unwrap_err();
+    assert!(told.rule.contains("\"onne\"") && told.help.ends_with("one, two"), "{told}");
+    assert!(Mode::of_named(None) == Ok(Mode::Update) && Mode::of_named(Some("1")).unwrap_err().place == "--bless");
+}
+
+/// A golden that is not there: one sentence with the next step, and the picture to look at.
+#[test]
+fn a_case_without_a_golden_says_how_to_keep_it() {
+    let room = Room::new();
+    room.case("three", 5.5);
+    let report = room.check(&|output| output);
+    assert!(reasons(&report, "three").ends_with("keep it with --bless three"), "{report}");
+    assert_eq!(reasons(&report, "three").lines().count(), 1);
+    let (picture, _) = png::read(&room.evidence("three.actual.png"), None).unwrap();
+    assert!((picture.get(5, 0) - 0.5).abs() < 1e-4);
+    assert!(room.run(Mode::Update, &|output| output).passed());
+    assert!(!room.evidence("three.actual.png").exists());
+}
+
+/// An edge that moves by 0.05 px changes a pixel of each row by 0.05 of full scale: both must be allowed, each by its own
+/// tolerance, and a hair less is not enough.
+#[test]
+fn tolerances_allow_what_they_say() {
+    let mut room = Room::new();
+    room.case("one", 7.35);
+    for (px, grey, passes) in
+        [(0.0501, 0.0501, true), (0.0499, 0.0501, false), (0.0501, 0.0499, false), (0.0, 0.0, false)]
+    {
+        (room.request.slack_px, room.request.slack_grey) = (px, grey);
+        assert_eq!(room.check(&|output| output).passed(), passes, "{px} px, {grey}");
+    }
+    // Work is not held where corners may move; what was found still is.
+    let changed = |key: &'static str| {
+        move |mut output: GoldenOutput| {
+            output.record[key] = json!({"rays": 7});
+            output
+        }
+    };
+    room.case("one", 7.3);
+    room.request.slack_grey = 0.0;
+    for (px, passes) in [(0.0, false), (1e-3, true)] {
+        room.request.slack_px = px;
+        assert!(room.run(Mode::Update, &|o| changed("counts")(o)).passed());
+        let more = |output| {
+            let mut output = changed("counts")(output);
+            output.record["counts"]["rays"] = json!(8);
+            output
+        };
+        assert_eq!(room.check(&more).passed(), passes, "{px}");
+        let found = |output| {
+            let mut output = changed("counts")(output);
+            output.record["found"] = json!(2);
+            output
+        };
+        assert!(!room.check(&found).passed());
+    }
 }
 
 #[test]
@@ -233,7 +315,7 @@ fn a_folder_without_cases_is_a_problem() {
     let missing = root.path().join("none");
     for cases in [root.path(), &missing] {
         let folders = Folders { cases, golden: cases, failures: cases };
-        assert!(run(&folders, Mode::Check, &tolerance, &render).is_err());
+        assert!(run(&folders, Mode::Check, &GoldenRequest::default(), &tolerance, &render).is_err());
     }
 }
 

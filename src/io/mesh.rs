@@ -66,8 +66,12 @@ pub fn read_mesh(path: &Path) -> Result<RawMesh, Error> {
         "obj" => MeshFormat::Obj,
         "stl" => MeshFormat::Stl,
         _ => {
-            let rule = format!("the extension is {extension:?}, and must be stl, ply or obj");
-            return Err(Error::new(path.display(), rule, "export the surface as a mesh of triangles in one of these"));
+            let rule = format!("the extension is {extension:?}, and a mesh's must be stl, ply or obj");
+            let help = match extension.as_str() {
+                "csv" | "xyz" | "txt" => "a polynomial is fitted to points by kind = \"point_cloud\"",
+                _ => "export the surface as a mesh of triangles in one of these",
+            };
+            return Err(Error::new(path.display(), rule, help));
         }
     };
     let unreadable =

@@ -18,7 +18,7 @@ pub struct Notes<'a> {
 /// What is known of a picture that was read: how its file stores it, and how that became linear light.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Metadata {
-    /// `PNG`, `EXR`, `JPEG`, `BMP` or `PNM`.
+    /// `PNG`, `EXR`, `TIFF`, `JPEG`, `BMP` or `PNM`.
     pub format: &'static str,
     /// What a pixel is in the file: `16-bit grey`, `f16 R, G, B`.
     pub samples: String,

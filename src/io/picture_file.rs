@@ -2,14 +2,14 @@
 
 use super::metadata::Metadata;
 use super::open::{open, unreadable};
-use super::{exr, photo, png, pnm};
+use super::{exr, photo, png, pnm, tiff};
 use crate::error::Error;
 use crate::raster::Raster;
 use crate::raster::transfer::{Transfer, decoded};
 use std::io::{Read, Seek};
 use std::path::Path;
 
-/// Reads a PNG, an EXR or a photograph (JPEG, BMP, PNM), known by its first bytes and not by its name, as linear light.
+/// Reads a PNG, an EXR or a photograph (TIFF, JPEG, BMP, PNM), known by its first bytes and not by its name, as linear light.
 ///
 /// `stated` says which curve a PNG has. It is needed where the file does not say, and beats the file where both speak;
 /// [`Metadata::transfer_source`] keeps which was used. An EXR is linear by definition. What a file of this program says in
@@ -45,12 +45,14 @@ fn read_as_stored(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>,
         exr::read_from(path, file, stated)
     } else if pnm::is_pnm(&start) {
         pnm::read_from(path, file, stated)
+    } else if tiff::is_tiff(&start) {
+        tiff::read_from(path, file, stated)
     } else if let Some(format) = photo::format(&start) {
         photo::read_from(path, file, format, stated)
     } else {
         let found =
             if start.is_empty() { "is empty".to_owned() } else { format!("begins with the bytes {start:02x?}") };
-        let rule = format!("the file {found}, and must be a PNG, OpenEXR, JPEG, BMP or PNM picture");
+        let rule = format!("the file {found}, and must be a PNG, OpenEXR, TIFF, JPEG, BMP or PNM picture");
         Err(Error::new(path.display(), rule, "convert it to PNG (16 bit, grey) or to OpenEXR"))
     }
 }

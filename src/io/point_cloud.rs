@@ -37,11 +37,12 @@ pub fn read_points(path: &Path, face: Face) -> Result<Vec<DVec3>, Error> {
         "ply" => PointFormat::Ply,
         "xyz" | "txt" => PointFormat::Xyz,
         _ => {
-            return Err(Error::new(
-                path.display(),
-                format!("the extension is {extension:?}, and must be csv, ply, xyz or txt"),
-                "rename the file after its format, or convert it",
-            ));
+            let rule = format!("the extension is {extension:?}, and a point cloud's must be csv, ply, xyz or txt");
+            let help = match extension.as_str() {
+                "stl" | "obj" => "its triangles are read as they are by kind = \"mesh\"",
+                _ => "save the points as CSV with the columns x_mm,y_mm,z_mm, or as XYZ",
+            };
+            return Err(Error::new(path.display(), rule, help));
         }
     };
     let unreadable =

@@ -170,3 +170,16 @@ proptest! {
         }
     }
 }
+
+/// A file of the other kind of surface is sent there, and not to another name.
+#[test]
+fn points_and_triangles_are_sent_to_their_own_kind() {
+    for (name, help) in [("a.stl", "kind = \"mesh\""), ("a.obj", "kind = \"mesh\""), ("a.step", "as CSV")] {
+        let told = read_points(Path::new(name), Face::Front).unwrap_err();
+        assert!(told.help.contains(help) && !told.help.contains("rename"), "{told}");
+    }
+    for (name, help) in [("a.csv", "kind = \"point_cloud\""), ("a.step", "export the surface as a mesh")] {
+        let told = crate::io::mesh::read_mesh(Path::new(name)).unwrap_err();
+        assert!(told.help.contains(help), "{told}");
+    }
+}

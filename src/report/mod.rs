@@ -14,3 +14,4 @@ pub mod number;
 pub mod table;
 pub mod cameras;
 pub mod corner_table;
+mod truth;

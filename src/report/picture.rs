@@ -1,19 +1,19 @@
-//! A rendered picture as a file: PNG of the radiance, or EXR with the ground truth of every pixel through the prism; both
-//! say of which instrument ([`identity`]).
+//! A rendered picture as a file: PNG of the radiance, EXR with the ground truth of every pixel through the prism, or NPY of
+//! that truth alone at full precision. PNG and EXR say of which instrument ([`identity`]).
 
-use super::identity;
+use super::{identity, truth};
 use crate::analysis::fates::fates;
 use crate::effect::Sensor;
 use crate::error::Error;
 use crate::io::exr::Channel;
-use crate::io::{GAMMA, Notes, exr, png};
+use crate::io::{GAMMA, Notes, exr, npy, png};
 use crate::progress::Observer;
 use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
 use crate::render::{AccuracyReport, Counts, Film, Strip, render_strips};
 use crate::scene::{Encoding, Scene};
-use crate::system::System;
 use crate::system::in_light::light_name;
+use crate::system::{InLight, System};
 use glam::DVec2;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -31,20 +31,20 @@ fn ending(path: &Path) -> String {
 /// Refuses a name for a picture that [`write()`] could not write.
 ///
 /// # Errors
-/// When the name ends in neither .png nor .exr.
+/// When the name ends in none of .png, .exr and .npy.
 pub fn check_name(path: &Path) -> Result<(), Error> {
     match ending(path).as_str() {
-        "png" | "exr" => Ok(()),
+        "png" | "exr" | "npy" => Ok(()),
         _ => Err(Error::new(
             path.display(),
-            "a picture's name ends in neither .png nor .exr",
-            "give --out a name that ends in .png or .exr",
+            "a picture's name ends in none of .png, .exr and .npy",
+            "give --out a name that ends in .png, in .exr, or in .npy for the truth alone",
         )),
     }
 }
 
 /// Writes the picture that `system`, the instrument of `scene`, took, as its name's ending asks: .png holds the radiance,
-/// .exr also the ground truth. Returns how many pixels were brighter than full scale and are clamped (PNG alone).
+/// .exr also the ground truth, .npy that alone, traced anew. Returns how many pixels were brighter than full scale and are clamped (PNG alone).
 ///
 /// # Errors
 /// As [`check_name`], and when the file cannot be written.
@@ -82,6 +82,16 @@ pub fn write_strips(
             }
         }
         "exr" => exr::write_strips(path, size.1, strips.map(|strip| channels(system, &strip)), &notes).map(|()| 0),
+        "npy" => {
+            let light = InLight::new(system);
+            let rows = strips.scan(0, |done, strip| {
+                let first = *done;
+                *done += strip.radiance.height();
+                Some(first..*done)
+            });
+            let parts = rows.map(|rows| truth::records(&light, size.0, rows));
+            npy::write_parts(path, &truth::FIELDS, [size.1, size.0], parts).map(|()| 0)
+        }
         _ => check_name(path).map(|()| 0),
     }
 }

@@ -1,6 +1,6 @@
 //! The effects of an instrument.
 
-use super::checksum::Checksum;
+use super::canonical::{Canonical, CanonicalObject};
 use crate::effect::clipping::{Outline, Stop};
 use crate::effect::dispersion::Wavelength;
 use crate::effect::manufacture::{Displacement, SurfaceError};
@@ -14,8 +14,8 @@ use crate::optics::fresnel::Layer;
 use crate::optics::polarisation::PolarisationState;
 use crate::surface::figure_error::{FigureError, SurfaceWave};
 
-/// Adds all effects, those that are absent too.
-pub(super) fn add(values: &mut Checksum, effects: &Effects) {
+/// The effects that are there.
+pub(super) fn effects(effects: &Effects) -> CanonicalObject<'_> {
     let Effects {
         lens,
         clipping,
@@ -33,93 +33,85 @@ pub(super) fn add(values: &mut Checksum, effects: &Effects) {
         quadrature,
         auto,
     } = effects;
-    values.option(lens.thin().copied(), add_thin_lens);
-    values.option(lens.telecentric().copied(), |values, Telecentric { magnification, na, focus_mm }| {
-        values.numbers([magnification, na, focus_mm]);
-    });
-    values.option(*clipping, add_clipping);
-    values.option(manufacture.as_ref(), add_manufacture);
-    values.option(*roughness, |values, Roughness { slope }| values.numbers(slope));
-    values.option(*cos4, |values, Cos4 { exponent }| values.number(exponent));
-    values.option(*lamp, |values, Lamp { position_mm, share, reference_per_mm2 }| {
-        values.point(position_mm);
-        values.numbers([share, reference_per_mm2]);
-    });
-    values.option(*fresnel, |values, Fresnel { light }| values.word(polarisation(light)));
-    values.option(*coating, |values, Coating { layer: Layer { index, thickness_nm }, outer_index, wavelength_nm }| {
-        values.numbers([index, thickness_nm, outer_index, wavelength_nm]);
-    });
-    values.option(*absorption, |values, Absorption { per_mm }| values.number(per_mm));
-    values.option(*ghosts, |values, Ghosts { bounces, least_power, behind, samples }| {
-        values.numbers([f64::from(bounces), least_power, behind]);
-        values.count(samples);
-    });
-    values.option(dispersion.as_ref(), |values, Dispersion { waves, colour }| {
-        values.list(waves, |values, Wavelength { wavelength_nm, index_shift, weights }| {
-            values.numbers([*wavelength_nm, *index_shift]);
-            values.numbers(*weights);
-        });
-        values.flag(*colour);
-    });
-    values.option(*diffraction, |values, Diffraction { wavelength_nm, f_number, pitch_mm }| {
-        values.numbers([wavelength_nm, f_number, pitch_mm]);
-    });
-    values.option(*sensor, add_sensor);
-    add_quadrature(values, quadrature);
-    values.option(*auto, |values, Threshold { grey, px }| {
-        values.option(grey, Checksum::number);
-        values.option(px, Checksum::number);
-    });
+    object()
+        .maybe("thin_lens", lens.thin().copied().map(thin_lens))
+        .maybe("telecentric", lens.telecentric().copied().map(telecentric))
+        .maybe("clipping", clipping.map(clip))
+        .maybe("manufacture", manufacture.as_ref().map(made))
+        .maybe("roughness", roughness.map(|Roughness { slope }| object().with("slope", slope)))
+        .maybe("cos4", cos4.map(|Cos4 { exponent }| object().with("exponent", exponent)))
+        .maybe("lamp", lamp.map(lit))
+        .maybe("fresnel", fresnel.map(|Fresnel { light }| object().with("polarisation", polarisation(light))))
+        .maybe("coating", coating.map(coated))
+        .maybe("absorption", absorption.map(|Absorption { per_mm }| object().with("per_mm", per_mm)))
+        .maybe("ghosts", ghosts.map(ghost))
+        .maybe("dispersion", dispersion.as_ref().map(dispersed))
+        .maybe("diffraction", diffraction.map(diffracted))
+        .maybe("sensor", sensor.map(sensed))
+        .with("quadrature", sampled(quadrature))
+        .maybe("auto", auto.map(|Threshold { grey, px }| object().maybe("grey", grey).maybe("px", px)))
 }
 
-fn add_thin_lens(values: &mut Checksum, lens: ThinLens) {
+fn object<'a>() -> CanonicalObject<'a> {
+    CanonicalObject::default()
+}
+
+fn thin_lens<'a>(lens: ThinLens) -> CanonicalObject<'a> {
     let ThinLens { focus_mm, focal_mm, radius_mm, aperture } = lens;
-    values.numbers([focus_mm, focal_mm, radius_mm]);
-    match aperture {
-        Aperture::Circle => values.word("circle"),
+    let aperture = match aperture {
+        Aperture::Circle => object().with("shape", "circle"),
         Aperture::Polygon { blades, rotation_rad } => {
-            values.word("polygon");
-            values.count(blades);
-            values.number(rotation_rad);
+            object().with("shape", "polygon").with("blades", blades).with("rotation_rad", rotation_rad)
         }
-    }
-}
-
-fn add_clipping(values: &mut Checksum, clipping: Clipping) {
-    let Clipping { outline, chamfer_mm, stop } = clipping;
-    values.option(outline, |values, outline| match outline {
-        Outline::Rectangle { half_mm } => {
-            values.word("rectangle");
-            values.plane_point(half_mm);
-        }
-        Outline::Circle { radius_mm } => {
-            values.word("circle");
-            values.number(radius_mm);
-        }
-    });
-    values.number(chamfer_mm);
-    values.option(stop, |values, Stop { distance_mm, radius_mm }| values.numbers([distance_mm, radius_mm]));
-}
-
-fn add_manufacture(values: &mut Checksum, made: &Manufacture) {
-    let Manufacture { prism, front, back, thickness_mm, index } = made;
-    let displacement = |values: &mut Checksum, Displacement { decentre_mm, tilt_rad }: &Displacement| {
-        values.point(*decentre_mm);
-        values.point(*tilt_rad);
     };
-    displacement(values, prism);
-    for SurfaceError { place, figure } in [front, back] {
-        displacement(values, place);
-        values.option(figure.as_ref(), |values, FigureError { sag, waves }| {
-            values.polynomial(sag);
-            values.list(waves, |values, SurfaceWave { amplitude_mm, rad_per_mm, phase_rad }| {
-                values.number(*amplitude_mm);
-                values.plane_point(*rad_per_mm);
-                values.number(*phase_rad);
-            });
-        });
-    }
-    values.numbers([*thickness_mm, *index]);
+    object()
+        .with("focus_mm", focus_mm)
+        .with("focal_mm", focal_mm)
+        .with("radius_mm", radius_mm)
+        .with("aperture", aperture)
+}
+
+fn telecentric<'a>(Telecentric { magnification, na, focus_mm }: Telecentric) -> CanonicalObject<'a> {
+    object().with("magnification", magnification).with("na", na).with("focus_mm", focus_mm)
+}
+
+fn clip<'a>(clipping: Clipping) -> CanonicalObject<'a> {
+    let Clipping { outline, chamfer_mm, stop } = clipping;
+    let outline = outline.map(|outline| match outline {
+        Outline::Rectangle { half_mm } => object().with("shape", "rectangle").with("half_mm", half_mm),
+        Outline::Circle { radius_mm } => object().with("shape", "circle").with("radius_mm", radius_mm),
+    });
+    let stop = stop
+        .map(|Stop { distance_mm, radius_mm }| object().with("distance_mm", distance_mm).with("radius_mm", radius_mm));
+    object().maybe("outline", outline).with("chamfer_mm", chamfer_mm).maybe("stop", stop)
+}
+
+fn made(made: &Manufacture) -> CanonicalObject<'_> {
+    let Manufacture { prism, front, back, thickness_mm, index } = made;
+    object()
+        .with("prism", displaced(prism))
+        .with("front", erred(front))
+        .with("back", erred(back))
+        .with("thickness_mm", *thickness_mm)
+        .with("index", *index)
+}
+
+fn displaced<'a>(Displacement { decentre_mm, tilt_rad }: &Displacement) -> CanonicalObject<'a> {
+    object().with("decentre_mm", *decentre_mm).with("tilt_rad", *tilt_rad)
+}
+
+fn erred(SurfaceError { place, figure }: &SurfaceError) -> CanonicalObject<'_> {
+    let wave = |SurfaceWave { amplitude_mm, rad_per_mm, phase_rad }: &SurfaceWave| {
+        object().with("amplitude_mm", *amplitude_mm).with("rad_per_mm", *rad_per_mm).with("phase_rad", *phase_rad)
+    };
+    let figure = figure.as_ref().map(|FigureError { sag, waves }| {
+        object().with("sag", sag).with("waves", waves.iter().map(wave).collect::<Canonical<'_>>())
+    });
+    object().with("place", displaced(place)).maybe("figure", figure)
+}
+
+fn lit<'a>(Lamp { position_mm, share, reference_per_mm2 }: Lamp) -> CanonicalObject<'a> {
+    object().with("position_mm", position_mm).with("share", share).with("reference_per_mm2", reference_per_mm2)
 }
 
 fn polarisation(light: PolarisationState) -> &'static str {
@@ -130,7 +122,35 @@ fn polarisation(light: PolarisationState) -> &'static str {
     }
 }
 
-fn add_sensor(values: &mut Checksum, sensor: Sensor) {
+fn coated<'a>(coating: Coating) -> CanonicalObject<'a> {
+    let Coating { layer: Layer { index, thickness_nm }, outer_index, wavelength_nm } = coating;
+    object()
+        .with("index", index)
+        .with("thickness_nm", thickness_nm)
+        .with("outer_index", outer_index)
+        .with("wavelength_nm", wavelength_nm)
+}
+
+fn ghost<'a>(Ghosts { bounces, least_power, behind, samples }: Ghosts) -> CanonicalObject<'a> {
+    object()
+        .with("bounces", f64::from(bounces))
+        .with("least_power", least_power)
+        .with("behind", behind)
+        .with("samples", samples)
+}
+
+fn dispersed<'a>(Dispersion { waves, colour }: &Dispersion) -> CanonicalObject<'a> {
+    let wave = |Wavelength { wavelength_nm, index_shift, weights }: &Wavelength| {
+        object().with("wavelength_nm", *wavelength_nm).with("index_shift", *index_shift).with("weights", *weights)
+    };
+    object().with("waves", waves.iter().map(wave).collect::<Canonical<'_>>()).with("colour", *colour)
+}
+
+fn diffracted<'a>(Diffraction { wavelength_nm, f_number, pitch_mm }: Diffraction) -> CanonicalObject<'a> {
+    object().with("wavelength_nm", wavelength_nm).with("f_number", f_number).with("pitch_mm", pitch_mm)
+}
+
+fn sensed<'a>(sensor: Sensor) -> CanonicalObject<'a> {
     let Sensor {
         seed,
         frame,
@@ -146,32 +166,46 @@ fn add_sensor(values: &mut Checksum, sensor: Sensor) {
         adc,
         gamma,
     } = sensor;
-    values.seed(seed);
-    values.number(f64::from(frame));
-    values.option(bayer, |values, Bayer { order, transmission, demosaic }| {
-        values.word(match order {
-            Order::Rggb => "rggb",
-            Order::Bggr => "bggr",
-            Order::Grbg => "grbg",
-            Order::Gbrg => "gbrg",
-        });
-        values.numbers(transmission);
-        values.word(match demosaic {
-            Demosaic::Raw => "raw",
-            Demosaic::Bilinear => "bilinear",
-        });
+    let adc = adc.map(|Adc { bits, gain_dn_per_e, black_level_dn }| {
+        object()
+            .with("bits", f64::from(bits))
+            .with("gain_dn_per_e", gain_dn_per_e)
+            .with("black_level_dn", black_level_dn)
     });
-    values.numbers([fill_factor, white_e, prnu, dark_e, full_well_e, dsnu_e, read_noise_e, gamma]);
-    values.flag(shot_noise);
-    values.option(adc, |values, Adc { bits, gain_dn_per_e, black_level_dn }| {
-        values.numbers([f64::from(bits), gain_dn_per_e, black_level_dn]);
-    });
+    object()
+        .with("seed", seed.to_string().as_str())
+        .with("frame", frame)
+        .with("fill_factor", fill_factor)
+        .maybe("bayer", bayer.map(filtered))
+        .with("white_e", white_e)
+        .with("prnu", prnu)
+        .with("dark_e", dark_e)
+        .with("shot_noise", shot_noise)
+        .maybe("full_well_e", full_well_e.is_finite().then_some(full_well_e))
+        .with("dsnu_e", dsnu_e)
+        .with("read_noise_e", read_noise_e)
+        .maybe("adc", adc)
+        .with("gamma", gamma)
 }
 
-fn add_quadrature(values: &mut Checksum, quadrature: &Quadrature) {
-    let Quadrature { points, replicates, noise, seed } = quadrature;
-    values.count(*points);
-    values.count(*replicates);
-    values.option(*noise, Checksum::number);
-    values.seed(*seed);
+fn filtered<'a>(Bayer { order, transmission, demosaic }: Bayer) -> CanonicalObject<'a> {
+    let order = match order {
+        Order::Rggb => "rggb",
+        Order::Bggr => "bggr",
+        Order::Grbg => "grbg",
+        Order::Gbrg => "gbrg",
+    };
+    let demosaic = match demosaic {
+        Demosaic::Raw => "raw",
+        Demosaic::Bilinear => "bilinear",
+    };
+    object().with("order", order).with("transmission", transmission).with("demosaic", demosaic)
+}
+
+fn sampled<'a>(Quadrature { points, replicates, noise, seed }: &Quadrature) -> CanonicalObject<'a> {
+    object()
+        .with("points", *points)
+        .with("replicates", *replicates)
+        .maybe("noise", *noise)
+        .with("seed", seed.to_string().as_str())
 }

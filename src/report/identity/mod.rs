@@ -1,18 +1,20 @@
 //! Which instrument made a picture, so that no other one's truth is taken for its own.
 //!
 //! What the truth of a picture depends on has four parts: camera, prism, board, effects. Each is told by the hash FNV-1a of
-//! 64 bits over its values in the order in which they stand in this file. The values are canonical: they are those of the
-//! checked scene in its units (mm, rad, nm), whatever its file calls them and whatever types hold them.
+//! 64 bits over its canonical JSON. Its values are those of the checked scene in its units (mm, rad, nm, px), whatever its file
+//! calls them and whatever types hold them; its keys are words of this folder alone. The form is [`FORM`]:
 //!
-//! - a number is the 8 bytes of its f64, little-endian, with -0 as 0; counts and flags are numbers;
-//! - a word (which kind of prism, which glass) is its bytes in UTF-8 and a byte 0xff;
-//! - a list is its length, then its items; what may be missing is a list of none or one.
+//! - keys are sorted by their bytes, and nothing stands between tokens;
+//! - a number is an f64 in the fewest digits that read back, with one digit before the point and an exponent (`3.5e1`), and
+//!   -0 is `0e0`; counts are numbers; a seed is a string of digits, for an f64 does not hold it;
+//! - what is absent (an effect, a glass, a stop) has no key, so that a version that learns something new tells the instruments
+//!   without it as before.
 //!
-//! A change of this order, or of the units, orphans the pictures that were rendered before: they are refused as another
-//! instrument's.
+//! A picture whose notes name no form, or another one, was written by another version: nothing is known of its instrument, which
+//! [`likeness`] says, and a user is told.
 
-mod checksum;
+mod canonical;
 mod effects;
 mod parts;
 
-pub use parts::{others, parts};
+pub use parts::{FORM, Likeness, likeness, parts};

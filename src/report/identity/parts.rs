@@ -1,7 +1,7 @@
 //! The parts of an instrument and their checksums.
 
-use super::checksum::Checksum;
-use super::effects;
+use super::canonical::{Canonical, CanonicalObject};
+use super::effects::effects;
 use crate::geom::{Pose, Rect};
 use crate::scene::{
     BiprismSpec, BoardSpec, CameraSpec, CloudSpec, DesignSettings, GlassSpec, MarchOrder, MeshSpec, Method, Objective,
@@ -11,127 +11,169 @@ use crate::surface::mesh::{Normals, Triangles};
 use crate::system::System;
 use serde_json::{Map, Value};
 
+/// The form of the checksums.
+pub const FORM: &str = "biprism-instrument/1";
+
+/// The key of [`FORM`] among the parts.
+const FORM_KEY: &str = "form";
+
 /// What the truth of a picture depends on: for each part of the scene and of the `system` built from it, its name and its
-/// checksum, in hexadecimal. Of effects those count that are kept.
+/// checksum, in hexadecimal, with their [`FORM`]. Of effects those count that are kept.
 pub fn parts(scene: &Scene, system: &System) -> Map<String, Value> {
-    let part = |name: &str, sum: String| (name.to_owned(), Value::from(sum));
-    [
-        part("camera", Checksum::of(|values| camera(values, &scene.camera))),
-        part("prism", Checksum::of(|values| prism(values, &scene.prism))),
-        part("board", Checksum::of(|values| board(values, &scene.board))),
-        part("effects", Checksum::of(|values| effects::add(values, system.effects()))),
-    ]
-    .into_iter()
-    .collect()
+    let form = (FORM_KEY.to_owned(), Value::from(FORM));
+    let sums = texts(scene, system).map(|(name, part)| (name.to_owned(), Value::from(part.checksum())));
+    std::iter::once(form).chain(sums).collect()
 }
 
-/// The parts that are not those of `said`, by name.
-pub fn others(scene: &Scene, system: &System, said: &Value) -> Vec<String> {
-    parts(scene, system).into_iter().filter(|(name, sum)| said[name] != *sum).map(|(name, _)| name).collect()
+/// What each part stands for.
+fn texts<'a>(scene: &'a Scene, system: &'a System) -> [(&'static str, CanonicalObject<'a>); 4] {
+    [
+        ("camera", camera(&scene.camera)),
+        ("prism", prism(&scene.prism)),
+        ("board", board(&scene.board)),
+        ("effects", effects(system.effects())),
+    ]
+}
+
+/// How the instrument of a picture is to that of a scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Likeness {
+    /// The same.
+    Same,
+    /// It has these other parts, by name.
+    Others(Vec<String>),
+    /// The picture tells its instrument in another form, or not at all.
+    Unknown,
+}
+
+/// Whether `said`, the parts that a picture's notes give, are those of `scene` and its `system`.
+pub fn likeness(scene: &Scene, system: &System, said: &Value) -> Likeness {
+    if said[FORM_KEY] != FORM {
+        return Likeness::Unknown;
+    }
+    let others: Vec<String> =
+        parts(scene, system).into_iter().filter(|(name, sum)| said[name] != *sum).map(|(name, _)| name).collect();
+    if others.is_empty() { Likeness::Same } else { Likeness::Others(others) }
 }
 
 // Every field of a type is named once, so that a new one is not forgotten.
 
-fn camera(values: &mut Checksum, camera: &CameraSpec) {
+fn object<'a>() -> CanonicalObject<'a> {
+    CanonicalObject::default()
+}
+
+fn camera<'a>(camera: &CameraSpec) -> CanonicalObject<'a> {
     let &CameraSpec { position_mm, focal_length_mm, width_px, height_px, pitch_mm } = camera;
-    values.point(position_mm);
-    values.number(focal_length_mm);
-    values.count(width_px);
-    values.count(height_px);
-    values.number(pitch_mm);
+    object()
+        .with("position_mm", position_mm)
+        .with("focal_length_mm", focal_length_mm)
+        .with("width_px", width_px)
+        .with("height_px", height_px)
+        .with("pitch_mm", pitch_mm)
 }
 
-fn board(values: &mut Checksum, board: &BoardSpec) {
+fn board<'a>(board: &BoardSpec) -> CanonicalObject<'a> {
     let &BoardSpec { columns, rows, square_mm, margin_mm, world_from_board, black, white, background } = board;
-    values.count(columns);
-    values.count(rows);
-    values.numbers([square_mm, margin_mm, black, white, background]);
-    pose(values, &world_from_board);
+    object()
+        .with("columns", columns)
+        .with("rows", rows)
+        .with("square_mm", square_mm)
+        .with("margin_mm", margin_mm)
+        .with("black", black)
+        .with("white", white)
+        .with("background", background)
+        .with("pose", pose(&world_from_board))
 }
 
-fn prism(values: &mut Checksum, prism: &PrismSpec) {
-    values.word(prism.kind());
+fn prism(prism: &PrismSpec) -> CanonicalObject<'_> {
+    let kind = object().with("kind", prism.kind());
     match prism {
-        PrismSpec::None => {}
-        PrismSpec::Flat(flat) => biprism(values, flat),
-        PrismSpec::Freeform(flat, settings) => {
-            biprism(values, flat);
-            design(values, settings);
-        }
+        PrismSpec::None => kind,
+        PrismSpec::Flat(flat) => biprism(kind, flat),
+        PrismSpec::Freeform(flat, settings) => biprism(kind, flat).with("design", design(settings)),
         PrismSpec::Polynomial(PolynomialSpec { body, front, back }) => {
-            glass(values, body);
-            [front, back].into_iter().for_each(|surface| patch(values, surface));
+            glass(kind, body).with("front", patch(front)).with("back", patch(back))
         }
         PrismSpec::PointCloud(PointCloudSpec { body, front, back }) => {
-            glass(values, body);
-            // How much a fit may leave, and what a file is called, change no instrument that is made.
-            for CloudSpec { points_mm, degree, symmetric, max_residual_mm: _, file: _ } in [front, back] {
-                values.list(points_mm, |values, point| values.point(*point));
-                values.count(*degree);
-                values.count(usize::from(*symmetric));
-            }
+            glass(kind, body).with("front", cloud(front)).with("back", cloud(back))
         }
         PrismSpec::Mesh(MeshSpec { body, front, back, normals, left, told: _ }) => {
-            glass(values, body);
-            values.word(match normals {
+            let normals = match normals {
                 Normals::Flat => "flat",
                 Normals::Smooth => "smooth",
-            });
-            for Triangles { points_mm, point_normals, triangles } in
-                [front, back].into_iter().chain(left.iter().flatten())
-            {
-                values.list(points_mm, |values, point| values.point(*point));
-                values.list(point_normals, |values, normal| values.point(*normal));
-                values.list(triangles, |values, corners| values.numbers(corners.map(f64::from)));
-            }
+            };
+            let left: Option<Canonical<'_>> = left.as_ref().map(|sheets| sheets.iter().map(triangles).collect());
+            glass(kind, body)
+                .with("normals", normals)
+                .with("front", triangles(front))
+                .with("back", triangles(back))
+                .maybe("left", left)
         }
     }
 }
 
-fn biprism(values: &mut Checksum, flat: &BiprismSpec) {
+fn cloud(cloud: &CloudSpec) -> CanonicalObject<'_> {
+    // How much a fit may leave, and what a file is called, change no instrument that is made.
+    let CloudSpec { points_mm, degree, symmetric, max_residual_mm: _, file: _ } = cloud;
+    object().with("points_mm", Canonical::Points(points_mm)).with("degree", *degree).with("symmetric", *symmetric)
+}
+
+fn triangles(sheet: &Triangles) -> CanonicalObject<'_> {
+    let Triangles { points_mm, point_normals, triangles } = sheet;
+    object()
+        .with("points_mm", Canonical::Points(points_mm))
+        .with("point_normals", Canonical::Points(point_normals))
+        .with("triangles", Canonical::Triangles(triangles))
+}
+
+fn biprism<'a>(kind: CanonicalObject<'a>, flat: &BiprismSpec) -> CanonicalObject<'a> {
     let BiprismSpec { body, ridge_distance_mm, thickness_mm, facet_angle_rad } = flat;
-    glass(values, body);
-    values.numbers([*ridge_distance_mm, *thickness_mm]);
-    values.option(*facet_angle_rad, Checksum::number);
+    glass(kind, body)
+        .with("ridge_distance_mm", *ridge_distance_mm)
+        .with("thickness_mm", *thickness_mm)
+        .maybe("facet_angle_rad", *facet_angle_rad)
 }
 
-fn glass(values: &mut Checksum, body: &GlassSpec) {
+fn glass<'a>(kind: CanonicalObject<'a>, body: &GlassSpec) -> CanonicalObject<'a> {
     let GlassSpec { index, outer_index, glass, wavelength_nm, world_from_prism } = body;
-    values.numbers([*index, *outer_index, *wavelength_nm]);
-    values.option(*glass, |values, material| values.word(material.name));
-    pose(values, world_from_prism);
+    kind.with("index", *index)
+        .with("outer_index", *outer_index)
+        .with("wavelength_nm", *wavelength_nm)
+        .maybe("glass", glass.map(|material| material.name))
+        .with("pose", pose(world_from_prism))
 }
 
-fn design(values: &mut Checksum, settings: &DesignSettings) {
+fn design<'a>(settings: &DesignSettings) -> CanonicalObject<'a> {
     let DesignSettings { objective, order, degree, method, step_px } = settings;
-    // Left out of the paper's, so that its pictures keep their identity.
-    if *objective == Objective::Epipolar {
-        values.word("epipolar");
-    }
-    values.word(match order {
+    let objective = match objective {
+        Objective::March => None,
+        Objective::Epipolar => Some("epipolar"),
+    };
+    let order = match order {
         MarchOrder::XThenY => "x_then_y",
         MarchOrder::YThenX => "y_then_x",
-    });
-    values.word(match method {
+    };
+    let method = match method {
         Method::Euler => "euler",
         Method::Midpoint => "midpoint",
         Method::Rk4 => "rk4",
-    });
-    values.count(*degree);
-    values.number(*step_px);
+    };
+    object()
+        .maybe("objective", objective)
+        .with("order", order)
+        .with("method", method)
+        .with("degree", *degree)
+        .with("step_px", *step_px)
 }
 
-fn patch(values: &mut Checksum, patch: &PolynomialPatch) {
+fn patch(patch: &PolynomialPatch) -> CanonicalObject<'_> {
     let PolynomialPatch { sag, domain: Rect { min, max } } = patch;
-    values.polynomial(sag);
-    values.plane_point(*min);
-    values.plane_point(*max);
+    object().with("sag", sag).with("least_mm", *min).with("most_mm", *max)
 }
 
-fn pose(values: &mut Checksum, pose: &Pose) {
+fn pose<'a>(pose: &Pose) -> CanonicalObject<'a> {
     let Pose { rotation, translation_mm } = pose;
-    values.numbers(rotation.to_cols_array());
-    values.point(*translation_mm);
+    object().with("rotation_columns", rotation.to_cols_array()).with("translation_mm", *translation_mm)
 }
 
 #[cfg(test)]
@@ -148,19 +190,68 @@ mod tests {
         pixel_pitch_um = 220.0\n[prism]\nkind = \"freeform\"\nindex = 1.48\nridge_distance_mm = 78.472\n\
         thickness_mm = 8.545\n[board]\ncolumns = 41\nrows = 41\nsquare_mm = 10.0\nposition_mm = [0.0, 0.0, 1000.0]\n";
 
-    /// Pictures keep their identity from version to version: neither a renamed type nor a moved field may change it.
+    /// Pictures keep their identity from version to version: neither a renamed type nor a moved field may change it. The
+    /// checksums are those of the texts by FNV-1a in Python.
     #[test]
     fn checksums_are_those_of_earlier_versions() {
         let effects = "[effect.thin_lens]\nf_number = 8.0\nfocus_mm = 990.0\n[effect.cos4]\n[effect.fresnel]\n\
             [effect.sensor]\nwhite_e = 5000.0\nseed = 7\n[effect.clipping]\nchamfer_mm = 0.2\n";
         let told = serde_json::to_string(&sums(&format!("{SCENE}{effects}"))).unwrap();
         let sums = [
-            r#""camera":"32de115be9f41af6""#,
-            r#""prism":"ca17ae0be3fa70d8""#,
-            r#""board":"fde61d3554b3e3a6""#,
-            r#""effects":"321b9c6fa1bf2168""#,
+            r#""form":"biprism-instrument/1""#,
+            r#""camera":"8df46dc53a1e87b5""#,
+            r#""prism":"a0804b086fd833ea""#,
+            r#""board":"108aaa14c5e3cb73""#,
+            r#""effects":"e74be42dff94c1c7""#,
         ];
         assert_eq!(told, format!("{{{}}}", sums.join(",")));
+    }
+
+    /// The text of a part, by hand.
+    #[test]
+    fn a_part_is_canonical_json() {
+        let scene = scene::parse(SCENE, "test", None).unwrap();
+        let system = system::build(&scene).unwrap();
+        let texts = texts(&scene, &system).map(|(_, text)| text.to_string());
+        let camera = r#"{"focal_length_mm":3.5e1,"height_px":3e1,"pitch_mm":2.2e-1,"position_mm":[0e0,0e0,0e0],"width_px":4.8e1}"#;
+        assert_eq!(texts[0], camera);
+        for text in texts {
+            let read: Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
+            let keys: Vec<_> = read.as_object().unwrap().keys().collect();
+            assert!(keys.is_sorted(), "{text}");
+        }
+    }
+
+    /// Every number of the scene is in it, to the last bit; what only names things is not.
+    #[test]
+    fn a_changed_number_changes_the_checksum() {
+        let own = sums(SCENE);
+        for (part, from, to) in [
+            ("camera", "35.0", "35.000000000000007"),
+            ("camera", "height_px = 30", "height_px = 31"),
+            ("prism", "78.472", "78.47200000000001"),
+            ("board", "1000.0]", "1000.0000000000001]"),
+        ] {
+            let changed = sums(&SCENE.replacen(from, to, 1));
+            assert_ne!(own[part], changed[part], "{to}");
+        }
+        assert_eq!(own, sums(&SCENE.replace("name = \"test\"", "name = \"other\"\naccuracy = \"draft\"")));
+    }
+
+    /// A picture of another version tells nothing, which is not the same as another instrument.
+    #[test]
+    fn a_picture_without_a_form_is_of_an_unknown_instrument() {
+        let scene = scene::parse(SCENE, "test", None).unwrap();
+        let system = system::build(&scene).unwrap();
+        let mut said = Value::from(parts(&scene, &system));
+        assert_eq!(likeness(&scene, &system, &said), Likeness::Same);
+        said["prism"] = "0123456789abcdef".into();
+        assert_eq!(likeness(&scene, &system, &said), Likeness::Others(vec!["prism".to_owned()]));
+        for form in [Value::Null, "biprism-instrument/0".into()] {
+            said[FORM_KEY] = form;
+            assert_eq!(likeness(&scene, &system, &said), Likeness::Unknown);
+        }
+        assert_eq!(likeness(&scene, &system, &Value::Null), Likeness::Unknown);
     }
 
     #[test]

@@ -1,0 +1,115 @@
+//! Tables of records to NPY files, format 1.0 of NumPy: a header that is a Python dictionary, then the records, little-endian.
+
+use super::atomic::write_atomically;
+use crate::error::Error;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// The first bytes of every NPY file of format 1.0.
+const MAGIC: [u8; 8] = *b"\x93NUMPY\x01\x00";
+
+/// The records begin at a multiple of this many bytes.
+const ALIGNMENT: usize = 64;
+
+/// A field of a record, packed behind the one before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NpyField {
+    /// So many f64.
+    F64(&'static str, usize),
+    /// One u32.
+    U32(&'static str),
+}
+
+impl NpyField {
+    /// Its bytes in a record.
+    pub const fn bytes(self) -> usize {
+        match self {
+            Self::F64(_, count) => 8 * count,
+            Self::U32(_) => 4,
+        }
+    }
+
+    /// As NumPy describes it.
+    fn described(self) -> String {
+        match self {
+            Self::F64(name, count) => format!("('{name}', '<f8', ({count},))"),
+            Self::U32(name) => format!("('{name}', '<u4')"),
+        }
+    }
+}
+
+/// The header of so many rows and columns of records.
+fn header(fields: &[NpyField], [rows, columns]: [usize; 2]) -> Vec<u8> {
+    let fields: Vec<String> = fields.iter().map(|field| field.described()).collect();
+    let text = format!("{{'descr': [{}], 'fortran_order': False, 'shape': ({rows}, {columns}), }}", fields.join(", "));
+    // The magic bytes, the length in two bytes, the text, blanks, and a line's end.
+    let whole = (MAGIC.len() + 2 + text.len() + 1).next_multiple_of(ALIGNMENT);
+    let length = u16::try_from(whole - MAGIC.len() - 2).expect("a dictionary of a few fields");
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend(length.to_le_bytes());
+    bytes.extend(text.as_bytes());
+    bytes.resize(whole - 1, b' ');
+    bytes.push(b'\n');
+    bytes
+}
+
+/// Writes a table of `size` (rows, columns) whose records come in `parts`, one behind the other, row by row. It is never held
+/// as a whole.
+///
+/// # Errors
+/// Those of [`write_atomically`], and parts that are not the whole table.
+pub fn write_parts(
+    path: &Path,
+    fields: &[NpyField],
+    size: [usize; 2],
+    parts: impl Iterator<Item = Vec<u8>>,
+) -> Result<(), Error> {
+    let record: usize = fields.iter().map(|field| field.bytes()).sum();
+    write_atomically(path, |out| {
+        out.write_all(&header(fields, size))?;
+        let mut left = record * size[0] * size[1];
+        for part in parts {
+            left = left.checked_sub(part.len()).ok_or_else(|| io::Error::other("more records than the table has"))?;
+            out.write_all(&part)?;
+        }
+        if left == 0 { Ok(()) } else { Err(io::Error::other("the records end before the table")) }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FIELDS: [NpyField; 2] = [NpyField::F64("board_mm", 2), NpyField::U32("class")];
+
+    /// The header by the letter of the format: magic, length, a dictionary, blanks to 64 bytes, a line's end.
+    #[test]
+    fn the_header_is_that_of_the_format() {
+        let bytes = header(&FIELDS, [3, 12]);
+        assert_eq!(bytes[..8], [0x93, b'N', b'U', b'M', b'P', b'Y', 1, 0]);
+        let length = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+        assert!(bytes.len() == 10 + length && bytes.len().is_multiple_of(64) && bytes.last() == Some(&b'\n'));
+        let text = str::from_utf8(&bytes[10..]).unwrap();
+        let expected =
+            "{'descr': [('board_mm', '<f8', (2,)), ('class', '<u4')], 'fortran_order': False, 'shape': (3, 12), }";
+        assert_eq!(text.trim_end(), expected);
+        // A text that fills up its block to the last byte, and others.
+        for columns in [1, 100, 10_000, 1_000_000, usize::MAX] {
+            assert!(header(&FIELDS, [columns, columns]).len().is_multiple_of(64));
+        }
+    }
+
+    #[test]
+    fn a_table_is_whole_or_not_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npy");
+        for sizes in [&[20, 60][..], &[100, 1], &[]] {
+            let parts = sizes.iter().map(|bytes| vec![0; *bytes]);
+            write_parts(&path, &FIELDS, [1, 5], parts).unwrap_err();
+            assert!(!path.exists());
+        }
+        write_parts(&path, &FIELDS, [1, 5], [vec![1; 40], vec![2; 60]].into_iter()).unwrap();
+        let bytes = std::fs::read(path).unwrap();
+        assert!(bytes.ends_with(&[2; 60]) && bytes.len() == header(&FIELDS, [1, 5]).len() + 100);
+    }
+}
