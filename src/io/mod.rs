@@ -17,7 +17,9 @@ pub mod mesh;
 mod stl;
 pub mod point_cloud;
 pub mod point_grid;
+mod file_storage;
 pub mod corners;
+pub mod calibration;
 mod lines;
 
 pub use metadata::{GAMMA, Metadata, Notes};

@@ -4,8 +4,8 @@ use super::checksum::Checksum;
 use super::effects;
 use crate::geom::{Pose, Rect};
 use crate::scene::{
-    BiprismSpec, BoardSpec, CameraSpec, CloudSpec, DesignSettings, GlassSpec, MarchOrder, MeshSpec, Method,
-    PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec, Scene,
+    BiprismSpec, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings, GlassSpec, MarchOrder, MeshSpec,
+    Method, PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec, Scene,
 };
 use crate::surface::mesh::{Normals, Triangles};
 use crate::system::System;
@@ -33,12 +33,20 @@ pub fn others(scene: &Scene, system: &System, said: &Value) -> Vec<String> {
 // Every field of a type is named once, so that a new one is not forgotten.
 
 fn camera(values: &mut Checksum, camera: &CameraSpec) {
-    let &CameraSpec { position_mm, focal_length_mm, width_px, height_px, pitch_mm } = camera;
+    let &CameraSpec { position_mm, focal_length_mm, width_px, height_px, pitch_mm, calibration } = camera;
     values.point(position_mm);
     values.number(focal_length_mm);
     values.count(width_px);
     values.count(height_px);
     values.number(pitch_mm);
+    // A plain pinhole says nothing of it, and keeps the checksum that it has had.
+    if camera.calibrated().is_some() {
+        let CalibrationSpec { principal_px: _, rotation, distortion, focal_ratio } = calibration;
+        values.plane_point(camera.principal_px());
+        values.numbers(rotation.to_cols_array());
+        values.numbers(distortion.coefficients());
+        values.number(focal_ratio);
+    }
 }
 
 fn board(values: &mut Checksum, board: &BoardSpec) {
