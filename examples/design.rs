@@ -4,7 +4,7 @@
 
 use biprism::design::{DesignInput, VIRTUAL_CAMERA_Z_MM, text};
 use biprism::io::atomic;
-use biprism::scene::{BiprismSpec, CameraSpec, DesignSettings, GlassSpec};
+use biprism::scene::{BiprismSpec, CalibrationSpec, CameraSpec, DesignSettings, GlassSpec};
 use biprism::{Error, design, glam, scene};
 use std::path::Path;
 
@@ -33,6 +33,7 @@ fn run() -> Result<(), Error> {
         width_px: 1280,
         height_px: 720,
         pitch_mm: 0.005,
+        calibration: CalibrationSpec::default(),
     };
     // The flat prism that the design starts from; without a facet angle it is the one that leaves the two views parallel.
     let body = GlassSpec::new(1.48, 1.0);

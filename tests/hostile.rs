@@ -311,3 +311,19 @@ fn a_palette_that_ends_within_a_colour_is_refused() {
         bodies::picture(&file, ".png");
     }
 }
+
+#[test]
+fn calibrations() {
+    let yaml = fs::read(root().join("tests/oracle/camera.yml")).expect("it is committed");
+    let json = "{\"K\": {\"data\": [600, 0, 320, 0, 601, 240, 0, 0, 1]}, \"D\": {\"data\": [-0.3, 0.1, 0, 0]}}";
+    attack(&[yaml, json.into()], 6000, bodies::calibration);
+}
+
+/// Cameras of their own, whose lens may fold the picture.
+#[test]
+fn scenes_with_calibrated_cameras() {
+    let scene = String::from_utf8(polynomial_scene()).expect("it is text");
+    let own = "pixel_pitch_um = 220.0\nprincipal_point_px = [24.5, 13.0]\nrotation_deg = [1.0, -2.0, 3.0]\n\
+               distortion = [-0.3, 0.1, 0.001, -0.002, 0.01]";
+    attack(&[scene.replace("pixel_pitch_um = 220.0", own).into_bytes()], 3000, bodies::scene_text);
+}

@@ -16,6 +16,7 @@ mod auto;
 mod auto_law;
 mod brought;
 mod budget;
+mod camera;
 mod cli;
 mod documents;
 mod edges;

@@ -152,7 +152,7 @@ fn half(
     let one = |found: &Found| {
         let [column, row] = found.index.map(f64::from);
         let board_mm = system.board().corner_at(column, row);
-        let ideal_px = view.camera.ok()?.project(system.board().world(board_mm))?;
+        let ideal_px = view.ideal_px(system.board().world(board_mm))?;
         let true_px = truth.get(&found.index)?.position_px;
         let plain_px = *pictures.plain.get(&found.index)?;
         let light_px = match pictures.light {

@@ -3,7 +3,7 @@
 use crate::geom::Ray;
 use crate::metrics::pinhole::Pinhole;
 use crate::optics::fate::Fate;
-use crate::system::{Side, System};
+use crate::system::{Camera, Side, System};
 use crate::vision::half::Half;
 use glam::DVec2;
 
@@ -46,6 +46,17 @@ impl HalfFrame {
         let [width, height] = system.camera().size_px().map(|n| n as f64);
         let x = if self.half == Half::Left { 0.25 * width } else { 0.75 * width };
         DVec2::new(x, 0.5 * height)
+    }
+
+    /// Where the plain pinhole in place of `camera` would see what is seen at `half_px`, in the half's own px: the position itself
+    /// where the camera is one. Figures of a prism are counted there, so that no lens is blamed on it.
+    pub fn rectified(&self, camera: &Camera, half_px: DVec2) -> DVec2 {
+        if camera.is_plain() { half_px } else { self.own(camera.rectified(self.full(half_px))) }
+    }
+
+    /// The inverse of [`HalfFrame::rectified`]; `None` behind the camera.
+    pub fn unrectified(&self, camera: &Camera, half_px: DVec2) -> Option<DVec2> {
+        if camera.is_plain() { Some(half_px) } else { Some(self.own(camera.unrectified(self.full(half_px))?)) }
     }
 
     /// Whether a position (in the half's own px) lies in the half.
@@ -91,12 +102,15 @@ impl std::fmt::Display for NoPinhole {
 /// that ray's extension beside the real camera (in its plane of constant z), is parallel to it, has its focal length
 /// and pixels, and sees with the half image's centre where that ray goes.
 ///
+/// Of a calibrated camera it is that of the plain pinhole of the same place and focal length, and positions are compared with it
+/// where that would see them: [`HalfFrame::rectified`].
+///
 /// For the design paper's prisms this is its O' with z = 0. For any other prism it is what the prism would be used as.
 ///
 /// # Errors
 /// [`NoPinhole`].
 pub fn virtual_camera(system: &System, frame: &HalfFrame) -> Result<Pinhole, NoPinhole> {
-    let ray = system.camera().ray(frame.centre_px(system));
+    let ray = system.camera().plain_ray(frame.centre_px(system));
     let residual_mm = system.accuracy().surface_residual_mm;
     on_ray(
         system,
@@ -113,7 +127,8 @@ pub fn virtual_camera(system: &System, frame: &HalfFrame) -> Result<Pinhole, NoP
 /// # Errors
 /// [`NoPinhole`].
 pub fn virtual_camera_made(system: &System, frame: &HalfFrame) -> Result<Pinhole, NoPinhole> {
-    on_ray(system, frame, system.exit_ray(frame.centre_px(system)).map(|(ray, _)| ray))
+    let ray = system.camera().plain_ray(frame.centre_px(system));
+    on_ray(system, frame, system.exit(ray, &mut ()).map(|(ray, _)| ray))
 }
 
 fn on_ray(system: &System, frame: &HalfFrame, ray: Result<Ray, Fate>) -> Result<Pinhole, NoPinhole> {

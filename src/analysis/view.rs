@@ -9,10 +9,10 @@ use crate::metrics::{Deviation, Observation};
 use crate::progress::Observer;
 use crate::raster::Raster;
 use crate::system::aim::Aimer;
-use crate::system::{Board, InLight, System};
+use crate::system::{Board, Camera, InLight, System};
 use crate::vision::half::{Half, HalfImage};
 use crate::vision::{self, Detection, LatticeCorner};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -45,7 +45,9 @@ pub struct Detected {
 pub struct HalfView {
     /// Its place in the picture.
     pub frame: HalfFrame,
-    /// The camera that it is designed to be, in the half's own px.
+    /// The camera that took it.
+    pub taken_by: Camera,
+    /// The camera that it is designed to be, in the half's own px, rectified.
     pub camera: Result<Pinhole, NoPinhole>,
     /// Detected corners with their places on the board; none where the lattice could not be anchored.
     pub found: Vec<Found>,
@@ -112,7 +114,7 @@ pub fn place(system: &System, lattices: &[DetectedLattice; 2], own: bool, observ
         let anchored = anchor(&light, &frame, &lattice.corners);
         let truth = aimer.as_ref().and_then(|aimer| truth::corners(system, aimer, &frame));
         let detected = compare(anchored.as_deref(), truth.as_ref(), lattice);
-        HalfView { frame, camera, found: anchored.unwrap_or_default(), truth, detected }
+        HalfView { frame, taken_by: *system.camera(), camera, found: anchored.unwrap_or_default(), truth, detected }
     });
     let depth_mm = system.board().pattern.world_from_board.translation_mm.z - system.camera().position_mm().z;
     BoardView { depth_mm, board: *system.board(), halves }
@@ -182,18 +184,31 @@ impl Detected {
 }
 
 impl HalfView {
-    /// Positions by board index: detected ones, and the exact positions of the same corners where they are known, so
+    /// Rectified positions by board index: detected ones, and the exact positions of the same corners where they are known, so
     /// that two figures differ only by the detector's error.
     pub fn positions(&self) -> [Option<BTreeMap<[i32; 2], DVec2>>; 2] {
-        let found = self.found.iter().map(|f| (f.index, f.position_px)).collect();
+        let found = self.found.iter().map(|f| (f.index, self.rectified(f.position_px))).collect();
         let exact = self.truth.as_ref().map(|truth| {
-            let same = self.found.iter().filter_map(|f| Some((f.index, truth.get(&f.index)?.position_px)));
+            let same =
+                self.found.iter().filter_map(|f| Some((f.index, self.rectified(truth.get(&f.index)?.position_px))));
             same.collect::<BTreeMap<_, _>>()
         });
         // Where nothing was found, the truth still says what could have been.
-        let all = |truth: &TrueCorners| truth.iter().map(|(&index, t)| (index, t.position_px)).collect();
+        let all =
+            |truth: &TrueCorners| truth.iter().map(|(&index, t)| (index, self.rectified(t.position_px))).collect();
         let exact = if self.found.is_empty() { self.truth.as_ref().map(all) } else { exact };
         [Some(found), exact]
+    }
+
+    /// Where the plain pinhole in place of the camera would see what it sees at `half_px`: see [`HalfFrame::rectified`].
+    pub fn rectified(&self, half_px: DVec2) -> DVec2 {
+        self.frame.rectified(&self.taken_by, half_px)
+    }
+
+    /// Where the half shows `point_mm` of the world if it is the camera that it is designed to be, seen by the camera that took
+    /// it; `None` without such a camera, or behind it.
+    pub fn ideal_px(&self, point_mm: DVec3) -> Option<DVec2> {
+        self.frame.unrectified(&self.taken_by, self.camera.ok()?.project(point_mm)?)
     }
 
     /// [`HalfView::positions`] as observations of points of `board` in the world.

@@ -35,7 +35,7 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let cloud = &designed.cloud;
     // As large as the rays of the scene need it, not those of the design alone.
     let body = input.prism.body;
-    let exported = with_room_for(designed.prism(body), &input.prism, &scene.effects);
+    let exported = with_room_for(designed.prism(body), &input.prism, &scene.camera, &scene.effects);
     let text = text::scene_prism(&exported.front, &exported.back, &body);
     files::text(&paths[0], &text)?;
     write_atomically(&paths[1], |out| write_csv(cloud.points(), out))?;

@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::design::virtual_camera::tests::{paper_camera, paper_prism};
-use crate::scene::{DesignSettings, MarchOrder};
+use crate::scene::{CalibrationSpec, DesignSettings, MarchOrder};
 use glam::DVec3;
 
 /// A surface z(x, y): value and gradient.
@@ -142,6 +142,7 @@ pub(in crate::design) fn small_cloud() -> PointGrid {
         width_px: 48,
         height_px: 30,
         pitch_mm: 0.0055 * 40.0,
+        calibration: CalibrationSpec::default(),
     };
     let prism = BiprismSpec {
         body: GlassSpec::new(1.48, 1.0),

@@ -166,6 +166,7 @@ fn positive(place: &str, key: &str, value: f64) -> Result<(), Error> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::scene::CalibrationSpec;
     use crate::scene::GlassSpec;
 
     /// The camera of the paper.
@@ -176,6 +177,7 @@ pub(super) mod tests {
             width_px: 1920,
             height_px: 1080,
             pitch_mm: 0.0055,
+            calibration: CalibrationSpec::default(),
         }
     }
 

@@ -4,7 +4,11 @@ mod ray;
 mod pose;
 mod rect;
 mod grid_point;
+mod distortion;
+mod calibrated_pinhole;
 
+pub use calibrated_pinhole::CalibratedPinhole;
+pub use distortion::Distortion;
 pub use grid_point::GridPoint;
 pub use pose::Pose;
 pub use ray::Ray;

@@ -20,7 +20,9 @@ mod stl;
 pub mod point_cloud;
 pub mod point_grid;
 pub(crate) mod opencv_yaml;
+mod file_storage;
 pub mod corners;
+pub mod calibration;
 mod lines;
 
 pub use metadata::{GAMMA, Metadata, Notes};

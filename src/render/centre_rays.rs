@@ -41,9 +41,9 @@ impl<'a> CentreTracer<'a> {
     /// By packets of rays where `packets`, else ray by ray: the bits are the same.
     pub(super) fn new(system: &'a System, packets: bool) -> Self {
         let layout = match system.prism() {
-            // Packets know neither stops nor the halves of a camera whose rays are parallel.
+            // Packets know neither stops nor the halves of a camera whose rays are parallel, or that sees by a calibration.
             _ if !packets || system.stop().is_some() => GlassLayout::Scalar,
-            None if system.camera().tangent_per_px().is_none() => GlassLayout::Scalar,
+            None if system.camera().tangent_per_px().is_none() || !system.camera().is_plain() => GlassLayout::Scalar,
             None => GlassLayout::Nothing,
             Some(prism) => layout(prism),
         };

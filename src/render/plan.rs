@@ -141,9 +141,8 @@ impl<'a> Plan<'a> {
             creases: PartBorders::of(facets, MOST_FACETS),
             kinks: PartBorders::of(pieces, MOST_PIECES),
             straight_ridge: system.prism().is_none_or(|prism| {
-                [Side::Left, Side::Right]
-                    .iter()
-                    .all(|side| matches!(prism.surface(*side, Face::Front), Surface::Plane { .. }))
+                let plane = |side| matches!(prism.surface(side, Face::Front), Surface::Plane { .. });
+                system.camera().keeps_lines() && [Side::Left, Side::Right].into_iter().all(plane)
             }),
         }
     }

@@ -15,10 +15,15 @@ const BIPRISM: &str = "index = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 
 const BOARD: &str = "columns = 41\nrows = 41\nsquare_mm = 10.0";
 
 pub(super) fn scene(width: usize, height: usize, prism: &str, board: &str) -> Scene {
+    scene_from(width, height, "", prism, board)
+}
+
+/// [`scene`] with further keys of the camera.
+fn scene_from(width: usize, height: usize, camera: &str, prism: &str, board: &str) -> Scene {
     let pitch_um = 10560.0 / width as f64;
     let text = format!(
         "name = \"test\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = {width}\nheight_px = {height}\n\
-         pixel_pitch_um = {pitch_um}\n[prism]\n{prism}\n[board]\n{board}\n"
+         pixel_pitch_um = {pitch_um}\n{camera}\n[prism]\n{prism}\n[board]\n{board}\n"
     );
     scene::parse(&text, "test", None).unwrap_or_else(|problem| panic!("{problem}\n{text}"))
 }
@@ -76,6 +81,18 @@ pub(super) fn instruments(accuracy: Accuracy, scale: usize) -> Vec<(String, Syst
     let sizes = [(200, 112), (131, 75), (66, 37)].into_iter().cycle();
     let mut all: Vec<_> = pairs.zip(sizes).map(built).collect();
     all.push(("dark".to_owned(), dark_instrument(accuracy, scale)));
+
+    // Cameras with principal point, rotation and distortion.
+    for (prism, board) in [(&prisms[0], &boards[1]), (&flat, &boards[0]), (&prisms[6], &boards[1])] {
+        let [width, height] = [131 * scale, 75 * scale];
+        let camera = format!(
+            "principal_point_px = [{:?}, {:?}]\nrotation_deg = [0.2, -0.3, 1.0]\ndistortion = [-0.3, 0.4, 0.002, -0.001, 0]",
+            0.52 * width as f64,
+            0.49 * height as f64
+        );
+        let system = self::built(&scene_from(width, height, &camera, prism, board), accuracy);
+        all.push((format!("{camera}\n{prism}\n{board}\n{width} x {height}"), system));
+    }
     all
 }
 

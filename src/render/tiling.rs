@@ -23,6 +23,8 @@ pub(super) struct Tiling {
 const SMALLEST_PX: usize = 64;
 /// A seam that slants over more columns than this share of the width is left to the division of patches.
 const MOST_SLANT: usize = 8;
+/// Parts between the rows in which a seam is sought that the lens may bend.
+const ROWS_OF_A_BENT_SEAM: usize = 16;
 
 /// Divides the columns from `first` on into patches whose error is within the level's bound, and the rest; the smallest of
 /// them are `grain` times as large as in a plain picture.
@@ -115,12 +117,16 @@ fn passes_all_along(system: &System, region: &Region, rays: &mut u64) -> bool {
     })
 }
 
-/// The columns that the seam between the sides passes through, in the picture's first, middle and last row: none where
-/// it runs between two columns. `None` where a row does not begin left and end right of it.
+/// The columns that the seam between the sides passes through, in the picture's first, middle and last row, and in rows between
+/// where the lens may bend it: none where it runs between two columns. `None` where a row does not begin left and end right of
+/// it.
 fn seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>> {
     let [width, height] = system.camera().size_px().map(|n| n as f64);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-    for y in [INSET_PX, 0.5 * height, height - INSET_PX] {
+    let parts = if system.camera().keeps_lines() { 2 } else { ROWS_OF_A_BENT_SEAM };
+    let mut places = Vec::with_capacity(parts + 1);
+    for k in 0..=parts {
+        let y = (height * k as f64 / parts as f64).clamp(INSET_PX, height - INSET_PX);
         let (mut a, mut b) = (INSET_PX, width - INSET_PX);
         let mut class = |x: f64| {
             *rays += 1;
@@ -134,6 +140,13 @@ fn seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>> {
             if class(middle) == Class::Left { a = middle } else { b = middle }
         }
         (low, high) = (low.min(a), high.max(b));
+        places.push(a);
+    }
+    if !system.camera().keeps_lines() {
+        // A parabola strays from its chords by an eighth of its second difference; what bends otherwise gets as much again.
+        let bends = places.windows(3).map(|x| (x[0] + x[2] - 2.0 * x[1]).abs());
+        let spare = 0.25 * bends.fold(0.0, f64::max);
+        (low, high) = ((low - spare).max(INSET_PX), (high + spare).min(width - INSET_PX));
     }
     // A seam within the inset of a border between columns is on it.
     let start = (low + 2.0 * INSET_PX).floor() as usize;

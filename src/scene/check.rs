@@ -1,6 +1,7 @@
 //! From the values as written to the [`Scene`]: units, defaults, and what two values of one table say of each other.
 
 use super::body_keys::BodyFile;
+use super::camera_keys;
 use super::document::Document;
 use super::effects;
 use super::model::*;
@@ -23,12 +24,13 @@ use std::path::Path;
 /// The scene that `file` describes; files that it names are looked for in `folder`.
 pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>) -> Result<Scene, Error> {
     rules::name(document, &file.name)?;
-    let camera = camera(&file.camera);
+    let camera = camera_keys::camera(document, &file.camera, folder)?;
     let board = board(&file.board);
     let own_mm = board.world_from_board.translation_mm.z - camera.position_mm.z;
     let prism = prism(document, file.prism, &camera, folder)?;
     let effects =
         effects::tables::effects(document, file.effects, &file.effect, &file.quadrature, &camera, &board, &prism)?;
+    rules::calibrated_pinhole(document, &camera, &effects)?;
     Ok(Scene {
         encoding: encoding(document, file.output.encoding, &effects)?,
         effects,
@@ -64,16 +66,6 @@ fn encoding(document: &Document, file: Option<EncodingFile>, effects: &Effects) 
         None => Encoding::Srgb,
     };
     rules::coded_once(document, encoding, effects).map(|()| encoding)
-}
-
-fn camera(file: &CameraFile) -> CameraSpec {
-    CameraSpec {
-        position_mm: DVec3::from_array(file.position_mm),
-        focal_length_mm: file.focal_length_mm,
-        width_px: file.width_px,
-        height_px: file.height_px,
-        pitch_mm: file.pixel_pitch_um / 1000.0,
-    }
 }
 
 fn prism(document: &Document, file: PrismFile, camera: &CameraSpec, folder: Option<&Path>) -> Result<PrismSpec, Error> {

@@ -39,6 +39,8 @@ impl Scene {
 
         // Judge what values say of each other.
         rules::name(source, &self.name)?;
+        rules::picture_is_not_folded(source, "camera.distortion", &self.camera)?;
+        rules::calibrated_pinhole(source, &self.camera, &self.effects)?;
         match &self.prism {
             PrismSpec::Freeform(_, settings) => rules::marched_points(source, settings, &self.camera)?,
             PrismSpec::Polynomial(prism) => {
@@ -132,7 +134,14 @@ mod tests {
     use std::path::Path;
 
     fn camera() -> CameraSpec {
-        CameraSpec { position_mm: DVec3::ZERO, focal_length_mm: 35.0, width_px: 192, height_px: 108, pitch_mm: 0.055 }
+        CameraSpec {
+            position_mm: DVec3::ZERO,
+            focal_length_mm: 35.0,
+            width_px: 192,
+            height_px: 108,
+            pitch_mm: 0.055,
+            calibration: CalibrationSpec::default(),
+        }
     }
 
     fn flat() -> PrismSpec {

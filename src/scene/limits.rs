@@ -18,6 +18,12 @@ pub(super) const LONGEST_MM: f64 = 1e12;
 pub(super) const SMALLEST_PITCH_UM: f64 = 1e-6;
 /// The largest pixel pitch, in um.
 pub(super) const LARGEST_PITCH_UM: f64 = 1e6;
+/// The farthest principal point from the sensor's corner, along x or y, in px.
+pub(super) const PRINCIPAL_PX: f64 = 1e6;
+/// The largest coefficient of distortion, either way.
+pub(super) const DISTORTION: f64 = 1e9;
+/// The largest ratio of the focal lengths along y and x; the smallest is its inverse.
+pub(super) const FOCAL_RATIO: f64 = 10.0;
 /// The smallest refractive index, of the glass and of what surrounds it.
 pub(super) const SMALLEST_INDEX: f64 = 0.1;
 /// The largest refractive index.

@@ -23,13 +23,15 @@ mod tidy;
 mod check;
 mod physics;
 mod model;
+mod camera;
+mod camera_keys;
 mod surface_files;
 mod surface_keys;
 
 pub(crate) use limits::DESIGN_DEGREE;
 pub use model::{
-    Analysis, BiprismSpec, BoardSpec, CameraSpec, CloudSpec, DesignSettings, Encoding, Expect, GlassSpec, MarchOrder,
-    MeshSpec, Method, Objective, PointCloudSpec, PolynomialSpec, PrismSpec, Scene,
+    Analysis, BiprismSpec, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings, Encoding, Expect,
+    GlassSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec, PolynomialSpec, PrismSpec, Scene,
 };
 
 pub use crate::surface::mesh::{Normals, Triangles};

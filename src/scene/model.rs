@@ -3,12 +3,12 @@
 use super::limits;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
-use crate::geom::Pose;
+use crate::geom::{Distortion, Pose};
 use crate::num::powers::Powers;
 use crate::optics::medium::Material;
 use crate::surface::mesh::{Normals, Triangles};
 use crate::surface::shape::PolynomialPatch;
-use glam::DVec3;
+use glam::{DMat3, DVec2, DVec3};
 
 /// A whole scene. One that was read from a file is checked: every value is within its stated range. One that was made in
 /// code is so once [`Scene::check`] has found nothing.
@@ -34,7 +34,7 @@ pub struct Scene {
     pub expect: Vec<Expect>,
 }
 
-/// A pinhole camera that looks along +z.
+/// A pinhole camera, which looks along +z where its calibration does not turn it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraSpec {
     /// World position of the pinhole, in mm.
@@ -47,6 +47,22 @@ pub struct CameraSpec {
     pub height_px: usize,
     /// Side of a square pixel, in mm.
     pub pitch_mm: f64,
+    /// What is known of it besides: the default is the plain pinhole.
+    pub calibration: CalibrationSpec,
+}
+
+/// How a camera differs from a plain pinhole, whose axis runs along +z through the middle of its sensor. The default does not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CalibrationSpec {
+    /// The principal point, where the axis of the lens meets the sensor, in px: the middle of the upper left pixel is at
+    /// (0.5, 0.5). `None` is the middle of the sensor.
+    pub principal_px: Option<DVec2>,
+    /// The camera's frame in the world, turned about the pinhole.
+    pub rotation: DMat3,
+    /// What the lens does to the picture.
+    pub distortion: Distortion,
+    /// The scale of the picture along y over that along x: fy / fx.
+    pub focal_ratio: f64,
 }
 
 /// The glass between camera and board.
@@ -64,13 +80,6 @@ pub enum PrismSpec {
     PointCloud(PointCloudSpec),
     /// Front and back of the right half as triangles.
     Mesh(MeshSpec),
-}
-
-impl CameraSpec {
-    /// The angle to the axis, in rad, at which the middle of a half image is seen.
-    pub fn half_centre_rad(&self) -> f64 {
-        libm::atan(self.width_px as f64 * self.pitch_mm / (4.0 * self.focal_length_mm))
-    }
 }
 
 impl GlassSpec {

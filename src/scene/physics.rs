@@ -14,15 +14,23 @@ use glam::{DVec2, DVec3};
 /// the ones beyond the glass.
 pub(super) fn check(source: &dyn ValueSource, scene: &Scene) -> Result<Vec<f64>, Error> {
     let camera = &FieldRays { camera: scene.camera, telecentric: scene.effects.lens.telecentric().copied() };
+    looks_ahead(source, camera)?;
     let back = match &scene.prism {
         PrismSpec::Flat(prism) => Some(biprism(source, camera, prism, false)?),
-        PrismSpec::Freeform(prism, _) => Some(biprism(source, camera, prism, true)?),
+        // A design is made for the plain pinhole.
+        PrismSpec::Freeform(prism, _) => {
+            let plain = FieldRays { camera: scene.camera.plain(), ..*camera };
+            Some(biprism(source, &plain, prism, true)?)
+        }
         PrismSpec::Polynomial(prism) => Some(polynomial(source, camera, prism)?),
         // Where a surface of points or triangles stands is for its rays to find.
         PrismSpec::None | PrismSpec::PointCloud(_) | PrismSpec::Mesh(_) => None,
     };
     board(source, scene, back.as_ref())
 }
+
+/// Cells along each side of the picture of a calibrated camera, at whose corners it is judged.
+const CELLS: usize = 16;
 
 /// The chief rays of the field: the camera, and its telecentric lens where it has one.
 #[derive(Clone, Copy)]
@@ -58,6 +66,19 @@ fn biprism(source: &dyn ValueSource, camera: &FieldRays, prism: &BiprismSpec, de
     Ok(Back { prism_from_world, z_mm: prism.ridge_distance_mm + prism.thickness_mm })
 }
 
+/// All that the camera sees lies before it along z, where prism and board are.
+fn looks_ahead(source: &dyn ValueSource, camera: &FieldRays) -> Result<(), Error> {
+    if camera.camera.calibrated().is_none() || field(camera, CELLS, CELLS).all(|ray| ray.direction.z > 0.0) {
+        return Ok(());
+    }
+    let axis = camera.camera.axis().to_array().map(rounded);
+    let rule = format!(
+        "`camera.rotation_deg` turns the camera's axis to {axis:?}, and rays of its picture run away from the board, which is \
+         seen along +z"
+    );
+    Err(source.refuse("camera.rotation_deg", rule, "give smaller angles, in deg, about the x, y and z axis"))
+}
+
 fn pinhole_is_in_front(source: &dyn ValueSource, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
     let distance = faces.prism.ridge_distance_mm;
     let pinhole = faces.prism_from_world.point(camera.camera.position_mm);
@@ -75,11 +96,13 @@ fn pinhole_is_in_front(source: &dyn ValueSource, camera: &FieldRays, faces: &Fac
     Err(source.refuse("prism.ridge_distance_mm", rule, help))
 }
 
-/// The depth of a facet is a ratio of linear functions of the sensor's point, so it is greatest at a corner.
+/// The depth of a facet is a ratio of linear functions of the sensor's point, so it is greatest at a corner; of a picture that is
+/// distorted it may be so elsewhere on the border.
 fn facets_end_before_base(source: &dyn ValueSource, camera: &FieldRays, faces: &Faces) -> Result<(), Error> {
     let (distance, thickness) = (faces.prism.ridge_distance_mm, faces.prism.thickness_mm);
     let (base_z, degrees) = (distance + thickness, faces.angle_rad.to_degrees());
-    for ray in field(camera, 1, 1) {
+    let cells = if camera.camera.calibrated().is_some() { CELLS } else { 1 };
+    for ray in field(camera, cells, cells) {
         let Some((hit, _)) = intersect(&ray.moved(&faces.prism_from_world), distance, faces.slope) else {
             let rule = format!(
                 "`prism.facet_angle_deg` is {degrees:.4}, and the ray of a corner of the picture never meets the facet"
@@ -103,7 +126,7 @@ fn facets_end_before_base(source: &dyn ValueSource, camera: &FieldRays, faces: &
 
 /// A design starts from the middle ray of each half image; a flat prism is worth a picture if any ray passes.
 fn light_passes(source: &dyn ValueSource, camera: &FieldRays, faces: &Faces, designed: bool) -> Result<(), Error> {
-    const CELLS: (usize, usize) = (16, 8);
+    const RAYS: (usize, usize) = (16, 8);
     let body = &faces.prism.body;
     let passes = |ray: Ray| {
         let ray = ray.moved(&faces.prism_from_world);
@@ -115,7 +138,7 @@ fn light_passes(source: &dyn ValueSource, camera: &FieldRays, faces: &Faces, des
     };
     let whose = match designed {
         true if !half_centres(camera).all(passes) => "the middle ray of a half image is",
-        false if !field(camera, CELLS.0, CELLS.1).any(passes) => "every ray of the picture is",
+        false if !field(camera, RAYS.0, RAYS.1).any(passes) => "every ray of the picture is",
         _ => return Ok(()),
     };
     let rule = format!(
@@ -229,11 +252,14 @@ fn half_centres(camera: &FieldRays) -> impl Iterator<Item = Ray> {
 
 /// The ray of the sensor's point (u, v), each from 0 to 1.
 fn ray(&FieldRays { camera, telecentric }: &FieldRays, u: f64, v: f64) -> Ray {
-    let place = DVec2::new((u - 0.5) * camera.width_px as f64, (v - 0.5) * camera.height_px as f64) * camera.pitch_mm;
+    let px = DVec2::new(u * camera.width_px as f64, v * camera.height_px as f64);
     let origin = camera.position_mm;
     match telecentric {
-        None => Ray { origin, direction: (place / camera.focal_length_mm).extend(1.0).normalize() },
-        Some(lens) => Ray { origin: origin + (place / lens.magnification).extend(0.0), direction: DVec3::Z },
+        None => Ray { origin, direction: camera.direction(px) },
+        Some(lens) => {
+            let place = (px - camera.middle_px()) * camera.pitch_mm / lens.magnification;
+            Ray { origin: origin + place.extend(0.0), direction: DVec3::Z }
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! The ranges of the values of a scene that was made in code, by the schema of the file and in its units.
 
+use super::limits::FOCAL_RATIO;
 use super::model::*;
 use super::schema::SCHEMA;
 use super::source::ValueSource;
@@ -137,13 +138,17 @@ impl<'a> Ranges<'a> {
     /// The place of a thing of the table `table`, and a rotation that is one.
     fn pose(&self, table: &str, pose: &Pose) -> Result<(), Error> {
         self.vector(&format!("{table}.position_mm"), pose.translation_mm)?;
-        let key = format!("{table}.tilt_deg");
-        let gram = pose.rotation.transpose() * pose.rotation;
-        if gram.abs_diff_eq(DMat3::IDENTITY, AXES) && pose.rotation.determinant() > 0.0 {
+        self.rotation(&format!("{table}.tilt_deg"), &pose.rotation)
+    }
+
+    /// A rotation that is one, which the angles at `key` make.
+    fn rotation(&self, key: &str, rotation: &DMat3) -> Result<(), Error> {
+        let gram = rotation.transpose() * *rotation;
+        if gram.abs_diff_eq(DMat3::IDENTITY, AXES) && rotation.determinant() > 0.0 {
             return Ok(());
         }
-        let rule = format!("`{key}` makes a matrix that is no rotation: its axes are {}", pose.rotation);
-        Err(self.source.refuse(&key, rule, "make the pose by `Pose::new`, from a position and angles"))
+        let rule = format!("`{key}` makes a matrix that is no rotation: its axes are {rotation}");
+        Err(self.source.refuse(key, rule, "make the pose by `Pose::new`, from a position and angles"))
     }
 
     pub(super) fn camera(&self, camera: &CameraSpec) -> Result<(), Error> {
@@ -151,7 +156,21 @@ impl<'a> Ranges<'a> {
         self.count("camera.width_px", camera.width_px)?;
         self.count("camera.height_px", camera.height_px)?;
         self.converted("camera.pixel_pitch_um", camera.pitch_mm * 1000.0)?;
-        self.vector("camera.position_mm", camera.position_mm)
+        self.vector("camera.position_mm", camera.position_mm)?;
+        let CalibrationSpec { principal_px, rotation, distortion, focal_ratio } = camera.calibration;
+        if let Some(principal_px) = principal_px {
+            self.list("camera.principal_point_px", &principal_px.to_array())?;
+        }
+        self.rotation("camera.rotation_deg", &rotation)?;
+        self.list("camera.distortion", &distortion.coefficients())?;
+        if (1.0 / FOCAL_RATIO..=FOCAL_RATIO).contains(&focal_ratio) {
+            return Ok(());
+        }
+        let rule = format!(
+            "the ratio fy / fx of `camera.calibration` is {focal_ratio}, and must be at least {} and at most {FOCAL_RATIO}",
+            1.0 / FOCAL_RATIO
+        );
+        Err(self.source.refuse("camera.calibration", rule, "give 1 for square pixels"))
     }
 
     pub(super) fn board(&self, board: &BoardSpec) -> Result<(), Error> {

@@ -33,6 +33,42 @@ pub(super) fn coded_once(source: &dyn ValueSource, encoding: Encoding, effects: 
     Err(source.refuse("output.encoding", rule, help))
 }
 
+/// No two directions are seen in one place of the sensor by the distortion, which `key` gives.
+pub(super) fn picture_is_not_folded(source: &dyn ValueSource, key: &str, camera: &CameraSpec) -> Result<(), Error> {
+    let principal_px = camera.principal_px();
+    let size_px = 2.0 * camera.middle_px();
+    let folds = camera.calibrated().and_then(|pinhole| pinhole.fold_px(-principal_px, size_px - principal_px));
+    let Some(place) = folds else { return Ok(()) };
+    let at = place + principal_px;
+    let rule = format!(
+        "`{key}` gives k1, k2, p1, p2, k3 as {:?}, by which the picture folds over {:.1} px from the principal point, at \
+         ({:.1}, {:.1}): two directions would be seen in one place there",
+        camera.calibration.distortion.coefficients(),
+        place.length(),
+        at.x,
+        at.y
+    );
+    let help = "give coefficients that hold up to the corners of the sensor and a twentieth of its size beyond, in the order \
+                k1, k2, p1, p2, k3: calibrate with corners near the border, or with fewer coefficients";
+    Err(source.refuse(key, rule, help))
+}
+
+/// A telecentric lens has neither a principal point nor tangents to distort.
+pub(super) fn calibrated_pinhole(
+    source: &dyn ValueSource,
+    camera: &CameraSpec,
+    effects: &Effects,
+) -> Result<(), Error> {
+    if effects.lens.telecentric().is_none() || camera.calibrated().is_none() {
+        return Ok(());
+    }
+    let rule = "`[effect.telecentric]` stands beside a principal point, a rotation or a distortion of the camera, which are of a \
+                pinhole or a thin lens";
+    let help =
+        "take these out of `[camera]`, and turn or move prism and board instead; or take `[effect.telecentric]` out";
+    Err(source.refuse("effect.telecentric", rule.to_owned(), help))
+}
+
 /// A design marches a bounded number of points.
 pub(super) fn marched_points(
     source: &dyn ValueSource,

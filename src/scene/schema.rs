@@ -3,6 +3,7 @@
 //! These types are the one source of the shipped JSON Schema, of the structural rules that [`super::structure`]
 //! applies, and of the words in its messages: a field's comment is what an editor shows and what a user reads as help.
 
+pub(super) use super::camera_keys::CameraFile;
 pub(super) use super::effects::lens::QuadratureFile;
 pub(super) use super::effects::tables::{EffectTables, EffectsFile};
 use super::limits::*;
@@ -28,7 +29,9 @@ pub(super) struct SceneFile {
     /// What is asked of the simulation.
     #[serde(default)]
     pub(super) accuracy: AccuracyFile,
-    /// The pinhole camera; it looks along +z.
+    /// The pinhole camera; it looks along +z where nothing turns it. A facet angle that is left out and the design of a freeform
+    /// prism are those of the plain pinhole of its focal length, whose axis runs along +z through the middle of the sensor; figures
+    /// of a prism are counted where that would see the corners.
     pub(super) camera: CameraFile,
     /// The glass in front of the camera.
     pub(super) prism: PrismFile,
@@ -84,27 +87,6 @@ pub(super) struct TargetFile {
     /// No edge or corner may lie farther than this from where the reference has it, in px.
     #[schemars(range(max = COARSEST_TARGET_PX), extend("exclusiveMinimum" = 0))]
     pub(super) target_px: f64,
-}
-
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct CameraFile {
-    /// Distance from the pinhole to the sensor, in mm.
-    #[schemars(range(min = SHORTEST_MM, max = LONGEST_MM))]
-    pub(super) focal_length_mm: f64,
-    /// Columns of the sensor.
-    #[schemars(range(min = 1, max = SIDE_PX))]
-    pub(super) width_px: usize,
-    /// Rows of the sensor.
-    #[schemars(range(min = 1, max = SIDE_PX))]
-    pub(super) height_px: usize,
-    /// Side of a square pixel, in um.
-    #[schemars(range(min = SMALLEST_PITCH_UM, max = LARGEST_PITCH_UM))]
-    pub(super) pixel_pitch_um: f64,
-    /// Position [x, y, z] of the pinhole, in mm.
-    #[serde(default)]
-    #[schemars(inner(range(min = -LONGEST_MM, max = LONGEST_MM)))]
-    pub(super) position_mm: [f64; 3],
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]

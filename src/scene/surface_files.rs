@@ -165,7 +165,7 @@ fn told(Sheets { left, counts, heights_mm, .. }: &Sheets) -> String {
 }
 
 /// The path of a `file` that the key at `path` names, relative to the scene's folder.
-fn find(document: &Document, path: &str, file: &str, folder: Option<&Path>) -> Result<PathBuf, Error> {
+pub(super) fn find(document: &Document, path: &str, file: &str, folder: Option<&Path>) -> Result<PathBuf, Error> {
     let problem = |rule, help| Err(document.problem(document.span(path), rule, help));
     let Some(folder) = folder else {
         let rule = format!("`{path}` is {file:?}, and a scene without a folder can name no file");

@@ -13,8 +13,14 @@ use crate::prism::biprism::Prism;
 use crate::scene::{BiprismSpec, CameraSpec, CloudSpec, PolynomialSpec, PrismSpec, Scene};
 use crate::surface::mesh::{Mesh, Triangles};
 use crate::surface::shape::{PolynomialPatch, PolynomialSurface, Surface};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::sync::Arc;
+
+/// A designed prism is made larger for a calibrated camera by at most this share of its reach: farther from the rays of the
+/// design its polynomials are of no use, and rays miss it.
+const MOST_ROOM: f64 = 0.25;
+/// Parts of each side of the picture between the rays by which a calibrated camera is compared with the plain pinhole.
+const BORDER_PARTS: usize = 16;
 
 /// Builds the instrument, designing the prism first where the scene asks for that, without the effects that the scene says
 /// may be left out.
@@ -62,7 +68,7 @@ fn prism(prism: &PrismSpec, camera: &CameraSpec, effects: &Effects) -> Result<Op
                 virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
             };
             let designed = design::freeform(&input)?.prism(flat.body);
-            Ok(Some(polynomial(&with_room_for(designed, flat, effects))))
+            Ok(Some(polynomial(&with_room_for(designed, flat, camera, effects))))
         }
         PrismSpec::Polynomial(p) => Ok(Some(polynomial(p))),
         PrismSpec::PointCloud(clouds) => {
@@ -85,17 +91,39 @@ fn prism(prism: &PrismSpec, camera: &CameraSpec, effects: &Effects) -> Result<Op
     }
 }
 
-/// A designed prism, larger than the rays of its design on every side, so that rays that stray from them by `effects` find
-/// glass as well.
+/// A designed prism, larger than the rays of its design on every side, so that rays that stray from them by `effects`, and those
+/// of a calibrated `camera`, which is not the plain pinhole of the design, find glass as well.
 #[must_use]
-pub fn with_room_for(mut designed: PolynomialSpec, flat: &BiprismSpec, effects: &Effects) -> PolynomialSpec {
+pub fn with_room_for(
+    mut designed: PolynomialSpec,
+    flat: &BiprismSpec,
+    camera: &CameraSpec,
+    effects: &Effects,
+) -> PolynomialSpec {
     let reach_mm = |domain: Rect| domain.min.abs().max(domain.max.abs()).length();
     let reach_mm = reach_mm(designed.front.domain).max(reach_mm(designed.back.domain));
-    let spare_mm = effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index);
+    let spare_mm = effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index)
+        + stray_of_camera_mm(flat, camera).min(MOST_ROOM * reach_mm);
     for patch in [&mut designed.front, &mut designed.back] {
         patch.domain = patch.domain.grown(spare_mm);
     }
     designed
+}
+
+/// How far rays of a calibrated camera stray from those of the plain pinhole on the border of the picture, in mm at the base.
+fn stray_of_camera_mm(flat: &BiprismSpec, camera: &CameraSpec) -> f64 {
+    if camera.calibrated().is_none() {
+        return 0.0;
+    }
+    let tangent = |camera: &CameraSpec, px: DVec2| {
+        let direction = camera.direction(px);
+        direction.truncate() / direction.z
+    };
+    let share = |k: usize| k as f64 / BORDER_PARTS as f64;
+    let around = (0..=BORDER_PARTS).map(share).flat_map(|s| [[s, 0.0], [s, 1.0], [0.0, s], [1.0, s]]);
+    let places = around.map(|place| 2.0 * camera.middle_px() * DVec2::from_array(place));
+    let strays = places.map(|px| (tangent(camera, px) - tangent(&camera.plain(), px)).abs().max_element());
+    strays.fold(0.0, f64::max) * (flat.ridge_distance_mm + flat.thickness_mm)
 }
 
 /// The polynomial of a user's cloud, the `key` surface of a prism, and what it leaves.

@@ -47,8 +47,11 @@ pub(super) fn ridge(system: &System, y: f64) -> Option<Option<f64>> {
     Some(Some(0.5 * (a + b)))
 }
 
-/// The direction of the image of the ridge; `None` where it is not in the picture all along.
+/// The direction of the image of the ridge; `None` where it is not in the picture all along, or the lens bends it.
 pub(super) fn ridge_direction(system: &System) -> Option<DVec2> {
+    if !system.camera().keeps_lines() {
+        return None;
+    }
     let places: Option<Vec<DVec2>> = rows(system).map(|y| Some(DVec2::new(ridge(system, y)??, y))).collect();
     let places = places?;
     (places[ROWS - 1] - places[0]).try_normalize()

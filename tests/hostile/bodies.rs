@@ -112,6 +112,18 @@ pub(crate) fn corners(bytes: &[u8], format: corners::CornerFormat) {
     }
 }
 
+/// The text of a calibration: refused, or numbers that a camera may have.
+pub(crate) fn calibration(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    match biprism::io::calibration::parse(text, "hostile") {
+        Ok(found) => {
+            assert!(found.focal_px.is_finite() && found.focal_px.min_element() > 0.0 && found.principal_px.is_finite());
+            assert!(found.distortion.iter().all(|k| k.is_finite()));
+        }
+        Err(problem) => assert!(!problem.rule.is_empty() && !problem.help.is_empty()),
+    }
+}
+
 /// A point cloud: refused, or points that are fitted or refused.
 pub(crate) fn cloud(bytes: &[u8], format: PointFormat) {
     for face in Face::ALL {

@@ -6,7 +6,7 @@
 pub(crate) mod dice;
 mod scenes;
 
-use crate::instruments::{FLAT, built, scene};
+use crate::instruments::{FLAT, FREEFORM, NO_GLASS, built, scene, scene_from};
 use biprism::accuracy::{Accuracy, Level};
 use biprism::render::{AccuracyReport, Film, render};
 use biprism::system::System;
@@ -143,6 +143,28 @@ fn lines_on_the_sides_of_pixels_are_where_they_are() {
                 found.extend(verdicts(&name, &built(&scene(width, height, prism, &board))));
             }
         }
+    }
+    assert_kept(&found);
+}
+
+/// A lens that bends the ridge, pictures that are nowhere symmetric, odd and even, and some that are large enough for a map.
+#[test]
+fn cameras_of_their_own_keep_the_promise() {
+    const BARREL: &str = "distortion = [-2.0, 8.0, 0.0, 0.0, 0.0]";
+    const LARGE: &str = "principal_point_px = [66.0, 30.0]\ndistortion = [-2.0, 8.0, 0.02, -0.03, 0.0]";
+    const PINCUSHION: &str = "principal_point_px = [8.0, 5.1]\ndistortion = [1.5, 4.0, 0.02, -0.03, 0.0]";
+    const ALL: &str = "principal_point_px = [10.7, 5.25]\nrotation_deg = [0.8, -1.1, 7.5]\n\
+                       distortion = [-1.5, 3.0, 0.02, 0.04, 0.0]";
+    let board =
+        "columns = 12\nrows = 9\nsquare_mm = 21.0\nposition_mm = [4.0, 3.0, 1000.0]\ntilt_deg = [5.0, -8.0, 3.0]";
+    let freeform = format!("{FREEFORM}\n[prism.design]\nstep_px = 4.0");
+    let mut found = Vec::new();
+    let small = [(BARREL, [24, 14]), (PINCUSHION, [17, 9]), (ALL, [20, 12])];
+    let pairs = small.iter().flat_map(|camera| [NO_GLASS, FLAT, &freeform].map(|prism| (*camera, prism)));
+    // One that is large enough for a map.
+    for ((camera, [width, height]), prism) in pairs.chain([((LARGE, [144, 66]), FLAT)]) {
+        let system = built(&scene_from(width, height, camera, prism, board));
+        found.extend(verdicts(&format!("{width} x {height}, {camera}, {prism}"), &system));
     }
     assert_kept(&found);
 }

@@ -49,14 +49,17 @@ impl DetectorRun {
         };
         let shifts: Vec<f64> = [0, 1].into_iter().flat_map(shift).collect();
         let cameras = view.halves.each_ref().map(|half| half.camera.ok());
+        let rectified = view.halves.each_ref().map(|half| half.positions()[0].clone().unwrap_or_default());
         let residuals: Vec<DVec2> = [0, 1]
             .into_iter()
-            .filter_map(|k| cameras[k].and_then(|camera| residuals_px(&camera, &view.board, &found[k])))
+            .filter_map(|k| cameras[k].and_then(|camera| residuals_px(&camera, &view.board, &rectified[k])))
             .flatten()
             .collect();
-        let pairs: Vec<Pair> = found[0]
+        let pairs: Vec<Pair> = rectified[0]
             .iter()
-            .filter_map(|(&index, &left_px)| found[1].get(&index).map(|&right_px| Pair { index, left_px, right_px }))
+            .filter_map(|(&index, &left_px)| {
+                rectified[1].get(&index).map(|&right_px| Pair { index, left_px, right_px })
+            })
             .collect();
         Measured {
             corners: found.iter().map(BTreeMap::len).sum(),
@@ -70,7 +73,8 @@ impl DetectorRun {
 /// RMS distance of a half's exact corners from where its virtual camera sees them; `None` of none.
 pub(super) fn true_reprojection_rms_px(system: &System, frame: &HalfFrame, corners: &TrueCorners) -> Option<f64> {
     let camera = virtual_camera(system, frame).ok()?;
-    let positions = corners.iter().map(|(&index, corner)| (index, corner.position_px)).collect();
+    let rectified = |px| frame.rectified(system.camera(), px);
+    let positions = corners.iter().map(|(&index, corner)| (index, rectified(corner.position_px))).collect();
     rms_px(&residuals_px(&camera, system.board(), &positions)?)
 }
 

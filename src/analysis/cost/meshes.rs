@@ -79,7 +79,10 @@ impl MeshSetting<'_> {
             let residual = |m: &&Mark| {
                 // Where the mesh shows the corner, to first order.
                 let px = m.px - m.jacobian.inverse() * (seen(m)? - m.board_mm);
-                Some(frame.own(px) - camera.project(self.system.board().world(m.board_mm))?)
+                Some(
+                    frame.rectified(self.system.camera(), frame.own(px))
+                        - camera.project(self.system.board().world(m.board_mm))?,
+                )
             };
             right.iter().map(residual).collect::<Option<Vec<DVec2>>>()
         };

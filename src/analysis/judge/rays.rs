@@ -27,7 +27,8 @@ pub(super) fn pixel_rays(
     }
 }
 
-/// The exit rays of a uniform `n` x `n` grid over the half image, borders included, where they pass.
+/// The exit rays of a uniform `n` x `n` grid over the half image, borders included, where they pass, with their rectified
+/// positions.
 pub fn grid_sightings(system: &System, frame: &HalfFrame, n: usize) -> Vec<PixelRay> {
     let light = InLight::new(system);
     let centre = frame.own(frame.centre_px(system));
@@ -39,7 +40,7 @@ pub fn grid_sightings(system: &System, frame: &HalfFrame, n: usize) -> Vec<Pixel
             let image_px = centre + DVec2::new(along(i) * 0.5 * width, along(j) * height);
             // Rays of the seam itself are taken through this half's own side.
             let ray = light.exit_ray_through(frame.full(image_px), frame.side()).ok()?;
-            Some(PixelRay { image_px, ray })
+            Some(PixelRay { image_px: frame.rectified(system.camera(), image_px), ray })
         })
         .collect()
 }

@@ -95,7 +95,8 @@ fn epipolar_curves(scene: &Scene, system: &System, halves: &[HalfView; 2], [near
         let aimer = Aimer::new(&system);
         for (curve, sighting) in curves.iter_mut().zip(&sightings) {
             let seen = system.board().intersect(&sighting.ray).and_then(|(mm, _)| aimer.aim(mm, right.side()));
-            curve.extend(seen.ok().map(|full_px| right.own(full_px)).filter(|px| right.contains(*px)));
+            let inside = seen.ok().map(|full_px| right.own(full_px)).filter(|px| right.contains(*px));
+            curve.extend(inside.map(|px| right.rectified(system.camera(), px)));
         }
     }
     curves.retain(|curve| curve.len() == SAMPLES);

@@ -6,22 +6,21 @@
 //! lines, single or double precision).
 
 use super::pixel_centre::{PixelCentre, move_centre};
-use super::rules::{MOST_CORNERS, OPENCV_CENTRE, broken, same_count, too_many};
+use super::rules::{HELP, MOST_CORNERS, OPENCV_CENTRE, broken, same_count, too_many};
 use super::view::{CornerView, ListedCorner, Quality};
 use crate::error::Error;
+use crate::io::file_storage::{Entries, Fault, RawMatrix};
 use crate::io::opencv_yaml::{YamlMap, number};
 use crate::vision::Polarity;
 use glam::{DMat2, DVec2};
-use std::collections::BTreeMap;
 
-const FIRST_LINE: &str = "%YAML:1.0";
 const CENTRE_KEY: &str = "pixel_centre";
 /// How many corners all views have together; another program may leave it out.
 const COUNT_KEY: &str = "corners";
 /// Values of a row of `<view>_quality`.
 const QUALITY: usize = 6;
-/// Values and matrices of a file, at most.
-const MOST_ENTRIES: usize = 1000;
+/// Columns of a matrix, at most.
+const MOST_COLUMNS: usize = 64;
 
 pub(super) fn to_text(views: &[CornerView]) -> String {
     let count: usize = views.iter().map(|v| v.corners.len()).sum();
@@ -53,21 +52,8 @@ pub(super) fn to_text(views: &[CornerView]) -> String {
     map.file()
 }
 
-/// A matrix of a file: values a row, and all values.
-struct Matrix {
-    channels: usize,
-    values: Vec<f64>,
-}
-
 pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
-    if !text.starts_with(FIRST_LINE) {
-        let first = text.lines().next().unwrap_or("");
-        return Err(broken(
-            place,
-            format!("the first line is {first:?}, and must be {FIRST_LINE:?} as OpenCV writes it"),
-        ));
-    }
-    let (scalars, mut matrices) = entries(text, place)?;
+    let Entries { scalars, mut matrices } = Entries::of(text).map_err(|fault| fault.told(place, HELP))?;
     match scalars.get(CENTRE_KEY).map(|v| v.trim_matches('"')) {
         Some(OPENCV_CENTRE) => {}
         other => {
@@ -80,7 +66,7 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
         }
     }
     let names: Vec<String> =
-        matrices.iter().filter_map(|(key, _)| Some(key.strip_suffix("_corners")?.to_owned())).collect();
+        matrices.iter().filter_map(|matrix| Some(matrix.key.strip_suffix("_corners")?.to_owned())).collect();
     let views: Vec<CornerView> =
         names.into_iter().map(|name| view(name, &mut matrices, place)).collect::<Result<_, Error>>()?;
     // A file of our own that was cut at the end of a line may lack only the quality of its last view.
@@ -103,18 +89,11 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
     Ok(views)
 }
 
-type Matrices = Vec<(String, Matrix)>;
-
-fn view(name: String, matrices: &mut Matrices, place: &str) -> Result<CornerView, Error> {
+fn view(name: String, matrices: &mut Vec<RawMatrix>, place: &str) -> Result<CornerView, Error> {
     let mut take = |suffix: &str, channels: usize| -> Result<Option<Vec<f64>>, Error> {
         let key = format!("{name}_{suffix}");
-        let Some(at) = matrices.iter().position(|(k, _)| *k == key) else { return Ok(None) };
-        let (_, matrix) = matrices.remove(at);
-        if matrix.channels != channels {
-            let rule = format!("`{key}` has {} values a row, and must have {channels}", matrix.channels);
-            return Err(broken(place, rule));
-        }
-        Ok(Some(matrix.values))
+        let Some(at) = matrices.iter().position(|matrix| matrix.key == key) else { return Ok(None) };
+        values(&matrices.remove(at), channels, place).map(Some)
     };
     let missing =
         |suffix: &str| broken(place, format!("`{name}_{suffix}` is missing, and must be there for each view"));
@@ -159,82 +138,17 @@ fn view(name: String, matrices: &mut Matrices, place: &str) -> Result<CornerView
     })
 }
 
-/// The top-level entries: plain values by key, and matrices in the order of the file.
-fn entries<'a>(text: &'a str, place: &str) -> Result<(BTreeMap<&'a str, &'a str>, Matrices), Error> {
-    let (mut scalars, mut matrices) = (BTreeMap::new(), Vec::new());
-    let mut lines = text.lines().enumerate().skip(1).peekable();
-    while let Some((number, line)) = lines.next() {
-        let at = |rule: String| Error { place: format!("{place}:{}", number + 1), ..broken(place, rule) };
-        if line == "---" || line == "..." || line.trim().is_empty() {
-            continue;
-        }
-        let Some((key, value)) = line.split_once(':').filter(|_| !line.starts_with([' ', '-'])) else {
-            return Err(at(format!("the line is {line:?}, and must begin an entry, as `key: value`")));
-        };
-        if scalars.len() + matrices.len() > MOST_ENTRIES {
-            return Err(at(format!("the file has more than {MOST_ENTRIES} entries, the most that are taken")));
-        }
-        if value.trim() != "!!opencv-matrix" {
-            scalars.insert(key, value.trim());
-            continue;
-        }
-        if matrices.iter().any(|(k, _)| k == key) {
-            return Err(at(format!("`{key}` is there twice, and must be there once")));
-        }
-        // The indented lines that follow are the matrix.
-        let mut body = String::new();
-        while let Some((_, next)) = lines.next_if(|(_, next)| next.starts_with(' ')) {
-            body.push_str(next);
-            body.push('\n');
-        }
-        matrices.push((
-            key.to_owned(),
-            matrix_of(&body, key, place).map_err(|p| Error { place: format!("{place}:{}", number + 1), ..p })?,
-        ));
+/// The values of a matrix of so many a row.
+fn values(matrix: &RawMatrix, channels: usize, place: &str) -> Result<Vec<f64>, Error> {
+    let told = |fault: Fault| fault.told(place, HELP);
+    let size = matrix.size().map_err(told)?;
+    let key = &matrix.key;
+    if size.rows > MOST_CORNERS || size.columns > MOST_COLUMNS {
+        return Err(matrix.wrong(too_many(place).rule).told(place, "give the corners of one picture"));
     }
-    Ok((scalars, matrices))
-}
-
-fn matrix_of(body: &str, key: &str, place: &str) -> Result<Matrix, Error> {
-    let field = |name: &str| {
-        let value = body.lines().find_map(|line| line.trim_start().strip_prefix(name)?.strip_prefix(':'));
-        value
-            .map(|v| v.trim().trim_matches('"'))
-            .ok_or_else(|| broken(place, format!("`{key}` has no `{name}`, and must have rows, cols, dt and data")))
-    };
-    let size = |name: &str| -> Result<usize, Error> {
-        let value = field(name)?;
-        let rule = || broken(place, format!("`{name}` of `{key}` is {value:?}, and must be a whole number from 0 on"));
-        value.parse().map_err(|_| rule())
-    };
-    let (rows, columns) = (size("rows")?, size("cols")?);
-    let kind = field("dt")?;
-    let (count, letter) = kind.split_at(kind.char_indices().next_back().map_or(0, |(at, _)| at));
-    let depth: Option<usize> = if count.is_empty() { Some(1) } else { count.parse().ok() };
-    let Some(depth) = depth.filter(|d| (1..=64).contains(d) && ["d", "f", "i"].contains(&letter)) else {
-        return Err(broken(place, format!("`dt` of `{key}` is {kind:?}, and must be like \"2d\", \"2f\" or \"2i\"")));
-    };
-    // An N x 1 matrix of pairs and an N x 2 one of singles hold the same.
-    let channels = depth * columns.min(64);
-    if rows > MOST_CORNERS || columns > 64 {
-        return Err(too_many(place));
+    if size.channels() != channels {
+        let rule = format!("`{key}` has {} values a row, and must have {channels}", size.channels());
+        return Err(matrix.wrong(rule).told(place, HELP));
     }
-    if channels > QUALITY {
-        return Err(broken(place, format!("`{key}` has {channels} values a row, and must have at most {QUALITY}")));
-    }
-    let data = body.split_once("data:").and_then(|(_, d)| d.trim().strip_prefix('[')?.strip_suffix(']'));
-    let data = data.ok_or_else(|| broken(place, format!("`data` of `{key}` must be a list in brackets")))?;
-    let parse = |v: &str| {
-        // OpenCV writes 1. for 1.
-        let v = v.trim();
-        v.parse::<f64>().map_err(|_| broken(place, format!("`data` of `{key}` holds {v:?}, and must hold numbers")))
-    };
-    let numbers = || data.split(',').filter(|v| !v.trim().is_empty());
-    let found = numbers().count();
-    if found != rows * channels {
-        let rule = format!("`{key}` holds {found} numbers, and must hold {rows} rows of {channels}");
-        return Err(broken(place, rule));
-    }
-    let values = numbers().map(parse).collect::<Result<Vec<f64>, _>>()?;
-    Ok(Matrix { channels, values })
+    matrix.values(&size).map_err(told)
 }

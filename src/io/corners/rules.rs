@@ -78,8 +78,11 @@ pub(super) fn same_count(stated: Option<usize>, views: &[CornerView], place: &st
     }
 }
 
+/// What to do about a file that is broken.
+pub(super) const HELP: &str = "mend the file, or write it again with `biprism corners`";
+
 pub(super) fn broken(place: &str, rule: String) -> Error {
-    Error::new(place, rule, "mend the file, or write it again with `biprism corners`")
+    Error::new(place, rule, HELP)
 }
 
 pub(super) fn too_many(place: &str) -> Error {

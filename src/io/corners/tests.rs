@@ -82,6 +82,9 @@ fn what_opencv_writes_is_read() {
                 data: [ 1., 2.50000000e+00,\n       3.25000000e+00, 4. ]\nwhole_index: !!opencv-matrix\n   rows: 2\n   cols: 2\n   \
                 dt: i\n   data: [ 0, 0, 1, 0 ]\n";
     let views = parse(text, CornerFormat::OpenCv, "a").unwrap();
+    // Version 5 begins otherwise; comments and lists of other programs do no harm.
+    let newer = text.replace("%YAML:1.0\n---\n", "%YAML 1.2\n---\n# made by hand\nfiles:\n   - \"a.png\"\n");
+    assert_eq!(parse(&newer, CornerFormat::OpenCv, "a").unwrap(), views);
     let positions: Vec<DVec2> = views[0].corners.iter().map(|c| c.position_px).collect();
     assert_eq!(positions, [DVec2::new(1.5, 3.0), DVec2::new(3.75, 4.5)]);
     assert_eq!(views[0].corners[1].index, [1, 0]);
@@ -115,7 +118,7 @@ fn bad_files_are_refused_with_place_and_rule() {
         (json("\"index\"", "\"indices\""), "a:", "unknown field `indices`"),
         (json("\"contrast\": 0.8,", ""), "a", "or none"),
         (json("7.25", "1e999"), "a:", "number out of range"),
-        (yaml("%YAML:1.0", "%YAML 1.2"), "a", "the first line is"),
+        (yaml("%YAML:1.0", "%TOML 1.0"), "a", "the first line is"),
         (yaml("pixel_centre", "pixel_center"), "a", "`pixel_centre` is missing"),
         (yaml("left_index", "left_indices"), "a", "`left_index` is missing"),
         ((CornerFormat::OpenCv, "%YAML:1.0\npixel_centre: \"(i, j)\"\n".to_owned()), "a", "no matrix is named"),

@@ -4,8 +4,8 @@ use super::canonical::{Canonical, CanonicalObject};
 use super::effects::effects;
 use crate::geom::{Pose, Rect};
 use crate::scene::{
-    BiprismSpec, BoardSpec, CameraSpec, CloudSpec, DesignSettings, GlassSpec, MarchOrder, MeshSpec, Method, Objective,
-    PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec, Scene,
+    BiprismSpec, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings, GlassSpec, MarchOrder, MeshSpec,
+    Method, Objective, PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec, Scene,
 };
 use crate::surface::mesh::{Normals, Triangles};
 use crate::system::System;
@@ -63,13 +63,23 @@ fn object<'a>() -> CanonicalObject<'a> {
 }
 
 fn camera<'a>(camera: &CameraSpec) -> CanonicalObject<'a> {
-    let &CameraSpec { position_mm, focal_length_mm, width_px, height_px, pitch_mm } = camera;
-    object()
+    let &CameraSpec { position_mm, focal_length_mm, width_px, height_px, pitch_mm, calibration } = camera;
+    let plain = object()
         .with("position_mm", position_mm)
         .with("focal_length_mm", focal_length_mm)
         .with("width_px", width_px)
         .with("height_px", height_px)
-        .with("pitch_mm", pitch_mm)
+        .with("pitch_mm", pitch_mm);
+    // A plain pinhole says nothing of it.
+    if camera.calibrated().is_none() {
+        return plain;
+    }
+    let CalibrationSpec { principal_px: _, rotation, distortion, focal_ratio } = calibration;
+    plain
+        .with("principal_px", camera.principal_px())
+        .with("rotation_columns", rotation.to_cols_array())
+        .with("distortion", distortion.coefficients())
+        .with("focal_ratio", focal_ratio)
 }
 
 fn board<'a>(board: &BoardSpec) -> CanonicalObject<'a> {

@@ -66,7 +66,10 @@ pub(in crate::scene) fn stop_in_front(
     board: &BoardSpec,
 ) -> Result<(), Error> {
     let (what, distance_mm) = beyond_stop(camera, prism, board);
-    if stop.distance_mm < distance_mm {
+    // A stop that is turned with the camera reaches farther with one side of its rim.
+    let along = camera.axis().z;
+    let reach_mm = along * stop.distance_mm + (1.0 - along * along).max(0.0).sqrt() * stop.radius_mm;
+    if reach_mm < distance_mm {
         return Ok(());
     }
     let rule = format!(
