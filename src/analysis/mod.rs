@@ -11,6 +11,8 @@ pub mod truth;
 pub mod view;
 pub mod board_indexing;
 pub mod half_image;
+pub mod not_judged_cause;
 pub mod not_judged;
+pub mod photograph;
 pub mod estimate;
 pub mod fit_shift;

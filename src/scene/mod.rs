@@ -27,8 +27,8 @@ mod surface_files;
 mod surface_keys;
 
 pub use model::{
-    Analysis, BiprismSpec, BoardSpec, CameraSpec, CloudSpec, DesignSettings, Encoding, Expect, GlassSpec, MarchOrder,
-    MeshSpec, Method, PointCloudSpec, PolynomialSpec, PrismSpec, Scene,
+    Analysis, BiprismSpec, BoardPose, BoardSpec, CameraSpec, CloudSpec, DesignSettings, Encoding, Expect, GlassSpec,
+    MarchOrder, MeshSpec, Method, PointCloudSpec, PolynomialSpec, PrismSpec, Scene,
 };
 
 pub use crate::surface::mesh::{Normals, Triangles};
