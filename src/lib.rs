@@ -16,8 +16,8 @@
 //!
 //! # What it does not do
 //! - The only object is one flat checkerboard; there is no other scene, and light reaches it as a scene says, unshadowed.
-//! - Corners are matched to the board by the designed virtual camera, which must be right to 0.3 of a square at the
-//!   centre of each half.
+//! - A board has no mark of its own: where a picture shows a part of it, which part it is, and which corner of one half is which
+//!   of the other, is told by camera, prism and board of the scene, and the report says so.
 //! - Prisms are compared by one board pose at several depths, not by a full calibration.
 //! - The library is not on a registry and has no stable version: names may change from one commit to the next, and
 //!   `CHANGELOG.md` says so.

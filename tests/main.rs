@@ -39,6 +39,7 @@ mod mesh;
 mod oracle;
 mod own_parts;
 mod paper;
+mod photograph;
 mod pictures;
 mod render;
 mod scene_errors;

@@ -104,7 +104,7 @@ fn polarity(system: &System, [column, row]: [i32; 2]) -> Polarity {
 }
 
 /// The lattice vector turned by the quarter turn that takes (1, 0) to `turn`.
-fn turned(turn: IVec2, v: IVec2) -> IVec2 {
+pub(super) fn turned(turn: IVec2, v: IVec2) -> IVec2 {
     IVec2::new(turn.x * v.x - turn.y * v.y, turn.y * v.x + turn.x * v.y)
 }
 

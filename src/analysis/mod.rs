@@ -12,6 +12,8 @@ pub mod view;
 pub mod board_indexing;
 pub mod corners_on_board;
 pub mod half_image;
+pub mod not_judged_cause;
 pub mod not_judged;
+pub mod photograph;
 pub mod estimate;
 pub mod fit_shift;

@@ -1,37 +1,15 @@
-//! Why a pair of half images has no figure: each cause by its own name, with what to do.
+//! Which cause it is for which a pair of half images has no figure.
 
-use super::truth;
-use super::view::{BoardView, HalfView};
+use super::not_judged_cause::{LEAST_CORNERS, LEAST_SQUARE_PX, NotJudged};
+use super::truth::{self, TrueCorners};
+use super::view::{BoardPlace, BoardView, HalfView};
 use crate::optics::fate::Fate;
 use crate::scene::Scene;
 use crate::system::System;
 use crate::system::aim::Aimer;
+use crate::vision::Reason;
 use glam::DVec2;
 use std::collections::BTreeMap;
-
-/// Why no corner of the board could be paired between the left and the right half. The first that holds, in this order.
-#[derive(Debug, Clone, PartialEq)]
-pub enum NotJudged {
-    /// All squares have one radiance.
-    NoContrast,
-    /// Most rays of a half end, in this way.
-    RaysEnd(&'static str, Fate),
-    /// A half sees none of the board's inner corners.
-    BoardOutside(&'static str),
-    /// Each half sees corners, and no corner is in both.
-    NothingInCommon,
-    /// The squares of a half are narrower than this, in px, and the detector needs [`LEAST_SQUARE_PX`].
-    SquaresTooSmall(&'static str, f64),
-    /// The detector found no lattice in a half.
-    NoneFound(&'static str),
-    /// The detector found a lattice of so many corners in a half, whose place on the board is not known.
-    NotPlaced(&'static str, usize),
-    /// Corners were found and placed in both halves, and none is the same.
-    NonePaired,
-}
-
-/// Lines of the board must be this far apart for the detector, in px.
-pub const LEAST_SQUARE_PX: f64 = 10.0;
 
 /// Pixels along each side of the grid of a half that is asked for fates.
 const GRID: usize = 16;
@@ -46,40 +24,66 @@ pub fn not_judged(scene: &Scene, system: &System, view: &BoardView) -> Option<No
     if scene.board.black == scene.board.white {
         return Some(NotJudged::NoContrast);
     }
+    let name = |half: &HalfView| half.frame.half.name();
+    let ended = view.halves.iter().find_map(|half| Some(NotJudged::RaysEnd(name(half), usual_end(system, half)?)));
+    if let Some(cause) = ended.or_else(|| view.unmatched.clone()) {
+        return Some(cause);
+    }
+    if view.place != BoardPlace::Unknown
+        && let Some(cause) = by_place(system, view)
+    {
+        return Some(cause);
+    }
+    let empty: Vec<&HalfView> = view.halves.iter().filter(|half| half.detected.lattice == 0).collect();
+    if let Some((half, n)) = empty.iter().find_map(|half| Some((half, single(half)?))) {
+        return Some(NotJudged::TooFewCorners(name(half), n));
+    }
+    match &empty[..] {
+        [] => {}
+        [half] => return Some(NotJudged::NoneFound(name(half))),
+        _ => return Some(NotJudged::NoneInEither),
+    }
+    let unplaced = view.halves.iter().find(|half| half.found.is_empty());
+    Some(match unplaced {
+        Some(half) => NotJudged::NotPlaced(name(half), half.detected.lattice),
+        None if view.place == BoardPlace::Given => NotJudged::NonePaired,
+        None => NotJudged::NothingInCommon,
+    })
+}
 
-    // What the scene says that the halves see.
+/// What can be said because it is known where the board is.
+fn by_place(system: &System, view: &BoardView) -> Option<NotJudged> {
     let aimer = Aimer::new(system);
-    let mut seen = Vec::new();
-    for half in &view.halves {
-        let name = half.frame.half.name();
-        if let Some(fate) = usual_end(system, half) {
-            return Some(NotJudged::RaysEnd(name, fate));
-        }
-        let corners = truth::corners(system, &aimer, &half.frame).unwrap_or_default();
-        if corners.is_empty() {
-            return Some(NotJudged::BoardOutside(name));
-        }
-        seen.push(corners);
+    let seen = view.halves.each_ref().map(|half| truth::corners(system, &aimer, &half.frame).unwrap_or_default());
+    let halves = || view.halves.iter().zip(&seen).map(|(half, corners)| (half.frame.half.name(), half, corners));
+    if let Some((name, ..)) = halves().find(|(.., corners)| corners.is_empty()) {
+        return Some(NotJudged::BoardOutside(name));
     }
     if !seen[0].keys().any(|index| seen[1].contains_key(index)) {
         return Some(NotJudged::NothingInCommon);
     }
+    halves().filter(|(_, half, _)| half.detected.lattice == 0).find_map(|(name, _, corners)| {
+        if !is_grid(corners) {
+            return Some(NotJudged::TooFewCorners(name, corners.len()));
+        }
+        let places = corners.iter().map(|(&index, corner)| (index, corner.position_px)).collect();
+        let px = narrowest_px(&places).filter(|px| *px < LEAST_SQUARE_PX)?;
+        Some(NotJudged::SquaresTooSmall(name, px))
+    })
+}
 
-    // What the detector made of that.
-    for (half, corners) in view.halves.iter().zip(&seen) {
-        let name = half.frame.half.name();
-        if half.detected.lattice == 0 {
-            let places = corners.iter().map(|(&index, corner)| (index, corner.position_px)).collect();
-            return Some(match narrowest_px(&places) {
-                Some(px) if px < LEAST_SQUARE_PX => NotJudged::SquaresTooSmall(name, px),
-                _ => NotJudged::NoneFound(name),
-            });
-        }
-        if half.found.is_empty() {
-            return Some(NotJudged::NotPlaced(name, half.detected.lattice));
-        }
-    }
-    Some(NotJudged::NonePaired)
+/// Whether corners reach over a grid that the detector takes.
+fn is_grid(corners: &TrueCorners) -> bool {
+    let span = |axis: usize| {
+        let all = || corners.keys().map(|index| index[axis]);
+        all().max().zip(all().min()).map_or(0, |(last, first)| last - first)
+    };
+    corners.len() >= LEAST_CORNERS && span(0) >= 2 && span(1) >= 2
+}
+
+/// How many corners the detector saw in a half that belong to no grid, where there are some.
+fn single(half: &HalfView) -> Option<usize> {
+    half.detected.rejected.get(Reason::NoGrid.name()).copied().filter(|n| *n > 0)
 }
 
 /// How most rays of a half end, where more than half of them do.
@@ -103,47 +107,4 @@ fn narrowest_px(places: &BTreeMap<[i32; 2], DVec2>) -> Option<f64> {
     };
     let all: Vec<f64> = places.keys().flat_map(|index| steps(*index)).flatten().collect();
     crate::num::stats::quantile(&all, 0.5)
-}
-
-impl std::fmt::Display for NotJudged {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NoContrast => write!(
-                f,
-                "the board's squares have one radiance, and no corner can be seen: give `board.black` and `board.white` \
-                 different values"
-            ),
-            Self::RaysEnd(half, fate) => write!(
-                f,
-                "most rays of the {half} half never see the board ({}): `biprism check` tells where they end",
-                fate.name()
-            ),
-            Self::BoardOutside(half) => write!(
-                f,
-                "the {half} half sees no inner corner of the board: move the board, or give it more or larger squares"
-            ),
-            Self::NothingInCommon => write!(
-                f,
-                "the left and the right half see different parts of the board: move it farther away, or make it larger"
-            ),
-            Self::SquaresTooSmall(half, px) => write!(
-                f,
-                "the squares are {px:.1} px wide in the {half} half, and the detector needs {LEAST_SQUARE_PX}: make them larger"
-            ),
-            Self::NoneFound(half) => write!(
-                f,
-                "the detector found no checkerboard in the {half} half, where the scene says that there is one: look at the \
-                 picture, and whether the scene is the picture's own"
-            ),
-            Self::NotPlaced(half, n) => write!(
-                f,
-                "the detector found {n} corners in the {half} half, and the scene does not tell which corners of the board \
-                 they are: its board must be where the picture's is, to 0.3 of a square"
-            ),
-            Self::NonePaired => write!(
-                f,
-                "corners were found in both halves, and none is the same corner of the board: `biprism corners` shows which"
-            ),
-        }
-    }
 }

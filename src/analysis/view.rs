@@ -2,6 +2,7 @@
 
 use super::board_indexing::{Found, anchor};
 use super::half_image::{HalfFrame, NoPinhole, virtual_camera};
+use super::not_judged_cause::NotJudged;
 use super::truth::{self, TrueCorners};
 use crate::metrics::pinhole::Pinhole;
 use crate::metrics::straightness::IndexedCorner;
@@ -57,6 +58,17 @@ pub struct HalfView {
     pub detected: Detected,
 }
 
+/// How the place of a board is known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BoardPlace {
+    /// The scene gives it.
+    Given,
+    /// Fitted to the corners.
+    Fitted,
+    /// Not at all: what was measured holds for the picture alone.
+    Unknown,
+}
+
 /// A board seen in both halves.
 #[derive(Debug, Clone)]
 pub struct BoardView {
@@ -64,8 +76,12 @@ pub struct BoardView {
     pub depth_mm: f64,
     /// The board.
     pub board: Board,
+    /// How its place is known.
+    pub place: BoardPlace,
     /// Left and right.
     pub halves: [HalfView; 2],
+    /// Why the halves of a photograph are not matched, where they are not.
+    pub unmatched: Option<NotJudged>,
 }
 
 /// What a detector, ours or another, says of a half.
@@ -93,13 +109,17 @@ impl From<&Detection> for DetectedLattice {
 ///
 /// `observer` hears what is done next.
 pub fn see(system: &System, picture: &Raster<f32>, own: bool, observer: &dyn Observer) -> BoardView {
+    place(system, &detect(system, picture, observer), own, observer)
+}
+
+/// What the detector finds in both halves of `picture` (linear radiance), each seen through its own side of `system`'s prism.
+pub fn detect(system: &System, picture: &Raster<f32>, observer: &dyn Observer) -> [DetectedLattice; 2] {
     observer.stage("detect");
-    let lattices = Half::BOTH.map(|half| {
+    Half::BOTH.map(|half| {
         let h = HalfImage::cut(picture, half);
         let mask = own_side(system, &HalfFrame::new(system, h.half));
         DetectedLattice::from(&vision::detect(&h.image, mask.as_ref(), &vision::Settings::default()))
-    });
-    place(system, &lattices, own, observer)
+    })
 }
 
 /// Gives every corner of the left and the right half its place on the board; with the exact corners beside them when
@@ -116,8 +136,32 @@ pub fn place(system: &System, lattices: &[DetectedLattice; 2], own: bool, observ
         let detected = compare(anchored.as_deref(), truth.as_ref(), lattice);
         HalfView { frame, taken_by: *system.camera(), camera, found: anchored.unwrap_or_default(), truth, detected }
     });
-    let depth_mm = system.board().pattern.world_from_board.translation_mm.z - system.camera().position_mm().z;
-    BoardView { depth_mm, board: *system.board(), halves }
+    BoardView::new(system, halves, BoardPlace::Given)
+}
+
+impl BoardView {
+    fn new(system: &System, halves: [HalfView; 2], place: BoardPlace) -> Self {
+        let depth_mm = system.board().pattern.world_from_board.translation_mm.z - system.camera().position_mm().z;
+        Self { depth_mm, board: *system.board(), place, halves, unmatched: None }
+    }
+
+    /// A picture that `system` did not make, whose corners `found` have their places already: without truth.
+    pub(super) fn of_photograph(
+        system: &System,
+        lattices: &[DetectedLattice; 2],
+        found: [Vec<Found>; 2],
+        place: BoardPlace,
+    ) -> Self {
+        let [left, right] = found;
+        let halves = [(Half::Left, &lattices[0], left), (Half::Right, &lattices[1], right)];
+        let halves = halves.map(|(half, lattice, found)| {
+            let frame = HalfFrame::new(system, half);
+            let camera = virtual_camera(system, &frame);
+            let detected = compare(Some(&found), None, lattice);
+            HalfView { frame, taken_by: *system.camera(), camera, found, truth: None, detected }
+        });
+        Self::new(system, halves, place)
+    }
 }
 
 /// The pixels of a half whose rays go through its own side of the prism, where some do not: the ridge's image is not
@@ -127,7 +171,7 @@ pub(super) fn own_side(system: &System, frame: &HalfFrame) -> Option<Raster<bool
     let (width, height) = (frame.size_px.x as usize, frame.size_px.y as usize);
     let own = |i: usize, j: usize| {
         let px = frame.full(DVec2::new(i as f64 + 0.5, j as f64 + 0.5));
-        system.trace(px).is_ok_and(|sight| sight.side == frame.side())
+        system.exit_ray(px).is_ok_and(|(_, side)| side == frame.side())
     };
     let border =
         (0..width).flat_map(|i| [(i, 0), (i, height - 1)]).chain((0..height).flat_map(|j| [(0, j), (width - 1, j)]));

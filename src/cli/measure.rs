@@ -9,7 +9,8 @@ use crate::analysis::budget;
 use crate::analysis::fit_shift::fit_shifts;
 use crate::analysis::judge::measure;
 use crate::analysis::listed_corners::lattices;
-use crate::analysis::view::{place, see};
+use crate::analysis::photograph::photograph;
+use crate::analysis::view::{detect, place};
 use crate::error::Error;
 use crate::io::corners::{self, CornerFormat};
 use crate::raster::Raster;
@@ -33,15 +34,22 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
     progress.begin(&scene.name, "design");
     let system = files::build(&scene, &args.scene)?;
     let watch = progress.watch("picture");
-    let view = match &input {
+    let lattices = match &input {
         Input::Picture(picture, note) => {
             same_instrument(args, &scene, &system, note.as_deref())?;
-            see(&system, picture, args.own, &watch)
+            detect(&system, picture, &watch)
         }
-        Input::Corners(views) => place(&system, &lattices(&args.picture.display(), &system, views)?, args.own, &watch),
+        Input::Corners(views) => lattices(&args.picture.display(), &system, views)?,
     };
-    progress.begin("picture", "measure");
-    let judgement = measure(&scene, &system, view, &[]);
+    let (judgement, pose) = if args.own {
+        let view = place(&system, &lattices, true, &watch);
+        progress.begin("picture", "measure");
+        (measure(&scene, &system, view, &[]), None)
+    } else {
+        let photograph = photograph(&scene, &system, &lattices, &watch);
+        progress.begin("picture", "measure");
+        photograph.judged()
+    };
     let budget = args.budget.then(|| {
         progress.begin("picture", "budget");
         budget::budget(&scene, &system, &judgement.view, &())
@@ -50,21 +58,33 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
     drop(progress);
     let name = scene.prism.kind();
     let mut entry = design::entry(name, &judgement, &BTreeMap::new(), timing, scene.camera.pitch_mm);
-    if args.own {
-        entry = design::of_own_picture(entry, &scene, &system);
-    }
+    entry = match args.own {
+        true => design::of_own_picture(entry, &scene, &system),
+        false => design::of_photograph(entry, pose.as_ref()),
+    };
     entry.error_budget = budget.transpose()?.map(|found| report::budget::entry(&found));
     entry.surface_fits = fit_shifts(&scene, &system).map(|fits| report::fit::entry(&fits));
     let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs: vec![entry] };
     let outcome = expectations(&scene, &report)?;
     let words = || format!("{}\n\n{}\n", table::text(&report.designs), table::verdict(&report.designs));
     output::stdout(&if args.json { json::to_text(&report) } else { words() })?;
-    report.designs.iter().flat_map(table::warnings).for_each(|warning| output::stderr(&warning));
-    let fits = report.designs.iter().filter_map(|design| design.surface_fits.as_ref()).flat_map(report::fit::words);
-    fits.for_each(|line| output::stderr(&format!("fit of the {line}")));
-    doubts(&scene, &system).iter().for_each(|doubt| output::stderr(&format!("note: {doubt}")));
+    report.designs.iter().for_each(|design| told(design, &scene, &system));
     let nothing = report.designs.iter().all(|design| design.not_judged.is_some());
     Ok(if nothing { Outcome::Unmet } else { outcome })
+}
+
+/// What a user must know besides the table.
+fn told(design: &json::Design, scene: &Scene, system: &System) {
+    table::warnings(design).iter().for_each(|warning| output::stderr(warning));
+    if let Some(fits) = &design.surface_fits {
+        report::fit::words(fits).iter().for_each(|line| output::stderr(&format!("fit of the {line}")));
+    }
+    let of_pose = design
+        .board_pose
+        .as_ref()
+        .map(|pose| report::board_pose::notes(pose, design.matching.as_ref(), system.board().inner_corners()));
+    let notes = of_pose.into_iter().flatten().chain(doubts(scene, system));
+    notes.for_each(|note| output::stderr(&format!("note: {note}")));
 }
 
 /// A corner file by its ending, else a picture, which must be of the scene's size.

@@ -37,7 +37,7 @@ const FITTED: usize = 61;
 pub(super) struct Revolved {
     camera: CameraSpec,
     target: VirtualCamera,
-    profile: Profile,
+    profile: FrontProfile,
 }
 
 impl Revolved {
@@ -47,7 +47,7 @@ impl Revolved {
     /// An [`Error`] when the glass pinches to nothing, or the profile is not smooth.
     pub(super) fn new(camera: &CameraSpec, target: &VirtualCamera) -> Result<Self, Error> {
         let half_mm = 0.25 * camera.width_px as f64 * camera.pitch_mm;
-        Ok(Self { camera: *camera, target: *target, profile: Profile::new(target, [-half_mm, half_mm])? })
+        Ok(Self { camera: *camera, target: *target, profile: FrontProfile::new(target, [-half_mm, half_mm])? })
     }
 
     /// Their points on the grid that [`super::march::march`] would march.
@@ -99,7 +99,7 @@ fn refused(why: &str) -> Error {
 }
 
 /// What holds in a plane through the axis: along it s, from O towards O', and beside it rho.
-struct Plane {
+struct AxialPlane {
     /// n_glass / n_outside.
     index_ratio: f64,
     /// |OO'|.
@@ -110,7 +110,7 @@ struct Plane {
     path_mm: f64,
 }
 
-impl Plane {
+impl AxialPlane {
     /// The direction in the glass and the distance |O'P'|, of the ray of polar angle `theta` that meets the front at the
     /// distance `p` from O.
     fn back(&self, theta: f64, p: f64) -> Result<([f64; 2], f64), Singular> {
@@ -157,21 +157,21 @@ impl Plane {
 }
 
 /// The front's profile p(theta), by its values at Chebyshev points.
-struct Profile {
-    plane: Plane,
+struct FrontProfile {
+    plane: AxialPlane,
     /// Middle and half width of the angles, in rad.
     range: [f64; 2],
     values: Vec<f64>,
 }
 
-impl Profile {
+impl FrontProfile {
     /// The profile through the central ray of `target`, over the pixels from u = `u_mm`\[0\] to \[1\].
     fn new(target: &VirtualCamera, u_mm: [f64; 2]) -> Result<Self, Error> {
         let axis_mm = target.centre_mm.x;
         if target.centre_mm.y != 0.0 || target.centre_mm.z != 0.0 || axis_mm <= 0.0 {
             return Err(refused("O' does not lie on the baseline"));
         }
-        let plane = Plane {
+        let plane = AxialPlane {
             index_ratio: target.index_ratio,
             axis_mm,
             turn: target.half_centre_mm / target.focal_length_mm,
@@ -223,7 +223,7 @@ impl Profile {
 }
 
 /// p at each of the angles, from [theta, p] at the start.
-fn integrated(plane: &Plane, start: [f64; 2], angles: &[f64]) -> Result<Vec<f64>, String> {
+fn integrated(plane: &AxialPlane, start: [f64; 2], angles: &[f64]) -> Result<Vec<f64>, String> {
     let rate = |theta: f64, [p]: [f64; 1]| plane.slope(theta, p).map(|slope| [slope]);
     let why = |error: OdeError<Singular>| match error {
         OdeError::Refused(singular) => singular.to_string(),

@@ -26,6 +26,19 @@ impl Pose {
         Self { rotation: about_z * about_y * about_x, translation_mm }
     }
 
+    /// The angles of [`Pose::new`], in rad: that about y within a quarter turn either way, where there is a choice.
+    pub fn angles_rad(&self) -> DVec3 {
+        let r = &self.rotation;
+        // The rotation is Z Y X: its first column is (cy cz, cy sz, -sy), and its last row (-sy, cy sx, cy cx).
+        let level = (r.x_axis.x * r.x_axis.x + r.x_axis.y * r.x_axis.y).sqrt();
+        let y = libm::atan2(-r.x_axis.z, level);
+        // On end, turns about x and z are one: all of it is given to z.
+        if level < 1e-9 {
+            return DVec3::new(0.0, y, libm::atan2(-r.y_axis.x, r.y_axis.y));
+        }
+        DVec3::new(libm::atan2(r.y_axis.z, r.z_axis.z), y, libm::atan2(r.x_axis.y, r.x_axis.x))
+    }
+
     /// A point carried along.
     #[inline(always)]
     pub fn point(&self, p: DVec3) -> DVec3 {
@@ -60,5 +73,25 @@ impl Pose {
     /// Whether this is exactly [`Pose::IDENTITY`], so that it need not be applied.
     pub fn is_identity(&self) -> bool {
         *self == Self::IDENTITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    proptest! {
+        /// The angles of a rotation make it again, on end as well: each entry to a few roundings, or to the 1e-9 below which
+        /// a board counts as on end.
+        #[test]
+        fn angles_make_their_rotation_again(
+            x in -3.1..3.1, y in prop_oneof![-3.1..3.1, Just(FRAC_PI_2), Just(-FRAC_PI_2)], z in -3.1..3.1,
+        ) {
+            let pose = Pose::new(DVec3::ZERO, DVec3::new(x, y, z));
+            let again = Pose::new(DVec3::ZERO, pose.angles_rad());
+            prop_assert!((again.rotation - pose.rotation).abs_diff_eq(DMat3::ZERO, 2e-9), "{pose:?} {again:?}");
+        }
     }
 }

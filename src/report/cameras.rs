@@ -11,6 +11,9 @@ use glam::DMat3;
 /// OpenCV's pixels have their centres at whole numbers: its positions are less by half a pixel.
 const OPENCV_CENTRE_PX: f64 = 0.5;
 
+/// What positions the cameras are for where the real camera has a lens or a turn of its own.
+const RECTIFIED: &str = "where a plain camera of the same focal length in pixels would see them";
+
 /// The geometry of the pair.
 pub fn geometry(judgement: &Judgement) -> Geometry {
     to::geometry(&judgement.cameras.geometry, judgement.depths_mm)
@@ -33,6 +36,7 @@ pub fn entry(judgement: &Judgement) -> Option<Cameras> {
         depths_mm: judgement.depths_mm,
         size_px: [size.x as u64, size.y as u64],
         right_half_first_column: second.first_column as u64,
+        rectified: !judgement.view.halves[0].taken_by.is_plain(),
         left: camera(left),
         right: camera(right),
         right_from_left: pose(&right_from_left),
@@ -77,6 +81,7 @@ fn opencv_map(cameras: &Cameras) -> YamlMap {
     map.string("free", &words(&cameras.free));
     map.scalar("image_width", &cameras.size_px[0].to_string());
     map.scalar("image_height", &cameras.size_px[1].to_string());
+    map.string("positions", if cameras.rectified { RECTIFIED } else { "as in the picture" });
     map.scalar("right_half_first_column", &cameras.right_half_first_column.to_string());
     for (k, half, camera) in [(1, "left", &cameras.left), (2, "right", &cameras.right)] {
         let matrix = |map: &mut YamlMap, key: &str, m: &[[f64; 3]; 3]| {

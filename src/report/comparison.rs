@@ -87,17 +87,16 @@ pub fn title(judged: &[JudgedDesign]) -> String {
 fn corner_marks(judgement: &Judgement) -> Vec<CornerMark> {
     let board = &judgement.view.board;
     let of_half = |half: &HalfView| {
-        let Ok(camera) = half.camera else { return Vec::new() };
         let mark = |f: &Found| {
             let [column, row] = f.index.map(f64::from);
-            let ideal = camera.project(board.world(board.corner_at(column, row)))?;
+            let ideal = half.ideal_px(board.world(board.corner_at(column, row)))?;
             Some(CornerMark {
                 index: f.index,
                 position_px: half.frame.full(f.position_px),
                 error_px: f.position_px - ideal,
             })
         };
-        half.found.iter().filter_map(mark).collect()
+        half.found.iter().filter_map(mark).collect::<Vec<_>>()
     };
     judgement.view.halves.iter().flat_map(of_half).collect()
 }

@@ -31,7 +31,7 @@ fn rows(text: &mut String, design: &JudgedDesign, half: Half, view: &HalfView) {
     let truth = |index: &[i32; 2]| Some(view.truth.as_ref()?.get(index)?.position_px);
     let ideal = |[column, row]: [i32; 2]| {
         let corner = board.corner_at(f64::from(column), f64::from(row));
-        view.camera.ok()?.project(board.world(corner))
+        view.ideal_px(board.world(corner))
     };
     let known: BTreeSet<[i32; 2]> =
         measured.keys().copied().chain(view.truth.iter().flat_map(|truth| truth.keys().copied())).collect();

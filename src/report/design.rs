@@ -1,11 +1,13 @@
 //! A judgement as the report's entry for one prism.
 
+use super::board_pose;
 use super::cameras;
 use super::json::judgement::{self as to, Depths};
 use super::json::{
     AccuracyEntry, Corners, Definition, Depth, Design, Frame, HalfEntry, Halves, Normaliser, PinholeEntry,
 };
 use crate::analysis::judge::{CENTRE_ONLY, CentreFigures, Judgement, PinholeFigures, free_at};
+use crate::analysis::photograph::FoundPose;
 use crate::analysis::view::Detected;
 use crate::effect::Hook;
 use crate::metrics::Deviation;
@@ -25,8 +27,9 @@ pub fn entry(
     timing_s: BTreeMap<String, f64>,
     pitch_mm: f64,
 ) -> Design {
-    let board = Some([judgement.view.depth_mm; 2]);
     let range = judgement.depths_mm;
+    // Where the board is not known, no depth is.
+    let board = range.map(|_| [judgement.view.depth_mm; 2]);
     let half = |k: usize| HalfEntry {
         corners: corners(&[&judgement.detected[k]]),
         pinhole: pinhole(&judgement.halves[k], judgement.centres[k].as_ref(), pitch_mm, range),
@@ -43,12 +46,20 @@ pub fn entry(
         fates: fates.iter().map(|(name, &n)| ((*name).to_owned(), n as u64)).collect(),
         timing_s,
         not_judged: judgement.not_judged.as_ref().map(ToString::to_string),
+        not_judged_cause: judgement.not_judged.as_ref().map(|cause| cause.name().to_owned()),
+        matching: None,
+        board_pose: None,
         truth_light: None,
         smeared_by: Vec::new(),
         accuracy: None,
         error_budget: None,
         surface_fits: None,
     }
+}
+
+/// The entry with what was found of the board of a picture that was not made here.
+pub fn of_photograph(entry: Design, found: Option<&FoundPose>) -> Design {
+    Design { matching: found.and_then(board_pose::matching), board_pose: found.map(board_pose::entry), ..entry }
 }
 
 /// The entry with what is known of a picture that `system`, the instrument of `scene`, made itself: the light of its truth,

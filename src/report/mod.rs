@@ -1,5 +1,6 @@
 //! Results to files and figures.
 
+pub mod board_pose;
 pub mod budget;
 pub mod comparison;
 pub mod expectations;

@@ -10,3 +10,10 @@ pub fn number(value: Option<f64>) -> String {
         Some(v) => format!("{v:.3}"),
     }
 }
+
+/// A length to six digits.
+pub fn rounded(mm: f64) -> String {
+    let digits = (5.0 - libm::floor(libm::log10(mm.abs()))).clamp(0.0, 9.0) as usize;
+    let text = format!("{mm:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}

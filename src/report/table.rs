@@ -1,7 +1,9 @@
 //! The short table of two prisms, and the sentence that judges them.
 
+use super::board_pose;
 use super::json::{BudgetTerm, Depth, Design, ErrorBudget, Figure};
 use super::number::number;
+pub use super::number::rounded;
 use std::fmt::Write;
 
 /// One row of the table: what, and its figure for a design.
@@ -72,7 +74,8 @@ pub fn rows(designs: &[Design]) -> Vec<Shown> {
         let measured = |d: &Design| number((row.of)(d).and_then(|f| f.measured));
         let truth = |d: &Design| number((row.of)(d).and_then(|f| f.exact));
         let mark = |d: &Design| if (row.of)(d).is_some_and(differs) { " !" } else { "" };
-        let both = |d: &Design| format!("{} | {}{}", measured(d), truth(d), mark(d));
+        let rests = |d: &Design| if of_pairs(row) && rests_on_match(d) { " *" } else { "" };
+        let both = |d: &Design| format!("{} | {}{}{}", measured(d), truth(d), mark(d), rests(d));
         let one = |d: &Design| if exact { truth(d) } else { measured(d) };
         Shown {
             label: row.label.to_owned(),
@@ -99,6 +102,16 @@ pub fn rows(designs: &[Design]) -> Vec<Shown> {
     };
     rows.push(of_word(&label, &|d| number(d.corners.rms_error_px)));
     rows
+}
+
+/// Whether a row is taken from pairs of corners at the scene's own board.
+fn of_pairs(row: &TableRow) -> bool {
+    row.label.starts_with("vertical disparity")
+}
+
+/// Whether something other than the whole board in both halves told which corner is which.
+fn rests_on_match(design: &Design) -> bool {
+    design.matching.as_ref().is_some_and(|matching| !matching.rests.is_empty())
 }
 
 /// The effects of all designs that smear edges, each once.
@@ -151,6 +164,11 @@ pub fn text(designs: &[Design]) -> String {
     for line in [depths(designs), light(designs)].into_iter().flatten() {
         let _ = write!(text, "\n{line}");
     }
+    let matched = designs.iter().filter_map(|d| board_pose::rests(d.matching.as_ref()?));
+    let posed = designs.iter().filter_map(|d| board_pose::line(d.board_pose.as_ref()?));
+    for line in matched.chain(posed) {
+        let _ = write!(text, "\n{line}");
+    }
     for (name, budget) in designs.iter().filter_map(|d| Some((&d.name, d.error_budget.as_ref()?))) {
         let _ = write!(text, "\n{}", crate::report::table::budget_words(name, budget));
     }
@@ -193,13 +211,6 @@ fn depths_of(design: &Design) -> Option<String> {
 /// The light in which the true values are true.
 fn light(designs: &[Design]) -> Option<String> {
     designs.iter().find_map(|design| Some(format!("true: in {}", design.truth_light.as_ref()?)))
-}
-
-/// A length to six digits.
-pub fn rounded(mm: f64) -> String {
-    let digits = (5.0 - libm::floor(libm::log10(mm.abs()))).clamp(0.0, 9.0) as usize;
-    let text = format!("{mm:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// Why values of the table are missing, each reason once.

@@ -37,6 +37,10 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
         prism,
         camera,
         board,
+        board_pose: match file.board.pose {
+            BoardPoseFile::Stated => BoardPose::Stated,
+            BoardPoseFile::Fit => BoardPose::Fit,
+        },
         accuracy: match file.accuracy {
             AccuracyFile::Level(LevelFile::Draft) => Accuracy::draft(),
             AccuracyFile::Level(LevelFile::Standard) => Accuracy::standard(),

@@ -19,6 +19,7 @@ impl Scene {
             camera,
             prism,
             board,
+            board_pose: BoardPose::Stated,
             accuracy: Accuracy::standard(),
             effects: Effects::default(),
             encoding: Encoding::Srgb,

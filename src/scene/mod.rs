@@ -30,8 +30,8 @@ mod surface_keys;
 
 pub(crate) use limits::DESIGN_DEGREE;
 pub use model::{
-    Analysis, BiprismSpec, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings, Encoding, Expect,
-    GlassSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec, PolynomialSpec, PrismSpec, Scene,
+    Analysis, BiprismSpec, BoardPose, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings, Encoding,
+    Expect, GlassSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec, PolynomialSpec, PrismSpec, Scene,
 };
 
 pub use crate::surface::mesh::{Normals, Triangles};

@@ -22,6 +22,8 @@ pub struct Scene {
     pub prism: PrismSpec,
     /// What it looks at.
     pub board: BoardSpec,
+    /// How the board's place is known where a picture is measured.
+    pub board_pose: BoardPose,
     /// Accuracy of the simulation.
     pub accuracy: Accuracy,
     /// What the picture shows besides geometry; none where the scene says `effects = "none"`.
@@ -278,6 +280,16 @@ pub struct BoardSpec {
     pub white: f64,
     /// Radiance around the plate.
     pub background: f64,
+}
+
+/// How the place of the board of a measured picture is known. Pictures that are made here have it where the scene says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BoardPose {
+    /// The scene states it.
+    #[default]
+    Stated,
+    /// It is fitted to the corners of the picture.
+    Fit,
 }
 
 /// How linear radiance is coded in a PNG.

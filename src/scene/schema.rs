@@ -108,6 +108,11 @@ pub(super) struct BoardFile {
     #[serde(default)]
     #[schemars(inner(range(min = -TILT_DEG, max = TILT_DEG)))]
     pub(super) tilt_deg: [f64; 3],
+    /// Whether `biprism measure` takes `position_mm` and `tilt_deg` for the board's place in the picture while the corners agree
+    /// with them ("stated"), or fits the six numbers to the corners in any case ("fit"): then they say which of places that look
+    /// alike is meant, and a guess will do. Pictures are rendered with the board at `position_mm`.
+    #[serde(default)]
+    pub(super) pose: BoardPoseFile,
     /// Width of the white margin around the squares, in mm. Left out, it is one square.
     #[schemars(range(min = 0, max = LONGEST_MM))]
     pub(super) margin_mm: Option<f64>,
@@ -123,6 +128,14 @@ pub(super) struct BoardFile {
     #[serde(default = "background")]
     #[schemars(range(min = 0, max = RADIANCE))]
     pub(super) background: f64,
+}
+
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum BoardPoseFile {
+    #[default]
+    Stated,
+    Fit,
 }
 
 #[derive(Debug, Default, Deserialize, JsonSchema)]

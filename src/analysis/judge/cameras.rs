@@ -1,7 +1,7 @@
 //! The two cameras that a pair is used as: pinholes fitted to the corners of all depths.
 
-use super::pinhole::{CENTRE_ONLY, observations_of_all};
-use crate::analysis::view::BoardView;
+use super::pinhole::{BOARD_UNKNOWN, CENTRE_ONLY, observations_of_all};
+use crate::analysis::view::{BoardPlace, BoardView};
 use crate::metrics::pair_geometry::PairGeometry;
 use crate::metrics::reprojection::{self, ALL, Parameter, PinholeFit};
 use crate::metrics::{MeasuredAndTrue, Unmeasurable};
@@ -23,6 +23,7 @@ pub struct CameraFigures {
 pub(super) fn camera_figures(own: &BoardView, asked: &[&BoardView]) -> CameraFigures {
     let free: &'static [Parameter] = if asked.len() > 1 { &ALL } else { &CENTRE_ONLY };
     let fits = [0, 1].map(|k| match own.halves[k].camera {
+        Ok(_) if own.place == BoardPlace::Unknown => MeasuredAndTrue::neither(BOARD_UNKNOWN),
         Ok(camera) => {
             MeasuredAndTrue::of_sides(observations_of_all(asked, k), |seen| reprojection::fit(&camera, free, &seen))
         }

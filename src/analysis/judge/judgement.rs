@@ -4,8 +4,9 @@ use super::cameras::{CameraFigures, camera_figures};
 use super::centre::{CentreFigures, centre_figures};
 use super::pinhole::{PinholeFigures, half_figures, pool};
 use super::stereo::{StereoFigures, stereo_figures};
-use crate::analysis::not_judged::{NotJudged, not_judged};
-use crate::analysis::view::{BoardView, Detected, see};
+use crate::analysis::not_judged::not_judged;
+use crate::analysis::not_judged_cause::NotJudged;
+use crate::analysis::view::{BoardPlace, BoardView, Detected, see};
 use crate::progress::Observer;
 use crate::render::{self, Film};
 use crate::scene::Scene;
@@ -60,7 +61,8 @@ pub fn measure(scene: &Scene, system: &System, own: BoardView, others: &[BoardVi
     let centres = [0, 1].map(|k| centre_figures(scene, system, k, &own, &asked));
     let stereo = stereo_figures(scene, system, &own, &asked);
     let cameras = camera_figures(&own, &asked);
-    let depths_mm = Some([asked[0].depth_mm, asked[asked.len() - 1].depth_mm]);
+    let known = own.place != BoardPlace::Unknown;
+    let depths_mm = known.then(|| [asked[0].depth_mm, asked[asked.len() - 1].depth_mm]);
     let detected = own.halves.each_ref().map(|h| h.detected.clone());
     let not_judged = not_judged(scene, system, &own);
     Judgement { detected, halves, pooled, centres, stereo, cameras, depths_mm, not_judged, view: own }

@@ -1,8 +1,7 @@
 //! The halves of a picture against ideal pinholes: the designed one, and those that fit best.
 
 use super::rays::pixel_rays;
-use crate::analysis::half_image::NoPinhole;
-use crate::analysis::view::BoardView;
+use crate::analysis::view::{BoardPlace, BoardView};
 use crate::metrics::ray_bundle::{PixelRay, PlaneDeviation, on_plane};
 use crate::metrics::reprojection::{POSE, POSE_AND_ANAMORPHIC, POSE_AND_FOCAL, Parameter, PinholeFit};
 use crate::metrics::straightness::{IndexedCorner, RowsAndColumns, StraightnessReference, straightness};
@@ -68,8 +67,11 @@ pub(super) fn half_figures(
     };
     let camera = match half.camera {
         Ok(camera) => camera,
-        Err(why) => return without_pinhole(why, own, asked, straight),
+        Err(why) => return without_pinhole(Unmeasurable::NoPinhole(why.reason()), own, asked, straight),
     };
+    if own.place == BoardPlace::Unknown {
+        return without_pinhole(BOARD_UNKNOWN, own, asked, straight);
+    }
     let fitted = |free: &[Parameter]| {
         // A single depth does not tell focal lengths from distances: there the pose alone is fitted.
         let free = free_at(free, asked.len());
@@ -98,14 +100,16 @@ pub(super) fn half_figures(
     }
 }
 
-/// The figures of a half that has no pinhole: those that need none.
+/// Why a half has no figure that tells what it sees of the world.
+pub(super) const BOARD_UNKNOWN: Unmeasurable = Unmeasurable::Degenerate("it is not known where the board is");
+
+/// The figures of a half that has no pinhole, or no place in the world: those that need none.
 fn without_pinhole(
-    why: NoPinhole,
+    reason: Unmeasurable,
     own: &BoardView,
     asked: &[&BoardView],
     straight: impl Fn(&BoardView) -> MeasuredAndTrue<RowsAndColumns>,
 ) -> PinholeFigures {
-    let reason = Unmeasurable::NoPinhole(why.reason());
     let depths = asked.iter().map(|view| DepthFigures {
         depth_mm: view.depth_mm,
         designed: MeasuredAndTrue::neither(reason),

@@ -1,7 +1,8 @@
 //! Left against right: vertical disparity, epipolar curves, disparity against depth.
 
+use super::pinhole::BOARD_UNKNOWN;
 use super::rays::grid_sightings;
-use crate::analysis::view::{BoardView, HalfView};
+use crate::analysis::view::{BoardPlace, BoardView, HalfView};
 use crate::geom::Pose;
 use crate::metrics::epipolar::Summary;
 use crate::metrics::pixel_map::DEGREE;
@@ -34,6 +35,9 @@ pub(super) fn stereo_figures(scene: &Scene, system: &System, own: &BoardView, as
     let by_depth: Vec<[Option<Vec<Pair>>; 2]> = asked.iter().map(|view| pairs(view)).collect();
     let of_side = |side: usize| by_depth.iter().map(|sides| sides[side].clone()).collect::<Option<Vec<_>>>();
     let law = |depths: Vec<Vec<Pair>>| {
+        if own.place == BoardPlace::Unknown {
+            return Err(BOARD_UNKNOWN);
+        }
         let disparity = |p: &Pair| p.left_px.x - p.right_px.x;
         let of_view = |(view, pairs): (&&BoardView, &Vec<Pair>)| {
             let sample = |p: &Pair| (view.board.corner_depth_mm(p.index, scene.camera.position_mm.z), disparity(p));

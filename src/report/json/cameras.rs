@@ -35,6 +35,9 @@ pub struct Cameras {
     pub size_px: [u64; 2],
     /// The picture's column that is the right half's column 0.
     pub right_half_first_column: u64,
+    /// Whether positions are meant as the plain pinhole of the same focal length would see them, in place of the scene's own camera
+    /// with its principal point, rotation and distortion.
+    pub rectified: bool,
     /// The camera of the left half.
     pub left: CameraEntry,
     /// The camera of the right half.

@@ -1,5 +1,6 @@
 //! The types of `report.json`.
 
+use super::board_pose::{BoardPoseEntry, MatchingEntry};
 use super::budget::ErrorBudget;
 use super::cameras::{Cameras, Geometry};
 use super::figure::Figure;
@@ -55,6 +56,15 @@ pub struct Design {
     /// Why no figure of the pair was measured; absent where some was.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_judged: Option<String>,
+    /// The name of that cause.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_judged_cause: Option<String>,
+    /// How the halves of a picture were matched that was not made here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub matching: Option<MatchingEntry>,
+    /// Where the board of a picture is that was not made here; absent without corners.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub board_pose: Option<BoardPoseEntry>,
     /// The light in which the true values are true; absent where there are none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth_light: Option<String>,

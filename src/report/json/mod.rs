@@ -12,12 +12,14 @@ use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
 use serde_json::Value;
 
+pub mod board_pose;
 pub mod budget;
 pub mod figure;
 pub mod judgement;
 pub mod fit;
 pub mod cameras;
 
+pub use board_pose::{BoardPoseEntry, BoardPoseSource, MatchedByName, MatchingEntry, PlacedByName};
 pub use budget::{BudgetTerm, CornerBudget, ErrorBudget};
 pub use cameras::{CameraEntry, Cameras, Geometry, PairPose};
 pub use figure::{Definition, Figure, Frame, Normaliser, PixelCentreName, Unit};
