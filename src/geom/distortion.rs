@@ -12,7 +12,8 @@ const LONGEST_STEP: f64 = 1.0 / 64.0;
 const SHORTEST_STEP: f64 = 1e-9;
 /// Steps in all: a way that takes more is as good as folded.
 const MOST_FOLLOWED: usize = 1024;
-/// Places between two of those steps at which the map must keep its orientation.
+/// Places between two of those steps, and between the centre and a direction that is found at once, at which the map must keep
+/// its orientation.
 const BETWEEN: usize = 8;
 
 /// How a lens bends the picture of a pinhole.
@@ -81,7 +82,9 @@ impl Distortion {
     /// The direction that is seen at `d`: of several the one that joins on to the centre. Beyond the places at which the lens
     /// shows anything, the picture goes on evenly, so that every place has a direction.
     pub fn undistort(&self, d: DVec2) -> DVec2 {
-        self.newton(d, d).unwrap_or_else(|| {
+        let joins_on =
+            |u: &DVec2| (1..BETWEEN).all(|part| self.keeps(DVec2::ZERO.lerp(*u, part as f64 / BETWEEN as f64)));
+        self.newton(d, d).filter(joins_on).unwrap_or_else(|| {
             let Followed { seen, direction } = self.follow(d);
             // The same factor as at the last place there is.
             if seen == d { direction } else { direction * (d.length() / seen.length().max(f64::MIN_POSITIVE)) }
@@ -92,6 +95,11 @@ impl Distortion {
     pub(super) fn unfolded(&self, d: DVec2) -> f64 {
         let seen = self.follow(d).seen;
         if seen == d { 1.0 } else { seen.length() / d.length() }
+    }
+
+    /// Whether the map keeps its orientation at `u`.
+    fn keeps(&self, u: DVec2) -> bool {
+        self.jacobian(u).determinant() > 0.0
     }
 
     /// The direction that is seen at `d`, from one nearby; `None` where the steps leave the branch on which the map keeps its
@@ -107,7 +115,7 @@ impl Distortion {
             let step = slope.inverse() * (d - self.distort(u));
             u += step;
             if step.length_squared() <= LAST_STEP * LAST_STEP * d.length_squared() {
-                return (self.jacobian(u).determinant() > 0.0).then_some(u);
+                return self.keeps(u).then_some(u);
             }
         }
         None
@@ -138,10 +146,7 @@ impl Distortion {
     fn next(&self, last: &Followed, seen: DVec2) -> Option<Followed> {
         let ahead = self.jacobian(last.direction).inverse() * (seen - last.seen);
         let direction = self.newton(last.direction + ahead, seen)?;
-        let keeps = |part: usize| {
-            let between = last.direction.lerp(direction, part as f64 / BETWEEN as f64);
-            self.jacobian(between).determinant() > 0.0
-        };
+        let keeps = |part: usize| self.keeps(last.direction.lerp(direction, part as f64 / BETWEEN as f64));
         (1..BETWEEN).all(keeps).then_some(Followed { seen, direction })
     }
 }
@@ -166,6 +171,20 @@ mod tests {
         [2.0, 3.0, 0.05, -0.04, 5.0],
         [0.0, 0.0, 0.1, 0.1, 0.0],
     ];
+
+    /// Newton's method alone steps over a fold to a direction on the other side of the centre.
+    #[test]
+    fn a_direction_beyond_a_fold_is_not_taken() {
+        let lens = Distortion::new([
+            -0.689_039_725_215_688_2,
+            1.392_605_927_790_574_5,
+            0.027_502_008_919_956_175,
+            0.023_677_819_193_959_46,
+            -0.252_892_978_303_241_1,
+        ]);
+        let u = DVec2::new(1.420_707_541_033_666, 0.754_995_851_605_519_5);
+        assert!((lens.undistort(lens.distort(u)) - u).length() < 1e-12);
+    }
 
     #[test]
     fn the_jacobian_is_the_slope() {
