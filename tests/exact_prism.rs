@@ -39,7 +39,7 @@ fn off_law_px(system: &System, centre: DVec3, inverse_mm: f64) -> DVec2 {
             let origin =
                 ray.origin - ray.direction * (ray.origin.z / ray.direction.z) - centre * DVec3::new(sign, 1.0, 1.0);
             let seen = (origin * inverse_mm + ray.direction / ray.direction.z).truncate() * f;
-            let kappa = b * ((1.0 + (px.y / f).powi(2)).sqrt() - 1.0);
+            let kappa = b * (libm::hypot(1.0, px.y / f) - 1.0);
             let law = DVec2::new(sign * (px.x - b - kappa), px.y);
             squares += (seen - law) * (seen - law);
             count += 1.0;
@@ -93,7 +93,7 @@ fn rays_stay_in_their_epipolar_planes_in_every_light() {
 fn designed_prism(scene: &Scene, body: scene::GlassSpec) -> PrismSpec {
     let input = biprism::design::DesignInput::of(scene).expect("it is designed");
     let designed = biprism::design(&input).expect("it exists");
-    PrismSpec::Polynomial(designed.prism(body).into())
+    PrismSpec::Polynomial(designed.prism(body))
 }
 
 /// What no prism can be is refused by name.

@@ -20,8 +20,10 @@ fn flat(text: String) -> String {
     format!("{}{}", &text[..design], &text[end..]).replace("kind = \"freeform\"", "kind = \"flat\"")
 }
 
-/// A table's rows by design, half and index.
-fn rows(csv: &str) -> Vec<(String, String, [f64; 2], Vec<Option<f64>>)> {
+/// A row of the table of corners: design, half, index, and the numbers that are there.
+type CornerRow = (String, String, [f64; 2], Vec<Option<f64>>);
+
+fn rows(csv: &str) -> Vec<CornerRow> {
     csv.lines()
         .skip(2)
         .map(|line| {
@@ -31,6 +33,10 @@ fn rows(csv: &str) -> Vec<(String, String, [f64; 2], Vec<Option<f64>>)> {
             (cells[0].to_owned(), cells[1].to_owned(), index, cells[4..].iter().map(number).collect())
         })
         .collect()
+}
+
+fn square(v: f64) -> f64 {
+    v * v
 }
 
 #[test]
@@ -72,7 +78,7 @@ fn prisms_of_several_scenes_are_compared() {
             for (cell, difference) in [(6, measured - true_x), (8, measured - ideal_x)] {
                 assert!((cells[cell].expect("known") - difference).abs() < 1e-12, "{name}: {cells:?}");
             }
-            squares += cells[6].expect("known").powi(2) + cells[7].expect("known").powi(2);
+            squares += square(cells[6].expect("known")) + square(cells[7].expect("known"));
         }
         let rms = (squares / found as f64).sqrt();
         assert!((rms / design["corners"]["rms_error_px"].as_f64().expect("a number") - 1.0).abs() < 1e-6, "{name}");
@@ -81,10 +87,10 @@ fn prisms_of_several_scenes_are_compared() {
 }
 
 /// The cameras of a design see its true corners with the residual that they state.
-fn reprojected(design: &Value, rows: &[&(String, String, [f64; 2], Vec<Option<f64>>)]) {
+fn reprojected(design: &Value, rows: &[&CornerRow]) {
     let cameras = &design["cameras"];
     let matrix = |value: &Value, i: usize, k: usize| value[i][k].as_f64().expect("a number");
-    let (columns, square, depth) = (21.0, 20.0, 1000.0);
+    let (columns, square_mm, depth) = (21.0, 20.0, 1000.0);
     assert_eq!(cameras["depths_mm"], serde_json::json!([500.0, 2000.0]));
     for (half, first_column) in
         [("left", 0.0), ("right", cameras["right_half_first_column"].as_f64().expect("a number"))]
@@ -93,7 +99,7 @@ fn reprojected(design: &Value, rows: &[&(String, String, [f64; 2], Vec<Option<f6
         let own: Vec<_> = rows.iter().filter(|row| row.1 == half && row.3[2].is_some()).collect();
         let mut largest: f64 = 0.0;
         for row in &own {
-            let place = |k: usize| (row.2[k] - 0.5 * (columns - 2.0)) * square;
+            let place = |k: usize| (row.2[k] - 0.5 * (columns - 2.0)) * square_mm;
             let world = [place(0), place(1), depth];
             let pose = &camera["camera_from_world"];
             let seen = [0, 1, 2].map(|i| {
@@ -113,7 +119,7 @@ fn reprojected(design: &Value, rows: &[&(String, String, [f64; 2], Vec<Option<f6
         assert!(largest <= rms * n.sqrt() && largest > 0.1 * rms, "{half}: {largest} {rms}");
     }
     let t = &cameras["right_from_left"]["t_mm"];
-    let length = (0..3).map(|k| t[k].as_f64().expect("a number").powi(2)).sum::<f64>().sqrt();
+    let length = (0..3).map(|k| square(t[k].as_f64().expect("a number"))).sum::<f64>().sqrt();
     let baseline = design["geometry"]["baseline_mm"]["true"].as_f64().expect("a number");
     assert!((length / baseline - 1.0).abs() < 1e-12, "{length} {baseline}");
 }
