@@ -20,8 +20,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// The camera of every scene here; what a lens adds to it is one line more.
+/// The camera of every scene here.
 const CAMERA: &str = "[camera]\nfocal_length_mm = 35.0\nwidth_px = 480\nheight_px = 270\npixel_pitch_um = 22.0\n";
+/// What a real lens adds to it.
+const LENS: &str = "distortion = [-0.15, 0.1, 0.0005, -0.0004, 0.0]\nprincipal_point_px = [242.5, 133.8]\n";
 pub(crate) const FLAT: &str =
     "[prism]\nkind = \"flat\"\nindex = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545\n";
 const FREEFORM: &str = "[prism]\nkind = \"freeform\"\nindex = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545\n\
@@ -35,6 +37,11 @@ pub(crate) const TRUE_POSE: &str = "position_mm = [12.0, -7.0, 1010.0]\ntilt_deg
 
 pub(crate) fn text(prism: &str, board: &str, pose: &str) -> String {
     format!("name = \"photograph\"\n{CAMERA}{prism}[board]\n{board}{pose}")
+}
+
+/// The same through a real lens.
+pub(crate) fn through_a_lens(text: &str) -> String {
+    text.replace(CAMERA, &format!("{CAMERA}{LENS}"))
 }
 
 pub(crate) fn built(text: &str) -> (Scene, System) {
@@ -106,9 +113,12 @@ pub(crate) fn disparities(photo: &Photograph, text: &str) -> [f64; 2] {
                 .min_by(|a, b| a.1.position_px.distance(px).total_cmp(&b.1.position_px.distance(px)))
                 .expect("there are corners");
             assert!(corner.position_px.distance(px) < 1.0, "{px} is no corner");
-            (*index, corner.position_px.y)
+            (*index, half.rectified(corner.position_px).y)
         };
-        half.found.iter().map(|f| (f.index, (f.position_px.y, nearest(f.position_px)))).collect::<BTreeMap<_, _>>()
+        half.found
+            .iter()
+            .map(|f| (f.index, (half.rectified(f.position_px).y, nearest(f.position_px))))
+            .collect::<BTreeMap<_, _>>()
     });
     let mut pairs = Vec::new();
     for (index, (y, (own, true_y))) in &left {

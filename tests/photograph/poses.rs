@@ -1,6 +1,8 @@
 //! Poses that are wrong, or not known.
 
-use super::{FLAT, FREEFORM, LARGE, SMALL, TRUE_POSE, built, disparities, measured, photographed, text};
+use super::{
+    FLAT, FREEFORM, LARGE, SMALL, TRUE_POSE, built, disparities, measured, photographed, text, through_a_lens,
+};
 use crate::command::{biprism, json};
 use crate::common::board::Noise;
 use biprism::analysis::half_image::{HalfFrame, virtual_camera};
@@ -26,9 +28,10 @@ const WITHIN_PX: f64 = 0.01;
 #[test]
 fn a_photograph_is_measured_whatever_pose_is_stated() {
     for prism in [FLAT, FREEFORM] {
-        let own = text(prism, LARGE, TRUE_POSE);
+        let own = through_a_lens(&text(prism, LARGE, TRUE_POSE));
+        let stated = through_a_lens(&text(prism, LARGE, OFF_POSE));
         let (folder, picture) = photographed(&own);
-        let photo = measured(&picture, &text(prism, LARGE, OFF_POSE));
+        let photo = measured(&picture, &stated);
         let [found, exact] = disparities(&photo, &own);
         let pose = photo.pose.as_ref().expect("there are corners");
         println!("vertical disparity {found:.4} px, true {exact:.4}; {pose:?}");
@@ -38,7 +41,7 @@ fn a_photograph_is_measured_whatever_pose_is_stated() {
         assert!(pose.deviation.is_some_and(|left| left.rms < 0.04), "{pose:?}");
 
         // The command says the same.
-        fs::write(folder.path().join("scene.toml"), text(prism, LARGE, OFF_POSE)).expect("written");
+        fs::write(folder.path().join("scene.toml"), &stated).expect("written");
         let args = ["measure", "photo.jpg", "--scene", "scene.toml", "--transfer", "srgb", "--json"];
         let told = biprism(folder.path(), &args);
         assert!(String::from_utf8_lossy(&told.stderr).contains("note: the stated pose of the board does not match"));
