@@ -132,18 +132,21 @@ fn dents_between_the_rays_of_a_patch_are_seen() {
     let plane: Vec<_> = body(-16.0).into_iter().filter(|t| t.iter().all(|p| p.z > 46.0)).collect();
     place.write("back.obj", obj(&plane));
     for k in 0..3u32 {
-        // A square of 0.3 mm in the facet, and a corner in its middle that lies 3 um deeper.
+        // A square of 0.1 mm in the facet, and a corner in its middle that lies 0.4 um deeper: less than makes a crease. The
+        // squares around it keep the normals of the others even.
         let middle = DVec2::new(3.1 + 1.7 * f64::from(k), -2.3 + 1.9 * f64::from(k));
         let at = |x: f64, y: f64| DVec3::new(x, y, 40.0 + 0.2 * x);
-        let xs = [-1.0, middle.x - 0.15, middle.x + 0.15, 16.0];
-        let ys = [-12.0, middle.y - 0.15, middle.y + 0.15, 12.0];
+        let around = |m: f64| [m - 0.1, m - 0.05, m + 0.05, m + 0.1];
+        let ([xa, xb, xc, xd], [ya, yb, yc, yd]) = (around(middle.x), around(middle.y));
+        let xs = [-1.0, xa, xb, xc, xd, 16.0];
+        let ys = [-12.0, ya, yb, yc, yd, 12.0];
         let mut triangles = Vec::new();
-        for (i, j) in (0..9).map(|n| (n % 3, n / 3)) {
+        for (i, j) in (0..25).map(|n| (n % 5, n / 5)) {
             let corners = [at(xs[i], ys[j]), at(xs[i + 1], ys[j]), at(xs[i + 1], ys[j + 1]), at(xs[i], ys[j + 1])];
-            let deep = at(middle.x, middle.y) + DVec3::Z * 0.003;
+            let deep = at(middle.x, middle.y) + DVec3::Z * 0.0004;
             let [a, b, c, d] = corners;
             match (i, j) {
-                (1, 1) => triangles.extend((0..4).map(|n| [corners[n], corners[(n + 1) % 4], deep])),
+                (2, 2) => triangles.extend((0..4).map(|n| [corners[n], corners[(n + 1) % 4], deep])),
                 _ => triangles.extend([[a, b, c], [a, c, d]]),
             }
         }
