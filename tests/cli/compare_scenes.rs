@@ -97,7 +97,7 @@ fn reprojected(design: &Value, rows: &[&CornerRow]) {
     {
         let camera = &cameras[half];
         let own: Vec<_> = rows.iter().filter(|row| row.1 == half && row.3[2].is_some()).collect();
-        let mut largest: f64 = 0.0;
+        let (mut largest, mut sum): (f64, [f64; 2]) = (0.0, [0.0; 2]);
         for row in &own {
             let place = |k: usize| (row.2[k] - 0.5 * (columns - 2.0)) * square_mm;
             let world = [place(0), place(1), depth];
@@ -111,11 +111,15 @@ fn reprojected(design: &Value, rows: &[&CornerRow]) {
                 // OpenCV's px of the half itself.
                 let expected = row.3[2 + axis].expect("known") - 0.5 - if axis == 0 { first_column } else { 0.0 };
                 largest = largest.max((px - expected).abs());
+                sum[axis] += px - expected;
             }
         }
         // No residual is above sqrt(N) times the root mean square of N.
         let (rms, n) = (camera["rms_px"].as_f64().expect("a number"), camera["n"].as_f64().expect("a number"));
         assert!(own.len() > 20 && n > 2.0 * own.len() as f64, "{half}: {n}");
+        // The fit leaves no mean over all depths, and little at one.
+        let means = sum.map(|sum| sum / own.len() as f64);
+        assert!(means.iter().all(|mean| mean.abs() < rms), "{half}: {means:?} {rms}");
         assert!(largest <= rms * n.sqrt() && largest > 0.1 * rms, "{half}: {largest} {rms}");
     }
     let t = &cameras["right_from_left"]["t_mm"];
