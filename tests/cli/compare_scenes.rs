@@ -106,12 +106,12 @@ fn reprojected(design: &Value, rows: &[&CornerRow]) {
                 let turned: f64 = (0..3).map(|k| matrix(&pose["r"], i, k) * world[k]).sum();
                 turned + pose["t_mm"][i].as_f64().expect("a number")
             });
-            for axis in 0..2 {
+            for (axis, sum) in sum.iter_mut().enumerate() {
                 let px = (0..3).map(|k| matrix(&camera["k"], axis, k) * seen[k]).sum::<f64>() / seen[2];
                 // OpenCV's px of the half itself.
                 let expected = row.3[2 + axis].expect("known") - 0.5 - if axis == 0 { first_column } else { 0.0 };
                 largest = largest.max((px - expected).abs());
-                sum[axis] += px - expected;
+                *sum += px - expected;
             }
         }
         // No residual is above sqrt(N) times the root mean square of N.
