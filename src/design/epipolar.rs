@@ -11,7 +11,7 @@
 
 use super::march::GridLayout;
 use super::point_grid::{PointGrid, TargetLaw};
-use super::slope::{Singular, optical_path_mm};
+use super::slope::{SMALLEST_COSINE, Singular, optical_path_mm};
 use super::virtual_camera::VirtualCamera;
 use crate::error::Error;
 use crate::num::chebyshev::points;
@@ -27,8 +27,6 @@ const TOLERANCE_MM: f64 = 1e-13;
 const RESIDUAL_MM: f64 = 1e-8;
 /// How far the profile reaches beyond the angles of the half image's pixels, as a share of their range.
 const MARGIN: f64 = 0.02;
-/// Smallest share of its value at normal incidence at which a slope is still given: see [`super::slope`].
-const SMALLEST_COSINE: f64 = 1e-4;
 
 /// Columns and rows of the grid that polynomials are fitted to: Chebyshev points, which hold the borders as close as the middle.
 const FITTED: usize = 61;
@@ -161,7 +159,14 @@ struct FrontProfile {
     plane: AxialPlane,
     /// Middle and half width of the angles, in rad.
     range: [f64; 2],
-    values: Vec<f64>,
+    nodes: Vec<ProfileNode>,
+}
+
+/// A Chebyshev point of the interpolation, its barycentric weight, and p there.
+struct ProfileNode {
+    s: f64,
+    weight: f64,
+    p_mm: f64,
 }
 
 impl FrontProfile {
@@ -193,7 +198,12 @@ impl FrontProfile {
 
         // Hold the interpolation against the middles.
         let (values, between) = found.split_at(NODES);
-        let profile = Self { plane, range, values: values.to_vec() };
+        let node = |(k, (&s, &p_mm)): (usize, (&f64, &f64))| {
+            let sine = libm::sin(std::f64::consts::PI * (k as f64 + 0.5) / NODES as f64);
+            ProfileNode { s, weight: if k % 2 == 0 { sine } else { -sine }, p_mm }
+        };
+        let nodes = places.iter().zip(values).enumerate().map(node).collect();
+        let profile = Self { plane, range, nodes };
         let off = |(s, p): (&f64, &f64)| (profile.at(range[0] + range[1] * s) - p).abs();
         let residual = middles.iter().zip(between).map(off).fold(0.0, f64::max);
         if residual > RESIDUAL_MM {
@@ -209,13 +219,12 @@ impl FrontProfile {
     fn at(&self, theta: f64) -> f64 {
         let s = (theta - self.range[0]) / self.range[1];
         let (mut over, mut under) = (0.0, 0.0);
-        for (k, (node, value)) in points(NODES).into_iter().zip(&self.values).enumerate() {
-            if s == node {
-                return *value;
+        for node in &self.nodes {
+            if s == node.s {
+                return node.p_mm;
             }
-            let sine = libm::sin(std::f64::consts::PI * (k as f64 + 0.5) / NODES as f64);
-            let weight = if k % 2 == 0 { sine } else { -sine } / (s - node);
-            over += weight * value;
+            let weight = node.weight / (s - node.s);
+            over += weight * node.p_mm;
             under += weight;
         }
         over / under

@@ -6,7 +6,7 @@ use std::fmt;
 
 /// Smallest denominator at which a slope is still given, as a fraction of its value at normal incidence, k - 1. With the
 /// cosine of the angle of incidence outside the glass the denominators are |N1| cos and |N2| cos, and |N1|, |N2| >= k - 1.
-const SMALLEST_COSINE: f64 = 1e-4;
+pub(super) const SMALLEST_COSINE: f64 = 1e-4;
 
 /// Which parameter of the image plane a path of the march follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

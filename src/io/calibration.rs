@@ -6,11 +6,10 @@
 
 use super::corners::{PixelCentre, move_centre};
 use super::file_storage::{Entries, Fault, RawMatrix};
-use super::inputs::{self, not_utf8};
+use super::inputs::read_text;
 use crate::error::Error;
 use glam::DVec2;
 use serde_json::Value;
-use std::io::Read;
 use std::path::Path;
 
 /// Bytes in a file at most: a calibration may hold the corners of its pictures.
@@ -47,20 +46,8 @@ pub struct OpenCvCalibration {
 /// # Errors
 /// A file that cannot be read, is larger than [`MOST_BYTES`], is no UTF-8, or says what [`parse`] refuses.
 pub fn read(path: &Path) -> Result<OpenCvCalibration, Error> {
-    let place = path.display().to_string();
-    let unreadable = |error: std::io::Error| {
-        Error::new(&place, format!("the file cannot be read: {error}"), "check the name and the rights of the file")
-    };
-    let file = inputs::open(path).map_err(unreadable)?;
-    let mut bytes = Vec::new();
-    // One byte more than allowed tells a file that is too large, whatever its size is said to be.
-    let size = file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if size as u64 > MOST_BYTES {
-        let rule = format!("the file is larger than {MOST_BYTES} bytes, the most for a calibration");
-        return Err(Error::new(&place, rule, HELP));
-    }
-    let text = String::from_utf8(bytes).map_err(|wrong| not_utf8(&place, wrong.as_bytes()))?;
-    parse(&text, &place)
+    let text = read_text(path, MOST_BYTES, "a calibration", HELP)?;
+    parse(&text, &path.display().to_string())
 }
 
 /// The calibration of a text, of the file `place`.
@@ -102,7 +89,7 @@ impl FileStorageValues {
             let Some(matrix) = entries.matrices.iter().find(named) else { return Ok(None) };
             let size = matrix.size()?;
             if size.rows.saturating_mul(size.channels()) > MOST_VALUES {
-                return Err(matrix.wrong(format!("`{}` has more than {MOST_VALUES} values", matrix.key)));
+                return Err(matrix.fault(format!("`{}` has more than {MOST_VALUES} values", matrix.key)));
             }
             matrix.values(&size).map(Some)
         };

@@ -5,7 +5,7 @@
 
 use crate::error::Error;
 use std::fs::{File, Metadata};
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -52,6 +52,26 @@ pub fn open(path: &Path) -> io::Result<File> {
     let file = File::open(path)?;
     note(path, &file)?;
     Ok(file)
+}
+
+/// The text of the file at `path`, of at most `most` bytes. `what` says what such a file is for, and `help` what to give instead
+/// of a larger one.
+///
+/// # Errors
+/// A file that cannot be read, is larger, or is no UTF-8.
+pub(super) fn read_text(path: &Path, most: u64, what: &str, help: &str) -> Result<String, Error> {
+    let place = path.display().to_string();
+    let unreadable = |error: io::Error| {
+        Error::new(&place, format!("the file cannot be read: {error}"), "check the name and the rights of the file")
+    };
+    let file = open(path).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    // One byte more than allowed tells a file that is too large, whatever its size is said to be.
+    let size = file.take(most + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if size as u64 > most {
+        return Err(Error::new(&place, format!("the file is larger than {most} bytes, the most for {what}"), help));
+    }
+    String::from_utf8(bytes).map_err(|wrong| not_utf8(&place, wrong.as_bytes()))
 }
 
 /// What the user is told of a text at `place` that begins with these bytes.

@@ -1,7 +1,7 @@
 //! Pixels in which the map has a kink: where it passes the side of a triangle whose normals are smooth.
 
+use super::centre_rays::trace_scalar;
 use super::divided::along_borders;
-use super::film::Class;
 use super::pixel::{INSET_PX, square, subdivided};
 use super::pixel_mean::Taylor2;
 use super::plan::{PartBorders, Plan};
@@ -52,6 +52,6 @@ fn places(plan: &Plan) -> [DVec2; 8] {
 
 /// What `px` sees of the board, in mm.
 fn seen(system: &System, px: DVec2) -> Option<DVec2> {
-    let (seen_mm, class) = super::centre_rays::trace_scalar(system, px);
-    matches!(class, Class::Left | Class::Right).then_some(seen_mm)
+    let (seen_mm, class) = trace_scalar(system, px);
+    class.side().map(|_| seen_mm)
 }

@@ -3,7 +3,7 @@
 use super::json::{CameraEntry, Cameras, Geometry, PairPose, judgement as to};
 use crate::analysis::judge::{CameraFigures, Judgement};
 use crate::geom::Pose;
-use crate::io::opencv_yaml::YamlMap;
+use crate::io::file_storage::{YamlMap, number};
 use crate::metrics::pinhole::Pinhole;
 use crate::metrics::reprojection::PinholeFit;
 use glam::DMat3;
@@ -91,7 +91,7 @@ fn opencv_map(cameras: &Cameras) -> YamlMap {
         map.doubles(&format!("D{k}"), &[&[0.0; 5]]);
         matrix(&mut map, &format!("R_{half}"), &camera.camera_from_world.r);
         column(&mut map, &format!("T_{half}"), &camera.camera_from_world.t_mm);
-        map.scalar(&format!("rms_px_{half}"), &crate::io::opencv_yaml::number(camera.rms_px));
+        map.scalar(&format!("rms_px_{half}"), &number(camera.rms_px));
     }
     map.doubles("R", &cameras.right_from_left.r.each_ref().map(|row| row.as_slice()));
     column(&mut map, "T", &cameras.right_from_left.t_mm);

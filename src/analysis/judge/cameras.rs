@@ -1,10 +1,10 @@
 //! The two cameras that a pair is used as: pinholes fitted to the corners of all depths.
 
-use super::pinhole::{BOARD_UNKNOWN, CENTRE_ONLY, observations_of_all};
-use crate::analysis::view::{BoardPlace, BoardView};
+use super::pinhole::{CENTRE_ONLY, designed_pinhole, observations_of_all};
+use crate::analysis::view::BoardView;
+use crate::metrics::MeasuredAndTrue;
 use crate::metrics::pair_geometry::PairGeometry;
 use crate::metrics::reprojection::{self, ALL, Parameter, PinholeFit};
-use crate::metrics::{MeasuredAndTrue, Unmeasurable};
 
 /// The cameras of the left and the right half, in the half's own px.
 #[derive(Debug, Clone)]
@@ -22,12 +22,11 @@ pub struct CameraFigures {
 /// depth, which does not tell these apart, the centre alone.
 pub(super) fn camera_figures(own: &BoardView, asked: &[&BoardView]) -> CameraFigures {
     let free: &'static [Parameter] = if asked.len() > 1 { &ALL } else { &CENTRE_ONLY };
-    let fits = [0, 1].map(|k| match own.halves[k].camera {
-        Ok(_) if own.place == BoardPlace::Unknown => MeasuredAndTrue::neither(BOARD_UNKNOWN),
+    let fits = [0, 1].map(|k| match designed_pinhole(own, k) {
         Ok(camera) => {
             MeasuredAndTrue::of_sides(observations_of_all(asked, k), |seen| reprojection::fit(&camera, free, &seen))
         }
-        Err(why) => MeasuredAndTrue::neither(Unmeasurable::NoPinhole(why.reason())),
+        Err(reason) => MeasuredAndTrue::neither(reason),
     });
     let point_mm = own.board.pattern.world_from_board.translation_mm;
     let size_px = own.halves[0].frame.size_px;

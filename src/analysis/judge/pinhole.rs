@@ -2,6 +2,7 @@
 
 use super::rays::pixel_rays;
 use crate::analysis::view::{BoardPlace, BoardView};
+use crate::metrics::pinhole::Pinhole;
 use crate::metrics::ray_bundle::{PixelRay, PlaneDeviation, on_plane};
 use crate::metrics::reprojection::{POSE, POSE_AND_ANAMORPHIC, POSE_AND_FOCAL, Parameter, PinholeFit};
 use crate::metrics::straightness::{IndexedCorner, RowsAndColumns, StraightnessReference, straightness};
@@ -59,19 +60,15 @@ pub(super) fn half_figures(
     own: &BoardView,
     asked: &[&BoardView],
 ) -> PinholeFigures {
-    let half = &own.halves[k];
     let straight = |view: &BoardView| {
         MeasuredAndTrue::of_sides(view.halves[k].indexed(), |corners| {
             straightness(&corners, StraightnessReference::Chord)
         })
     };
-    let camera = match half.camera {
+    let camera = match designed_pinhole(own, k) {
         Ok(camera) => camera,
-        Err(why) => return without_pinhole(Unmeasurable::NoPinhole(why.reason()), own, asked, straight),
+        Err(reason) => return without_pinhole(reason, own, asked, straight),
     };
-    if own.place == BoardPlace::Unknown {
-        return without_pinhole(BOARD_UNKNOWN, own, asked, straight);
-    }
     let fitted = |free: &[Parameter]| {
         // A single depth does not tell focal lengths from distances: there the pose alone is fitted.
         let free = free_at(free, asked.len());
@@ -98,6 +95,12 @@ pub(super) fn half_figures(
         straightness: straight(own),
         depths: asked.iter().map(depth).collect(),
     }
+}
+
+/// The camera that half `k` is designed to be, where there is one and it is known where the board is.
+pub(super) fn designed_pinhole(own: &BoardView, k: usize) -> Result<Pinhole, Unmeasurable> {
+    let camera = own.halves[k].camera.map_err(|why| Unmeasurable::NoPinhole(why.reason()))?;
+    if own.place == BoardPlace::Unknown { Err(BOARD_UNKNOWN) } else { Ok(camera) }
 }
 
 /// Why a half has no figure that tells what it sees of the world.

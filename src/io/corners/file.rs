@@ -4,9 +4,8 @@ use super::rules::{MOST_BYTES, check};
 use super::view::CornerView;
 use super::{csv, json, opencv};
 use crate::error::Error;
-use crate::io::inputs::{self, not_utf8};
+use crate::io::inputs::read_text;
 use std::borrow::Cow;
-use std::io::Read;
 use std::path::Path;
 
 /// A format of corner files.
@@ -75,21 +74,6 @@ pub fn parse(text: &str, format: CornerFormat, place: &str) -> Result<Vec<Corner
 /// A file that cannot be read, is larger than [`MOST_BYTES`] or is no UTF-8, and those of [`parse`].
 pub fn read(path: &Path) -> Result<Vec<CornerView>, Error> {
     let format = CornerFormat::of(path)?;
-    let place = path.display().to_string();
-    let unreadable = |error: std::io::Error| {
-        Error::new(&place, format!("the file cannot be read: {error}"), "check the name and the rights of the file")
-    };
-    let file = inputs::open(path).map_err(unreadable)?;
-    let mut bytes = Vec::new();
-    // One byte more than allowed tells a file that is too large, whatever its size is said to be.
-    let size = file.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
-    if size as u64 > MOST_BYTES {
-        return Err(Error::new(
-            &place,
-            format!("the file is larger than {MOST_BYTES} bytes, the most for corners"),
-            "give the file that `biprism corners` wrote",
-        ));
-    }
-    let text = String::from_utf8(bytes).map_err(|wrong| not_utf8(&place, wrong.as_bytes()))?;
-    parse(&text, format, &place)
+    let text = read_text(path, MOST_BYTES, "corners", "give the file that `biprism corners` wrote")?;
+    parse(&text, format, &path.display().to_string())
 }

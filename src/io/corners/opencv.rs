@@ -9,8 +9,7 @@ use super::pixel_centre::{PixelCentre, move_centre};
 use super::rules::{HELP, MOST_CORNERS, OPENCV_CENTRE, broken, same_count, too_many};
 use super::view::{CornerView, ListedCorner, Quality};
 use crate::error::Error;
-use crate::io::file_storage::{Entries, Fault, RawMatrix};
-use crate::io::opencv_yaml::{YamlMap, number};
+use crate::io::file_storage::{Entries, Fault, RawMatrix, YamlMap, number};
 use crate::vision::Polarity;
 use glam::{DMat2, DVec2};
 
@@ -144,11 +143,11 @@ fn values(matrix: &RawMatrix, channels: usize, place: &str) -> Result<Vec<f64>, 
     let size = matrix.size().map_err(told)?;
     let key = &matrix.key;
     if size.rows > MOST_CORNERS || size.columns > MOST_COLUMNS {
-        return Err(matrix.wrong(too_many(place).rule).told(place, "give the corners of one picture"));
+        return Err(matrix.fault(too_many(place).rule).told(place, "give the corners of one picture"));
     }
     if size.channels() != channels {
         let rule = format!("`{key}` has {} values a row, and must have {channels}", size.channels());
-        return Err(matrix.wrong(rule).told(place, HELP));
+        return Err(matrix.fault(rule).told(place, HELP));
     }
     matrix.values(&size).map_err(told)
 }
