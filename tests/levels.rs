@@ -13,7 +13,16 @@ use glam::DVec2;
 fn scenes() -> Vec<Scene> {
     let shifted = FLAT.to_owned() + "\nposition_mm = [0.8, 0.3, 0.0]\ntilt_deg = [0.5, -0.8, 1.5]";
     let posed = BOARD.replace("[0.0, 0.0, 1000.0]", "[5.0, 3.0, 900.0]\ntilt_deg = [8.0, -11.0, 27.0]");
+    // Surfaces of revolution, as two idealised surfaces and as one piece of glass.
+    let revolved = |objective: &str, solid: bool| {
+        format!(
+            "{FREEFORM}\nsolid = {solid}\n[prism.design]\nobjective = \"{objective}\"\nsurface = \"revolved\"\nstep_px = 20.0"
+        )
+    };
     vec![
+        scene(320, 68, &revolved("epipolar", false), BOARD),
+        scene(160, 40, &revolved("epipolar", true), BOARD),
+        scene(161, 41, &revolved("toed-in", true), &posed),
         scene(480, 68, FLAT, BOARD),
         scene(481, 69, FREEFORM, BOARD),
         scene(320, 90, FREEFORM, &posed),

@@ -30,7 +30,7 @@ use crate::effect::Effects;
 use crate::error::Error;
 use crate::progress::Observer;
 use crate::render::{Outputs, render_wanted};
-use crate::scene::{PrismSpec, Scene};
+use crate::scene::{DesignedSurface, PrismSpec, Scene};
 use crate::surface::face::Face;
 use crate::system::aim::Aimer;
 use crate::system::{Side, System};
@@ -94,7 +94,10 @@ pub struct Budget {
 /// When the scene's design cannot be made.
 pub fn budget(scene: &Scene, system: &System, view: &BoardView, observer: &dyn Observer) -> Result<Budget, Error> {
     let design = match &scene.prism {
-        PrismSpec::Freeform(..) => DesignInput::of(scene).map(|input| design::freeform(&input)).transpose()?,
+        // Surfaces of revolution are not fitted.
+        PrismSpec::Freeform(_, settings) if settings.surface == DesignedSurface::Polynomial => {
+            DesignInput::of(scene).map(|input| design::freeform(&input)).transpose()?
+        }
         _ => None,
     };
     let plain_system = system.without_effects();

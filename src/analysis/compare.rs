@@ -109,7 +109,7 @@ pub fn prisms(scene: &Scene) -> Result<Vec<(String, Scene)>, Error> {
             vec![("flat", scene.clone()), ("freeform", with(PrismSpec::Freeform(*flat, DesignSettings::default())))]
         }
         PrismSpec::Freeform(flat, _) => vec![("flat", with(PrismSpec::Flat(*flat))), ("freeform", scene.clone())],
-        PrismSpec::Polynomial(_) | PrismSpec::PointCloud(_) | PrismSpec::Mesh(_) => {
+        PrismSpec::Polynomial(_) | PrismSpec::Revolved(_) | PrismSpec::PointCloud(_) | PrismSpec::Mesh(_) => {
             vec![(scene.prism.kind(), scene.clone())]
         }
         PrismSpec::None => {

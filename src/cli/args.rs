@@ -3,7 +3,7 @@
 use crate::accuracy::COARSEST_TARGET_PX;
 use crate::raster::transfer::Transfer;
 use crate::scene::DESIGN_DEGREE;
-use crate::scene::Objective;
+use crate::scene::{DesignedSurface, Objective};
 use clap::{Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -138,6 +138,8 @@ pub enum ObjectiveArg {
     March,
     /// Exactly horizontal epipolar lines.
     Epipolar,
+    /// Exact pinholes whose axes are turned outwards.
+    ToedIn,
 }
 
 impl From<ObjectiveArg> for Objective {
@@ -145,6 +147,25 @@ impl From<ObjectiveArg> for Objective {
         match arg {
             ObjectiveArg::March => Self::March,
             ObjectiveArg::Epipolar => Self::Epipolar,
+            ObjectiveArg::ToedIn => Self::ToedIn,
+        }
+    }
+}
+
+/// What a design becomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SurfaceArg {
+    /// Polynomials.
+    Polynomial,
+    /// Surfaces of revolution.
+    Revolved,
+}
+
+impl From<SurfaceArg> for DesignedSurface {
+    fn from(arg: SurfaceArg) -> Self {
+        match arg {
+            SurfaceArg::Polynomial => Self::Polynomial,
+            SurfaceArg::Revolved => Self::Revolved,
         }
     }
 }
@@ -200,16 +221,23 @@ pub struct MeasureArgs {
 pub struct DesignArgs {
     /// Scene file with a flat or freeform prism; `-` is stdin.
     pub scene: PathBuf,
-    /// Folder for prism.toml, cloud.csv, front.ply and back.ply.
+    /// Folder for prism.toml, cloud.csv, front.ply and back.ply; of surfaces of revolution also prism_polynomial.toml, with the
+    /// polynomials that are fitted to them.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
     /// What the surfaces are to be, instead of the scene's own: `march` as in the design paper, `epipolar` for exactly horizontal
-    /// epipolar lines.
+    /// epipolar lines, `toed-in` for exact pinholes whose axes are turned outwards.
     #[arg(long)]
     pub objective: Option<ObjectiveArg>,
     /// Total degree of the polynomials, instead of the scene's own.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=DESIGN_DEGREE as u64))]
     pub degree: Option<u64>,
+    /// What the design becomes, instead of what the scene says: polynomials, or its surfaces of revolution themselves.
+    #[arg(long)]
+    pub surface: Option<SurfaceArg>,
+    /// Also write the prism as one watertight body, .stl or .ply.
+    #[arg(long, value_name = "FILE")]
+    pub solid: Option<PathBuf>,
     /// March the centre column first, then every row.
     #[arg(long)]
     pub y_then_x: bool,

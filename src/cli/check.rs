@@ -10,11 +10,12 @@ use crate::analysis::half_image::{HalfFrame, NoPinhole, virtual_camera, virtual_
 use crate::error::Error;
 use crate::metrics::pinhole::Pinhole;
 use crate::report::fit;
-use crate::system;
 use crate::system::auto;
+use crate::system::crossing::Crossing;
+use crate::system::{self, System};
 use crate::vision::half::Half;
 use glam::DVec3;
-use serde_json::json;
+use serde_json::{Value, json};
 
 pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
     let scene = files::load(&args.scene)?;
@@ -25,20 +26,10 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
     let verdicts = auto::verdicts(&ideal, &scene);
     let system = ideal.with_effects(&auto::settled(&verdicts, &scene));
     files::named(&args.scene, system::require_light(&scene, &system))?;
-    let half = |half: Half| {
-        let frame = HalfFrame::new(&system, half);
-        let designed = virtual_camera(&system, &frame).ok().map(|camera| camera.centre_mm().to_array());
-        match virtual_camera_made(&system, &frame) {
-            Ok(camera) => {
-                json!({ "virtual_camera_mm": camera.centre_mm().to_array(), "designed_camera_mm": designed })
-            }
-            Err(NoPinhole::Ends(fate)) => json!({ "central_ray": fate.name(), "designed_camera_mm": designed }),
-            Err(NoPinhole::Telecentric) => json!({ "camera": "telecentric" }),
-        }
-    };
     progress.begin(&scene.name, "time");
     let plan = TimedEstimate::new(&scene, &ideal, &system, verdicts);
     let doubts = system::doubts(&scene, &system);
+    let crossing = Crossing::of(&system);
     let fits = fit_shifts(&scene, &system).map(|fits| fit::entry(&fits));
     drop(progress);
     let found = json!({
@@ -52,7 +43,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
         "plan": plan.json(),
         "doubts": doubts,
         "surface_fits": fits,
-        "halves": { "left": half(Half::Left), "right": half(Half::Right) },
+        "columns_through_other_half": crossing.map(|crossing| crossing.columns),
+        "solid": crossing.map(|crossing| crossing.solid || crossing.harmless),
+        "halves": { "left": half(&system, Half::Left), "right": half(&system, Half::Right) },
     });
     if args.json {
         output::stdout(&format!("{found:#}\n"))?;
@@ -72,6 +65,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
             text += &format!("{:7} virtual camera {made}", half.name());
             text += &if made == designed { "\n".to_owned() } else { format!(" as made, {designed} as designed\n") };
         }
+        if let Some(words) = crossing.and_then(|crossing| crossing.words()) {
+            text += &format!("glass   {words}\n");
+        }
         for line in fits.iter().flat_map(fit::words) {
             text += &format!("fit     {line}\n");
         }
@@ -80,6 +76,19 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
         doubts.iter().for_each(|doubt| output::stderr(&format!("note: {doubt}")));
     }
     Ok(if plan.in_reach() { Outcome::Done } else { Outcome::Unmet })
+}
+
+/// The virtual cameras of a half, as made and as designed, for JSON.
+fn half(system: &System, half: Half) -> Value {
+    let frame = HalfFrame::new(system, half);
+    let designed = virtual_camera(system, &frame).ok().map(|camera| camera.centre_mm().to_array());
+    match virtual_camera_made(system, &frame) {
+        Ok(camera) => {
+            json!({ "virtual_camera_mm": camera.centre_mm().to_array(), "designed_camera_mm": designed })
+        }
+        Err(NoPinhole::Ends(fate)) => json!({ "central_ray": fate.name(), "designed_camera_mm": designed }),
+        Err(NoPinhole::Telecentric) => json!({ "camera": "telecentric" }),
+    }
 }
 
 /// Where a virtual camera is, or why there is none.

@@ -1,19 +1,23 @@
 //! The freeform prism of the paper: virtual camera, march, and fitted polynomials.
 
-use super::epipolar::Revolved;
 use super::fit::{SurfaceFit, fit};
 use super::march::march;
 use super::point_grid::PointGrid;
+use super::revolved::Revolved;
 use super::virtual_camera::{VirtualCamera, virtual_camera};
 use crate::error::Error;
 use crate::num::ode::Integrator;
 use crate::scene::{
     BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method, Objective, PolynomialSpec, PrismSpec, Scene,
 };
+use crate::surface::shape::RevolvedPatch;
 
 /// z of the virtual cameras in the design paper's prisms, in the prism's frame: the plane of the camera's pinhole. The
 /// paper leaves it open; this choice reproduces its Table 1.
 pub const VIRTUAL_CAMERA_Z_MM: f64 = 0.0;
+
+/// z of the virtual cameras of toed-in prisms where nothing else is said, by their x: the axis at 45 deg.
+const TOED_IN_SLOPE: f64 = 1.0;
 
 /// What a freeform prism is designed from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,8 +67,35 @@ impl FreeformDesign {
     }
 }
 
-/// A freeform prism by its objective: that of the design paper, marched from the central ray of the half image, or the exact
-/// one, revolved about the baseline; both fitted by polynomials.
+/// The virtual camera that the objective asks for.
+fn target(input: &DesignInput) -> Result<VirtualCamera, Error> {
+    let settings = &input.settings;
+    let stated = settings.virtual_camera_z_mm.unwrap_or(input.virtual_camera_z_mm);
+    let camera = virtual_camera(&input.camera, &input.prism, stated)?;
+    if settings.objective != Objective::ToedIn || settings.virtual_camera_z_mm.is_some() {
+        return Ok(camera);
+    }
+    virtual_camera(&input.camera, &input.prism, TOED_IN_SLOPE * camera.centre_mm.x)
+}
+
+/// The surfaces of revolution of an objective that has them, front and back of the right half, which reach `spare_mm` farther to
+/// all sides than the rays of the design.
+///
+/// # Errors
+/// As [`freeform`].
+///
+/// # Panics
+/// Of [`Objective::March`], which has none.
+pub fn revolved_by(input: &DesignInput, spare_mm: f64) -> Result<[RevolvedPatch; 2], Error> {
+    assert!(input.settings.objective != Objective::March, "the march makes no surfaces of revolution");
+    let camera = target(input)?;
+    // Seen from O the front is nearer than the back.
+    let spare_rad = libm::atan(spare_mm / camera.front_mm.length());
+    Revolved::new(&input.camera, &camera, input.settings.objective, spare_rad)?.patches()
+}
+
+/// A freeform prism by its objective: that of the design paper, marched from the central ray of the half image, or an exact
+/// one, revolved about the line from O to O'; both fitted by polynomials.
 ///
 /// # Errors
 /// A [`Error`] when the input is outside the domain of one of the steps: see [`virtual_camera()`], [`march()`] and
@@ -83,11 +114,11 @@ pub fn freeform(input: &DesignInput) -> Result<FreeformDesign, Error> {
 /// # Errors
 /// As [`freeform`].
 pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<FreeformDesign, Error> {
-    let camera = virtual_camera(&input.camera, &input.prism, input.virtual_camera_z_mm)?;
+    let camera = target(input)?;
     let (cloud, fitted) = match input.settings.objective {
         Objective::March => (march(&input.camera, &camera, &input.settings, integrator)?, None),
-        Objective::Epipolar => {
-            let revolved = Revolved::new(&input.camera, &camera)?;
+        objective => {
+            let revolved = Revolved::new(&input.camera, &camera, objective, 0.0)?;
             (revolved.cloud(&input.settings)?, Some(revolved.fitted()?))
         }
     };

@@ -1,11 +1,13 @@
 use super::super::virtual_camera::tests::{paper_camera, paper_prism};
 use super::super::virtual_camera::virtual_camera;
 use super::*;
-use crate::scene::{BiprismSpec, Method, Objective};
+use crate::scene::{BiprismSpec, DesignedSurface, Method, Objective};
 use glam::DVec3;
 
 const SETTINGS: DesignSettings = DesignSettings {
     objective: Objective::March,
+    surface: DesignedSurface::Polynomial,
+    virtual_camera_z_mm: None,
     order: MarchOrder::XThenY,
     degree: 5,
     method: Method::Rk4,

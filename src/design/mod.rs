@@ -14,7 +14,8 @@ pub mod misfit;
 pub mod text;
 
 pub mod point_grid;
-mod epipolar;
+mod axial;
+mod revolved;
 mod freeform;
 
-pub use freeform::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform, freeform_by};
+pub use freeform::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform, freeform_by, revolved_by};

@@ -8,12 +8,19 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// Where the ray of a pixel goes behind the prism, as if it came from O'.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum TargetLaw {
     /// As through a pinhole whose axis is parallel to that of the camera.
     Pinhole,
-    /// The same but for a shift of each row: see [`super::epipolar`].
+    /// The same but for a shift of each row: see [`super::revolved`].
     Rows,
+    /// Along the direction before the prism, stretched along a unit vector.
+    Stretched {
+        /// That vector.
+        axis: DVec3,
+        /// How many times as long.
+        by: f64,
+    },
 }
 
 impl TargetLaw {
@@ -25,6 +32,11 @@ impl TargetLaw {
                 let tilt = libm::hypot(1.0, v_mm / camera.focal_length_mm);
                 let kappa = camera.half_centre_mm * (tilt - 1.0);
                 camera.virtual_direction(u_mm - kappa, v_mm)
+            }
+            Self::Stretched { axis, by } => {
+                let before = camera.outer_direction(u_mm, v_mm);
+                let behind = before + axis * ((by - 1.0) * before.dot(axis));
+                behind / behind.z
             }
         }
     }

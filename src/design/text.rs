@@ -1,21 +1,46 @@
 //! A designed prism as the text of a scene, which the scene parser reads like any other.
 
-use crate::scene::{GlassSpec, PolynomialPatch};
+use crate::scene::{GlassSpec, PolynomialPatch, RevolvedPatch, RevolvedSpec};
 use std::fmt::Write;
 
 /// The tables `[prism]`, `[prism.front]` and `[prism.back]` of a scene file for a prism of two polynomials, for the glass of
 /// `body` (its pose is left to the scene's author). Every number reads back as the same f64; terms that are exactly
 /// 0 are left out.
 pub fn scene_prism(front: &PolynomialPatch, back: &PolynomialPatch, body: &GlassSpec) -> String {
+    head("polynomial", body) + &patch("prism.front", front) + &patch("prism.back", back)
+}
+
+/// The same tables for a prism of two surfaces of revolution.
+pub fn scene_revolved(prism: &RevolvedSpec) -> String {
+    let RevolvedSpec { body, front, back } = prism;
+    head("revolved", body) + &revolved("prism.front", front) + &revolved("prism.back", back)
+}
+
+fn head(kind: &str, body: &GlassSpec) -> String {
     let mut text =
-        format!("[prism]\nkind = \"polynomial\"\nindex = {:?}\nouter_index = {:?}\n", body.index, body.outer_index);
+        format!("[prism]\nkind = \"{kind}\"\nindex = {:?}\nouter_index = {:?}\n", body.index, body.outer_index);
     if let Some(glass) = body.glass {
         writeln!(text, "glass = {:?}\nwavelength_nm = {:?}", glass.name, body.wavelength_nm)
             .expect("writing to a string cannot fail");
     }
-    text.push_str(&patch("prism.front", front));
-    text.push_str(&patch("prism.back", back));
+    if let Some(solid) = body.solid {
+        writeln!(text, "solid = {solid}").expect("writing to a string cannot fail");
+    }
     text
+}
+
+fn revolved(name: &str, patch: &RevolvedPatch) -> String {
+    let RevolvedPatch { point_mm, axis, profile, azimuth_rad } = patch;
+    let coefficients: Vec<String> = profile.coefficients().iter().map(|c| format!("  {c:?},\n")).collect();
+    format!(
+        "\n[{name}]\n# The distance from the axis in mm is the sum of c_k T_k(x), x from -1 to 1 over along_mm.\n\
+         origin_mm = {:?}\naxis = {:?}\nalong_mm = {:?}\nazimuth_deg = {:?}\nprofile_mm = [\n{}]\n",
+        point_mm.to_array(),
+        axis.to_array(),
+        profile.ends(),
+        azimuth_rad.to_degrees(),
+        coefficients.concat()
+    )
 }
 
 fn patch(name: &str, patch: &PolynomialPatch) -> String {
@@ -37,8 +62,10 @@ fn patch(name: &str, patch: &PolynomialPatch) -> String {
 mod tests {
     use super::*;
     use crate::geom::Rect;
+    use crate::num::curve::ChebyshevCurve;
     use crate::num::poly2::Poly2;
-    use glam::DVec2;
+    use crate::scene::PrismSpec;
+    use glam::{DVec2, DVec3};
 
     /// A patch whose numbers are awkward to print: thirds, tiny, huge, negative zero and whole ones.
     fn awkward(sign: f64) -> PolynomialPatch {
@@ -82,5 +109,31 @@ mod tests {
                 .collect();
             assert_eq!(read, patch.sag.terms().filter(|t| t.2 != 0.0).collect::<Vec<_>>());
         }
+    }
+
+    #[test]
+    fn surfaces_of_revolution_read_back_as_they_were() {
+        let part = |z: f64| {
+            let profile = ChebyshevCurve::new([-0.1, 12.0 + 1.0 / 3.0], vec![z, 1.0 / 7.0, -1e-300, 2.5e-13]);
+            let axis = DVec3::new(1.0, 0.0, 0.1).normalize();
+            RevolvedPatch { point_mm: DVec3::new(-0.0, 1e-5, 1.0 / 3.0), axis, profile, azimuth_rad: 0.1 }
+        };
+        let solid = Some(false);
+        let spec = RevolvedSpec { body: GlassSpec { solid, ..body() }, front: part(79.0), back: part(87.5) };
+        let text = format!(
+            "name = \"t\"\n[camera]\nfocal_length_mm = 35\nwidth_px = 64\nheight_px = 36\npixel_pitch_um = 165\n{}\
+             [board]\ncolumns = 9\nrows = 9\nsquare_mm = 20\nposition_mm = [0, 0, 1000]\n",
+            scene_revolved(&spec)
+        );
+        let read = crate::scene::parse(&text, "t", None).unwrap_or_else(|problem| panic!("{problem}")).prism;
+        let PrismSpec::Revolved(read) = read else { panic!("{read:?}") };
+        // Degrees round.
+        assert!((read.front.azimuth_rad - 0.1).abs() < 1e-16);
+        let same = |read: &RevolvedPatch, own: &RevolvedPatch| {
+            assert_eq!(*read, RevolvedPatch { azimuth_rad: read.azimuth_rad, ..own.clone() });
+        };
+        same(&read.front, &spec.front);
+        same(&read.back, &spec.back);
+        assert_eq!(read.body, spec.body);
     }
 }

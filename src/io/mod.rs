@@ -17,6 +17,7 @@ pub mod npy;
 mod ply;
 pub mod mesh;
 mod stl;
+pub mod solid;
 pub mod point_cloud;
 pub mod point_grid;
 pub(crate) mod file_storage;

@@ -2,6 +2,7 @@
 
 pub mod bernstein;
 pub mod chebyshev;
+pub mod curve;
 pub mod deviates;
 pub mod exact;
 pub mod lsq;

@@ -33,6 +33,8 @@ pub struct Prism {
     imperfections: Option<Box<[Imperfections; 2]>>,
     /// Whether the left side is the mirror image of the right one.
     symmetric: bool,
+    /// Whether each back bounds the glass of its own half only.
+    solid: bool,
     /// How well front and back go through the points that they were fitted to, where they were.
     fits: Option<Arc<[FitResiduals; 2]>>,
 }
@@ -51,6 +53,7 @@ impl Prism {
             indices,
             imperfections: None,
             symmetric: true,
+            solid: false,
             fits: None,
         }
     }
@@ -82,6 +85,24 @@ impl Prism {
     #[must_use]
     pub fn asymmetric(self) -> Self {
         Self { symmetric: false, ..self }
+    }
+
+    /// This prism as one piece of glass, where `solid`: light leaves it through the back of the half in which it does.
+    #[must_use]
+    pub fn with_solid(self, solid: bool) -> Self {
+        Self { solid: solid && !self.has_one_back(), ..self }
+    }
+
+    /// Whether light leaves through the back of the half in which it does, and not through that of the facet by which it
+    /// came, and the two differ.
+    pub fn is_solid(&self) -> bool {
+        self.solid
+    }
+
+    /// Whether both halves have one and the same back, so that it does not matter whose light leaves through.
+    pub fn has_one_back(&self) -> bool {
+        let [left, right] = Side::ALL.map(|side| self.surface(side, Face::Back));
+        left == right || (self.symmetric && right.is_own_mirror_image())
     }
 
     /// From the world to the prism's frame.
@@ -141,7 +162,8 @@ impl Prism {
         let side = |[front, back]: &[Surface; 2]| Some([shape(front)?, shape(back)?]);
         let sides = [side(&self.sides[0])?, side(&self.sides[1])?];
         let eta = [self.eta_in, self.eta_out];
-        (eta != [1.0, 1.0] && self.imperfections.is_none()).then_some(PackedBiprism { poses: self.poses, sides, eta })
+        let packed = PackedBiprism { poses: self.poses, sides, eta, solid: self.solid };
+        (eta != [1.0, 1.0] && self.imperfections.is_none()).then_some(packed)
     }
 
     /// The ray behind the prism and the side that it passed, both in the world.
@@ -266,7 +288,11 @@ impl Prism {
         let [facet, base] = &self.sides[side as usize];
         let [on_front, on_back] = modifiers;
         let out = pass(ray, facet, on_front, front, self.eta_in, carry).and_then(|inside| {
-            let meeting = base.intersect(&inside, residual_mm)?;
+            let (base, meeting) = if self.solid {
+                self.back_behind(&inside, side, residual_mm)?
+            } else {
+                (base, base.intersect(&inside, residual_mm)?)
+            };
             on_back.pass(|| inside.at(meeting.t_mm))?;
             pass(&inside, base, on_back, &meeting, self.eta_out, carry)
         });

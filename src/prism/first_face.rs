@@ -10,6 +10,9 @@
 //! 3. Any other ray meets no facet.
 //! 4. Behind a facet the back of the same side counts everywhere: light passes the two surfaces of a side in sequence. Light
 //!    that is reflected, and finds no back of the side whose facet it met last, meets the other back on that one's own half.
+//!    Of a solid prism each back counts on its own half only, as the facets do: the glass is what lies between facet and back
+//!    of the right half where x >= 0, and of the left half where x < 0. Light that crosses x = 0 in it leaves through the
+//!    back of the other half; at the edge of both, to within rounding, through the right one.
 //! 5. A face never sees itself: it is less bent than the light on it is inclined, as it is where
 //!    [`crate::surface::shape::PolynomialSurface`] knows that a ray crosses it once.
 //!
@@ -26,6 +29,7 @@ use crate::num::simd::Lanes;
 use crate::optics::fate::Fate;
 use crate::surface::face::Face;
 use crate::surface::hit::Hit;
+use crate::surface::shape::Surface;
 use glam::DVec3;
 
 /// Relative rounding of a point's x on its way along a ray, by which it may lie on the other side of the ridge: a few
@@ -63,6 +67,48 @@ impl Prism {
                 _ => Err(right.err().or(left.err()).unwrap_or(Fate::Missed)),
             },
         }
+    }
+}
+
+impl Prism {
+    /// The back that bounds a solid prism where the ray (in the prism's frame), which came through the facet of `side`, leaves
+    /// it, and where.
+    ///
+    /// # Errors
+    /// The fate of a ray that meets none.
+    #[inline(never)]
+    pub(super) fn back_behind(&self, ray: &Ray, side: Side, residual_mm: f64) -> Result<(&Surface, Hit), Fate> {
+        let met = |side: Side| {
+            let surface = self.surface(side, Face::Back);
+            let hit = surface.intersect(ray, residual_mm)?;
+            let part = if surface.part_counts() == [1; 2] { side as u32 } else { hit.part };
+            Ok((surface, Hit { part, ..hit }))
+        };
+        let x_of = |found: &Result<(&Surface, Hit), Fate>| found.map_or(f64::NAN, |(_, hit)| ray.at(hit.t_mm).x);
+
+        // On the half where it came in, the way to a place of that half stays in it.
+        let own = met(side);
+        if is_on_half(side, x_of(&own)) {
+            return own;
+        }
+        let other = met(side.other());
+        if is_on_half(side.other(), x_of(&other)) {
+            return other;
+        }
+        let right = if side == Side::Right { own } else { other };
+        let edge = |(_, hit): (&Surface, Hit)| x_of(&right).abs() <= RIDGE_ROUNDINGS * (ray.origin.x.abs() + hit.t_mm);
+        match right {
+            Ok(found) if edge(found) => right,
+            _ => Err(own.err().or(other.err()).unwrap_or(Fate::Missed)),
+        }
+    }
+}
+
+/// Whether a place with this x is on the half of `side`.
+fn is_on_half(side: Side, x: f64) -> bool {
+    match side {
+        Side::Right => x >= 0.0,
+        Side::Left => x < 0.0,
     }
 }
 
@@ -143,7 +189,7 @@ impl Prism {
         for at in &faces[..if start.inside { 4 } else { 2 }] {
             let other_back = *at == faces[3];
             // Light that is not reflected passes in sequence, or not at all.
-            if other_back && (own_back || !start.reflected) {
+            if other_back && !self.is_solid() && (own_back || !start.reflected) {
                 continue;
             }
             let itself = start
@@ -157,7 +203,8 @@ impl Prism {
                 Err(Fate::NotConverged) => return NextFace::Lost,
                 Err(_) => continue,
             };
-            let Some(part) = part_met(ray, start.inside, *at, other_back, &meeting) else { continue };
+            let on_its_half = other_back || self.is_solid();
+            let Some(part) = part_met(ray, start.inside, *at, on_its_half, &meeting) else { continue };
             own_back |= at.face == Face::Back;
             let nearer = nearest.is_none_or(|(other, met, m)| match (other, part) {
                 (FacePart::Ridge, FacePart::Own) if met.face == at.face => true,
@@ -200,11 +247,7 @@ fn part_met(ray: &Ray, inside: bool, at: PrismFace, on_its_half: bool, meeting: 
         return None;
     }
     let x = ray.at(meeting.t_mm).x;
-    let own = match at {
-        PrismFace { face: Face::Back, .. } if !on_its_half => true,
-        PrismFace { side: Side::Right, .. } => x >= 0.0,
-        PrismFace { side: Side::Left, .. } => x < 0.0,
-    };
+    let own = (at.face == Face::Back && !on_its_half) || is_on_half(at.side, x);
     let slack = RIDGE_ROUNDINGS * (ray.origin.x.abs() + meeting.t_mm);
     if own { Some(FacePart::Own) } else { (x.abs() <= slack).then_some(FacePart::Ridge) }
 }

@@ -5,6 +5,7 @@
 mod parity_tests;
 pub mod lanes;
 pub mod packet;
+pub mod packed_revolved;
 pub mod reflections;
 pub mod payload;
 pub mod surface_modifier;

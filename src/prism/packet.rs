@@ -277,6 +277,8 @@ pub struct PackedBiprism<S> {
     pub sides: [[S; 2]; 2],
     /// n_outer / n_glass, then n_glass / n_outer.
     pub eta: [f64; 2],
+    /// Whether each back bounds the glass of its own half only.
+    pub solid: bool,
 }
 
 /// Rays behind the glass.
@@ -315,10 +317,21 @@ impl<S: PacketSurface> Glass for PackedBiprism<S> {
         let (inside, in_glass) = pass(&own, &front, self.eta[0]);
         let back = self.sides[side as usize][1].intersect(&inside, residual_mm);
         let (out, left_glass) = pass(&inside, &back, self.eta[1]);
+        // What leaves a solid prism through the other half is left to the scalar kernel.
+        let own_half = if self.solid {
+            let right = Lanes::splat(0.0).le(inside.at(back.t_mm).x);
+            if side == Side::Right { right } else { !right }
+        } else {
+            Mask::splat(true)
+        };
         let rays = match &self.poses {
             None => out,
             Some([world_from_prism, _]) => out.moved(world_from_prism),
         };
-        Passed { rays, right: Mask::splat(side == Side::Right), sure: front.met & in_glass & back.met & left_glass }
+        Passed {
+            rays,
+            right: Mask::splat(side == Side::Right),
+            sure: front.met & in_glass & back.met & left_glass & own_half,
+        }
     }
 }

@@ -2,16 +2,18 @@
 
 use super::biprism::Prism;
 use super::lanes::{Rays, Vectors};
+use super::packed_revolved::PackedRevolved;
 use super::packet::{Glass, PackedPolynomial, Plane, Table};
 use super::reflections::{GlassBody, Limits, ReflectionTracer};
 use super::side::{PrismFace, Side};
 use crate::geom::{Pose, Ray, Rect};
+use crate::num::curve::ChebyshevCurve;
 use crate::num::poly2::Poly2;
 use crate::num::simd::{LANES, Lanes};
 use crate::optics::polarisation::{Beam, PolarisationState};
 use crate::scene::GlassSpec;
 use crate::surface::face::Face;
-use crate::surface::shape::{PolynomialPatch, PolynomialSurface, Surface};
+use crate::surface::shape::{PolynomialPatch, PolynomialSurface, RevolvedPatch, RevolvedSurface, Surface};
 use glam::{DVec2, DVec3};
 
 /// What the solvers stop at, in mm.
@@ -52,6 +54,18 @@ pub(super) fn bent_sheets() -> [[Surface; 2]; 2] {
         [sheet(80.0, 0.15, 1e-3), sheet(88.0, 0.0, -7e-4)]
             .map(|patch| Surface::Freeform(PolynomialSurface::new(&patch, mirrored)))
     })
+}
+
+/// The same of surfaces of revolution about a line along x, given beyond the ridge.
+fn revolved(glass: &GlassSpec) -> Prism {
+    let part = |c: [f64; 4], mirrored: bool| {
+        let profile = ChebyshevCurve::new([-2.0, 22.0], c.to_vec());
+        let patch = RevolvedPatch { point_mm: DVec3::ZERO, axis: DVec3::X, profile, azimuth_rad: 0.12 };
+        Surface::Revolved(Box::new(RevolvedSurface::new(&patch, mirrored)))
+    };
+    let sides =
+        [true, false].map(|mirrored| [[81.5, 1.8, 0.05, 0.01], [88.2, 0.3, -0.1, 0.02]].map(|c| part(c, mirrored)));
+    Prism::new(glass, sides)
 }
 
 /// The k-th ray (in the world), which aims at the front: every lane of a packet at one side, every fourth packet far from
@@ -106,7 +120,12 @@ fn hold_against_each_other(name: &str, prism: &Prism, packets: &impl Glass) {
             let alone = prism.pass(ray, RESIDUAL_MM, &mut ());
             let wanted: Vec<(Ray, PrismFace)> =
                 alone.iter().map(|&(out, side)| (out, PrismFace { side, face: Face::Back })).collect();
-            assert_eq!(unreflected(prism, ray), wanted, "{name} {packet} {i}: {ray:?}");
+            let mut reached = unreflected(prism, ray);
+            if prism.is_solid() {
+                // Through the back of either side.
+                reached.iter_mut().zip(&wanted).for_each(|(reached, wanted)| reached.1.side = wanted.1.side);
+            }
+            assert_eq!(reached, wanted, "{name} {packet} {i}: {ray:?}");
             let sure = together.sure.0[i] != 0;
             if sure {
                 let side = if together.right.0[i] != 0 { Side::Right } else { Side::Left };
@@ -135,11 +154,27 @@ fn all_kernels_meet_the_same_facet_first() {
             let packets = prism.for_packets(plane).expect("planes go in packets");
             hold_against_each_other(&format!("{name}, flat, {facet_rad}"), &prism, &packets);
         }
-        let prism = polynomial(&glass);
-        let packets = prism.for_packets(|surface| match surface {
-            Surface::Freeform(sheet) => Some(PackedPolynomial::new(sheet, Table::<6, true>::new(sheet.sag())?)),
-            _ => None,
-        });
-        hold_against_each_other(&format!("{name}, polynomial"), &prism, &packets.expect("sheets go in packets"));
+        for solid in [false, true] {
+            let prism = revolved(&glass).with_solid(solid);
+            assert_eq!(prism.is_solid(), solid);
+            let packets = prism.for_packets(|surface| match surface {
+                Surface::Revolved(part) => Some(PackedRevolved::new(part)),
+                _ => None,
+            });
+            let packets = packets.expect("surfaces of revolution go in packets");
+            hold_against_each_other(&format!("{name}, revolved, {solid}"), &prism, &packets);
+        }
+        for solid in [false, true] {
+            let prism = polynomial(&glass).with_solid(solid);
+            let packets = prism.for_packets(|surface| match surface {
+                Surface::Freeform(sheet) => Some(PackedPolynomial::new(sheet, Table::<6, true>::new(sheet.sag())?)),
+                _ => None,
+            });
+            hold_against_each_other(
+                &format!("{name}, polynomial, {solid}"),
+                &prism,
+                &packets.expect("sheets go in packets"),
+            );
+        }
     }
 }

@@ -3,6 +3,7 @@
 use super::film::Class;
 use crate::num::poly2::Poly2;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
+use crate::prism::packed_revolved::PackedRevolved;
 use crate::prism::packet::{Glass, PackedBiprism, PackedPolynomial, Plane, Polynomial, Table};
 use crate::surface::shape::{PolynomialSurface, Surface};
 use crate::system::{BoardHit, Prism, Side, System};
@@ -28,6 +29,7 @@ enum GlassLayout {
     Even8(PackedBiprism<PackedPolynomial<Table<9, true>>>),
     Full5(PackedBiprism<PackedPolynomial<Table<6, false>>>),
     AnyDegree(PackedBiprism<PackedPolynomial<Poly2>>),
+    Revolved(PackedBiprism<PackedRevolved>),
 }
 
 /// Traces the centre rays of rows of an instrument's picture.
@@ -66,6 +68,7 @@ impl<'a> CentreTracer<'a> {
             GlassLayout::Even8(glass) => widest(RowTrace { system, glass, start, out }),
             GlassLayout::Full5(glass) => widest(RowTrace { system, glass, start, out }),
             GlassLayout::AnyDegree(glass) => widest(RowTrace { system, glass, start, out }),
+            GlassLayout::Revolved(glass) => widest(RowTrace { system, glass, start, out }),
         }
     }
 }
@@ -75,6 +78,12 @@ fn layout(prism: &Prism) -> GlassLayout {
     fn plane(surface: &Surface) -> Option<Plane> {
         match *surface {
             Surface::Plane { point, normal } => Some(Plane { point, normal }),
+            _ => None,
+        }
+    }
+    fn revolved(surface: &Surface) -> Option<PackedRevolved> {
+        match surface {
+            Surface::Revolved(part) => Some(PackedRevolved::new(part)),
             _ => None,
         }
     }
@@ -93,6 +102,7 @@ fn layout(prism: &Prism) -> GlassLayout {
         .or_else(|| sheets(prism, Table::new).map(GlassLayout::Full5))
         .or_else(|| sheets(prism, Table::new).map(GlassLayout::Even8))
         .or_else(|| sheets(prism, |p| Some(p.clone())).map(GlassLayout::AnyDegree))
+        .or_else(|| prism.for_packets(revolved).map(GlassLayout::Revolved))
         .unwrap_or(GlassLayout::Scalar)
 }
 

@@ -21,6 +21,10 @@ pub(super) struct BodyFile {
     #[serde(default = "d_line")]
     #[schemars(range(min = SHORTEST_WAVE_NM, max = LONGEST_WAVE_NM))]
     pub(super) wavelength_nm: f64,
+    /// Whether the prism is one piece of glass: light leaves it through the surface that bounds the glass where it does, the back
+    /// of the half in which that place is. Of `false`, every half is followed as if its own surfaces went on beyond x = 0. Left
+    /// out, it is true of `kind = "revolved"` and of designs by an objective other than `march`.
+    pub(super) solid: Option<bool>,
     /// Position [x, y, z] of the prism's frame, in mm.
     #[serde(default)]
     #[schemars(inner(range(min = -LONGEST_MM, max = LONGEST_MM)))]

@@ -14,10 +14,11 @@ use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::geom::{Pose, Rect};
+use crate::num::curve::ChebyshevCurve;
 use crate::num::poly2::Poly2;
 use crate::optics::medium;
 use crate::surface::face::Face;
-use crate::surface::shape::PolynomialPatch;
+use crate::surface::shape::{PolynomialPatch, RevolvedPatch};
 use glam::{DVec2, DVec3};
 use std::path::Path;
 
@@ -84,11 +85,17 @@ fn prism(document: &Document, file: PrismFile, camera: &CameraSpec, folder: Opti
             front: patch(document, "prism.front", &file.front)?,
             back: patch(document, "prism.back", &file.back)?,
         }),
+        PrismFile::Revolved(file) => PrismSpec::Revolved(RevolvedSpec {
+            body: body(&file.body),
+            front: revolved(document, "prism.front", &file.front)?,
+            back: revolved(document, "prism.back", &file.back)?,
+        }),
         PrismFile::PointCloud(file) => PrismSpec::PointCloud(PointCloudSpec {
             body: body(&file.body),
             front: surface_files::cloud(document, "prism.front", &file.front, folder, Face::Front)?,
             back: surface_files::cloud(document, "prism.back", &file.back, folder, Face::Back)?,
         }),
+        PrismFile::Mesh(file) if file.glass.solid.is_some() => return Err(rules::solid_mesh(document)),
         PrismFile::Mesh(file) => PrismSpec::Mesh(surface_files::mesh(document, body(&file.glass), &file, folder)?),
     })
 }
@@ -99,6 +106,7 @@ fn body(file: &BodyFile) -> GlassSpec {
         outer_index: file.outer_index,
         glass: file.glass.as_deref().and_then(medium::named),
         wavelength_nm: file.wavelength_nm,
+        solid: file.solid,
         world_from_prism: pose(file.position_mm, file.tilt_deg),
     }
 }
@@ -117,7 +125,13 @@ fn design(document: &Document, file: &DesignFile, camera: &CameraSpec) -> Result
         objective: match file.objective {
             ObjectiveFile::March => Objective::March,
             ObjectiveFile::Epipolar => Objective::Epipolar,
+            ObjectiveFile::ToedIn => Objective::ToedIn,
         },
+        surface: match file.surface {
+            DesignedSurfaceFile::Polynomial => DesignedSurface::Polynomial,
+            DesignedSurfaceFile::Revolved => DesignedSurface::Revolved,
+        },
+        virtual_camera_z_mm: file.virtual_camera_z_mm,
         order: match file.order {
             OrderFile::XThenY => MarchOrder::XThenY,
             OrderFile::YThenX => MarchOrder::YThenX,
@@ -130,7 +144,17 @@ fn design(document: &Document, file: &DesignFile, camera: &CameraSpec) -> Result
         },
         step_px: file.step_px,
     };
-    rules::marched_points(document, &settings, camera).map(|()| settings)
+    rules::design(document, &settings, camera).map(|()| settings)
+}
+
+fn revolved(document: &Document, path: &str, file: &RevolvedPatchFile) -> Result<RevolvedPatch, Error> {
+    let patch = RevolvedPatch {
+        point_mm: DVec3::from_array(file.origin_mm),
+        axis: DVec3::from_array(file.axis),
+        profile: ChebyshevCurve::new(file.along_mm, file.profile_mm.clone()),
+        azimuth_rad: file.azimuth_deg.to_radians(),
+    };
+    rules::revolved(document, path, &patch).map(|()| patch)
 }
 
 fn patch(document: &Document, path: &str, file: &PatchFile) -> Result<PolynomialPatch, Error> {

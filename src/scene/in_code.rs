@@ -43,7 +43,7 @@ impl Scene {
         rules::picture_is_not_folded(source, "camera.distortion", &self.camera)?;
         rules::calibrated_pinhole(source, &self.camera, &self.effects)?;
         match &self.prism {
-            PrismSpec::Freeform(_, settings) => rules::marched_points(source, settings, &self.camera)?,
+            PrismSpec::Freeform(_, settings) => rules::design(source, settings, &self.camera)?,
             PrismSpec::Polynomial(prism) => {
                 for (at, patch) in [("prism.front", &prism.front), ("prism.back", &prism.back)] {
                     rules::domain(source, at, &patch.domain)?;
@@ -51,6 +51,11 @@ impl Scene {
                         rules::term(source, &format!("{at}.terms[{i}]"), m, n)?;
                     }
                 }
+            }
+            PrismSpec::Mesh(prism) if prism.body.solid.is_some() => return Err(rules::solid_mesh(source)),
+            PrismSpec::Revolved(prism) => {
+                rules::revolved(source, "prism.front", &prism.front)?;
+                rules::revolved(source, "prism.back", &prism.back)?;
             }
             _ => {}
         }

@@ -44,6 +44,10 @@ pub(super) const LONGEST_STEP_PX: f64 = 1e3;
 pub(super) const MARCHED_POINTS: f64 = 1e8;
 /// Terms of a polynomial surface: all those of total degree 20.
 pub(super) const TERMS: usize = 231;
+/// The widest part of a surface of revolution, to each side, in deg.
+pub(super) const WIDEST_AZIMUTH_DEG: f64 = 80.0;
+/// The smallest angle between the axis of a surface of revolution and z, in deg.
+pub(super) const LEAST_AXIS_DEG: f64 = 10.0;
 /// Depths of the analysis.
 pub(super) const DEPTHS: usize = 16;
 /// The fewest points along a side of the analysis grid.

@@ -30,12 +30,14 @@ mod surface_keys;
 
 pub(crate) use limits::DESIGN_DEGREE;
 pub use model::{
-    Analysis, BiprismSpec, BoardPose, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings, Encoding,
-    Expect, GlassSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec, PolynomialSpec, PrismSpec, Scene,
+    Analysis, BiprismSpec, BoardPose, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings,
+    DesignedSurface, Encoding, Expect, GlassSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec,
+    PolynomialSpec, PrismSpec, RevolvedSpec, Scene,
 };
 
+pub use crate::num::curve::ChebyshevCurve;
 pub use crate::surface::mesh::{Normals, Triangles};
-pub use crate::surface::shape::PolynomialPatch;
+pub use crate::surface::shape::{PolynomialPatch, RevolvedPatch};
 pub use schema::schema_json;
 
 use crate::error::Error;

@@ -7,7 +7,7 @@ use crate::geom::{Distortion, Pose};
 use crate::num::powers::Powers;
 use crate::optics::medium::Material;
 use crate::surface::mesh::{Normals, Triangles};
-use crate::surface::shape::PolynomialPatch;
+use crate::surface::shape::{PolynomialPatch, RevolvedPatch};
 use glam::{DMat3, DVec2, DVec3};
 
 /// A whole scene. One that was read from a file is checked: every value is within its stated range. One that was made in
@@ -78,6 +78,8 @@ pub enum PrismSpec {
     Freeform(BiprismSpec, DesignSettings),
     /// Front and back of the right half (x > 0 in the prism's frame) as polynomials; the left half is its mirror image.
     Polynomial(PolynomialSpec),
+    /// Front and back of the right half as surfaces of revolution; the left half is its mirror image.
+    Revolved(RevolvedSpec),
     /// Front and back of the right half as points, to be fitted.
     PointCloud(PointCloudSpec),
     /// Front and back of the right half as triangles.
@@ -88,7 +90,7 @@ impl GlassSpec {
     /// Glass without a name, its index given at the d line, in the world's own frame.
     pub fn new(index: f64, outer_index: f64) -> Self {
         let wavelength_nm = limits::D_LINE_NM;
-        Self { index, outer_index, glass: None, wavelength_nm, world_from_prism: Pose::IDENTITY }
+        Self { index, outer_index, glass: None, wavelength_nm, solid: None, world_from_prism: Pose::IDENTITY }
     }
 }
 
@@ -107,6 +109,7 @@ impl PrismSpec {
             Self::Flat(_) => "flat",
             Self::Freeform(..) => "freeform",
             Self::Polynomial(_) => "polynomial",
+            Self::Revolved(_) => "revolved",
             Self::PointCloud(_) => "point_cloud",
             Self::Mesh(_) => "mesh",
         }
@@ -118,9 +121,20 @@ impl PrismSpec {
             Self::None => None,
             Self::Flat(flat) | Self::Freeform(flat, _) => Some(&flat.body),
             Self::Polynomial(prism) => Some(&prism.body),
+            Self::Revolved(prism) => Some(&prism.body),
             Self::PointCloud(prism) => Some(&prism.body),
             Self::Mesh(prism) => Some(&prism.body),
         }
+    }
+
+    /// Whether it is traced as one piece of glass: as its body says, or by its kind.
+    pub fn is_solid(&self) -> bool {
+        let by_kind = match self {
+            Self::Revolved(_) => true,
+            Self::Freeform(_, settings) => settings.objective.is_solid(),
+            _ => false,
+        };
+        self.body().and_then(|body| body.solid).unwrap_or(by_kind)
     }
 }
 
@@ -149,6 +163,8 @@ pub struct GlassSpec {
     pub glass: Option<&'static Material>,
     /// The wavelength in vacuum to which `index` belongs, in nm.
     pub wavelength_nm: f64,
+    /// Whether the prism is one piece of glass; `None` by its kind: see [`PrismSpec::is_solid`].
+    pub solid: Option<bool>,
     /// The prism's frame in the world.
     pub world_from_prism: Pose,
 }
@@ -162,6 +178,17 @@ pub struct PolynomialSpec {
     pub front: PolynomialPatch,
     /// The surface that faces the board.
     pub back: PolynomialPatch,
+}
+
+/// A prism given by its surfaces, which are of revolution.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RevolvedSpec {
+    /// Glass and place.
+    pub body: GlassSpec,
+    /// The facet that faces the camera, in the prism's frame.
+    pub front: RevolvedPatch,
+    /// The surface that faces the board.
+    pub back: RevolvedPatch,
 }
 
 /// A prism given by points on its surfaces.
@@ -212,6 +239,10 @@ pub struct CloudSpec {
 pub struct DesignSettings {
     /// What the surfaces are to be.
     pub objective: Objective,
+    /// What a design becomes.
+    pub surface: DesignedSurface,
+    /// z of the virtual cameras' centres O' in the prism's frame, in mm; `None` by the objective.
+    pub virtual_camera_z_mm: Option<f64>,
     /// Which way the grid is marched.
     pub order: MarchOrder,
     /// Total degree p of the fitted polynomial (Eq. 6), with even powers of y only.
@@ -225,7 +256,15 @@ pub struct DesignSettings {
 impl Default for DesignSettings {
     /// The design paper's: x then y, p = 5, RK4 at the pixel pitch.
     fn default() -> Self {
-        Self { objective: Objective::March, order: MarchOrder::XThenY, degree: 5, method: Method::Rk4, step_px: 1.0 }
+        Self {
+            objective: Objective::March,
+            surface: DesignedSurface::Polynomial,
+            virtual_camera_z_mm: None,
+            order: MarchOrder::XThenY,
+            degree: 5,
+            method: Method::Rk4,
+            step_px: 1.0,
+        }
     }
 }
 
@@ -236,6 +275,26 @@ pub enum Objective {
     March,
     /// Exactly horizontal epipolar lines: surfaces of revolution about the baseline.
     Epipolar,
+    /// Exact pinholes whose axes are turned outwards: surfaces of revolution about the line from the camera's pinhole to the
+    /// virtual camera's.
+    ToedIn,
+}
+
+impl Objective {
+    /// Whether its prisms are traced as one piece of glass where nothing else is said: the paper's march keeps its two
+    /// idealised surfaces.
+    pub fn is_solid(self) -> bool {
+        self != Self::March
+    }
+}
+
+/// What the surfaces of a design are made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DesignedSurface {
+    /// Polynomials that are fitted to them.
+    Polynomial,
+    /// Themselves: surfaces of revolution, of the objectives that have them.
+    Revolved,
 }
 
 /// The order of the two marches of the design.

@@ -23,8 +23,8 @@ pub(super) fn check(source: &dyn ValueSource, scene: &Scene) -> Result<Vec<f64>,
             Some(biprism(source, &plain, prism, true)?)
         }
         PrismSpec::Polynomial(prism) => Some(polynomial(source, camera, prism)?),
-        // Where a surface of points or triangles stands is for its rays to find.
-        PrismSpec::None | PrismSpec::PointCloud(_) | PrismSpec::Mesh(_) => None,
+        // Where a surface of revolution, of points or of triangles stands is for its rays to find.
+        PrismSpec::None | PrismSpec::Revolved(_) | PrismSpec::PointCloud(_) | PrismSpec::Mesh(_) => None,
     };
     board(source, scene, back.as_ref())
 }

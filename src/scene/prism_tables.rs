@@ -1,9 +1,10 @@
-//! The table `[prism]` of a scene file as written: the six kinds of glass, with the ranges of their keys.
+//! The table `[prism]` of a scene file as written: the seven kinds of glass, with the ranges of their keys.
 
 use super::body_keys::BodyFile;
 use super::limits::*;
 use super::surface_keys::{CloudFile, MeshPrismFile};
 use crate::num::bernstein::MAX_DEGREE;
+use crate::num::curve::MAX_COEFFICIENTS;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +20,8 @@ pub(super) enum PrismFile {
     Freeform(FreeformFile),
     /// Front and back of the right half as polynomials; the left half is its mirror image.
     Polynomial(PolynomialFile),
+    /// Front and back of the right half as surfaces of revolution; the left half is its mirror image.
+    Revolved(RevolvedFile),
     /// Front and back of the right half as points, to which polynomials are fitted; the left half is its mirror image.
     PointCloud(PointCloudFile),
     /// Front and back of the right half as triangles; the left half is their mirror image.
@@ -56,8 +59,18 @@ pub(super) struct FreeformFile {
 #[serde(default, deny_unknown_fields)]
 pub(super) struct DesignFile {
     /// What the surfaces are to be: `march` as in the design paper, nearly a pinhole each half; `epipolar`, surfaces of revolution
-    /// about the baseline, whose vertical disparity is 0 at every depth and in every light, but for what the fit leaves.
+    /// about the baseline, whose vertical disparity is 0 at every depth and in every light; `toed-in`, surfaces of revolution about
+    /// the line from the camera to the virtual camera, by which each half is exactly a pinhole, its axis turned outwards by about
+    /// the angle of the half image's middle. Polynomials leave what their degree does not follow.
     pub(super) objective: ObjectiveFile,
+    /// What the design becomes: polynomials that are fitted to its surfaces, or the surfaces of revolution themselves, which `march`
+    /// does not have.
+    pub(super) surface: DesignedSurfaceFile,
+    /// z of the virtual cameras in the prism's frame, in mm; the pinhole of the camera is at 0. Left out, it is 0, and of `toed-in`
+    /// the distance of the virtual camera from the middle, which puts the axis at 45 deg; `epipolar` has no other than 0, and
+    /// `toed-in` not 0.
+    #[schemars(range(min = -LONGEST_MM, max = LONGEST_MM))]
+    pub(super) virtual_camera_z_mm: Option<f64>,
     /// Which way the grid of `march` is marched: the centre row, then every column, or the centre column, then every row.
     pub(super) order: OrderFile,
     /// Total degree of the fitted polynomials.
@@ -74,6 +87,8 @@ impl Default for DesignFile {
     fn default() -> Self {
         Self {
             objective: ObjectiveFile::March,
+            surface: DesignedSurfaceFile::Polynomial,
+            virtual_camera_z_mm: None,
             order: OrderFile::XThenY,
             degree: 5,
             method: MethodFile::Rk4,
@@ -87,6 +102,14 @@ impl Default for DesignFile {
 pub(super) enum ObjectiveFile {
     March,
     Epipolar,
+    ToedIn,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum DesignedSurfaceFile {
+    Polynomial,
+    Revolved,
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
@@ -113,6 +136,40 @@ pub(super) struct PolynomialFile {
     pub(super) front: PatchFile,
     /// The surface that faces the board.
     pub(super) back: PatchFile,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+pub(super) struct RevolvedFile {
+    #[serde(flatten)]
+    pub(super) body: BodyFile,
+    /// The facet that faces the camera.
+    pub(super) front: RevolvedPatchFile,
+    /// The surface that faces the board.
+    pub(super) back: RevolvedPatchFile,
+}
+
+/// A part of a surface of revolution: the points whose distance from an axis is the sum of c_k T_k(x), T_k Chebyshev's
+/// polynomials and x running from -1 to 1 as the place along the axis runs over `along_mm`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RevolvedPatchFile {
+    /// The point [x, y, z] of the axis from which places along it are counted, in mm.
+    #[schemars(inner(range(min = -LONGEST_MM, max = LONGEST_MM)))]
+    pub(super) origin_mm: [f64; 3],
+    /// The direction [x, y, z] of the axis, of any length, and more than 10 deg from z.
+    #[schemars(inner(range(min = -LONGEST_MM, max = LONGEST_MM)))]
+    pub(super) axis: [f64; 3],
+    /// From where to where along the axis the surface reaches, in mm.
+    #[schemars(inner(range(min = -LONGEST_MM, max = LONGEST_MM)))]
+    pub(super) along_mm: [f64; 2],
+    /// How far it reaches about the axis to both sides of the half-plane through it towards +z, in deg.
+    #[schemars(range(max = WIDEST_AZIMUTH_DEG), extend("exclusiveMinimum" = 0))]
+    pub(super) azimuth_deg: f64,
+    /// The coefficients c_0, c_1, ... of the distance from the axis, in mm, c_0 greater than the magnitudes of all others
+    /// together.
+    #[schemars(length(min = 1, max = MAX_COEFFICIENTS), inner(range(min = -LONGEST_MM, max = LONGEST_MM)))]
+    pub(super) profile_mm: Vec<f64>,
 }
 
 /// z(x, y) in mm as a sum of c X^m Y^n, with X and Y the scaled distances from the centre.

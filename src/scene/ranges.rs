@@ -8,7 +8,7 @@ use super::structure::{change, item_schema, of_wrong_length, out_of_range, tag, 
 use crate::error::Error;
 use crate::geom::Pose;
 use crate::surface::mesh::Triangles;
-use crate::surface::shape::PolynomialPatch;
+use crate::surface::shape::{PolynomialPatch, RevolvedPatch};
 use glam::{DMat3, DVec2, DVec3};
 use serde_json::Value;
 
@@ -31,6 +31,7 @@ impl<'a> Ranges<'a> {
             PrismSpec::Flat(_) => "flat",
             PrismSpec::Freeform(..) => "freeform",
             PrismSpec::Polynomial(_) => "polynomial",
+            PrismSpec::Revolved(_) => "revolved",
             PrismSpec::PointCloud(_) => "point_cloud",
             PrismSpec::Mesh(_) => "mesh",
         };
@@ -197,11 +198,16 @@ impl<'a> Ranges<'a> {
             PrismSpec::Freeform(flat, settings) => {
                 self.biprism(flat)?;
                 self.count("prism.design.degree", settings.degree)?;
+                self.optional("prism.design.virtual_camera_z_mm", settings.virtual_camera_z_mm)?;
                 self.number("prism.design.step_px", settings.step_px)
             }
             PrismSpec::Polynomial(prism) => {
                 self.patch("prism.front", &prism.front)?;
                 self.patch("prism.back", &prism.back)
+            }
+            PrismSpec::Revolved(prism) => {
+                self.revolved("prism.front", &prism.front)?;
+                self.revolved("prism.back", &prism.back)
             }
             PrismSpec::PointCloud(prism) => {
                 for (at, cloud) in [("prism.front", &prism.front), ("prism.back", &prism.back)] {
@@ -235,6 +241,14 @@ impl<'a> Ranges<'a> {
         }
         let mut terms = patch.sag.terms().enumerate();
         terms.try_for_each(|(i, (_, _, c))| self.number(&format!("{at}.terms[{i}][2]"), c))
+    }
+
+    fn revolved(&self, at: &str, patch: &RevolvedPatch) -> Result<(), Error> {
+        self.vector(&format!("{at}.origin_mm"), patch.point_mm)?;
+        self.vector(&format!("{at}.axis"), patch.axis)?;
+        self.list(&format!("{at}.along_mm"), &patch.profile.ends())?;
+        self.converted(&format!("{at}.azimuth_deg"), patch.azimuth_rad.to_degrees())?;
+        self.list(&format!("{at}.profile_mm"), patch.profile.coefficients())
     }
 
     fn finite(&self, key: &str, points_mm: &[DVec3]) -> Result<(), Error> {

@@ -1,12 +1,14 @@
 //! What two values of a scene say of each other, beyond the range of each; the rules of effects stand in `effects::rules`.
 
-use super::limits::MARCHED_POINTS;
+use super::limits::{LEAST_AXIS_DEG, MARCHED_POINTS};
 use super::model::*;
 use super::source::ValueSource;
 use crate::effect::Effects;
 use crate::error::Error;
 use crate::geom::Rect;
 use crate::num::bernstein::MAX_DEGREE;
+use crate::surface::shape::RevolvedPatch;
+use glam::DVec3;
 
 /// A name may become a file's name on any system.
 pub(super) fn name(source: &dyn ValueSource, name: &str) -> Result<(), Error> {
@@ -69,12 +71,28 @@ pub(super) fn calibrated_pinhole(
     Err(source.refuse("effect.telecentric", rule.to_owned(), help))
 }
 
+/// What the keys of a design say of each other.
+pub(super) fn design(source: &dyn ValueSource, settings: &DesignSettings, camera: &CameraSpec) -> Result<(), Error> {
+    marched_points(source, settings, camera)?;
+    if settings.surface == DesignedSurface::Revolved && settings.objective == Objective::March {
+        let rule = "`prism.design.surface` is \"revolved\", and the march makes no surfaces of revolution".to_owned();
+        let help = "write `objective = \"epipolar\"` or \"toed-in\", or take `surface` out";
+        return Err(source.refuse("prism.design.surface", rule, help));
+    }
+    let z_mm = settings.virtual_camera_z_mm.unwrap_or(1.0);
+    let (objective, rule, help) = match settings.objective {
+        Objective::Epipolar if settings.virtual_camera_z_mm.is_some_and(|z_mm| z_mm != 0.0) => {
+            ("epipolar", "must be 0", "take it out, or write `objective = \"toed-in\"`")
+        }
+        Objective::ToedIn if z_mm == 0.0 => ("toed-in", "must not be 0", "take it out for the default, or give -6"),
+        _ => return Ok(()),
+    };
+    let rule = format!("`prism.design.virtual_camera_z_mm` is {z_mm} beside `objective = \"{objective}\"`, and {rule}");
+    Err(source.refuse("prism.design.virtual_camera_z_mm", rule, help))
+}
+
 /// A design marches a bounded number of points.
-pub(super) fn marched_points(
-    source: &dyn ValueSource,
-    settings: &DesignSettings,
-    camera: &CameraSpec,
-) -> Result<(), Error> {
+fn marched_points(source: &dyn ValueSource, settings: &DesignSettings, camera: &CameraSpec) -> Result<(), Error> {
     let pixels = (camera.width_px as f64 / 2.0) * camera.height_px as f64;
     let points = pixels / (settings.step_px * settings.step_px);
     if points <= MARCHED_POINTS {
@@ -87,6 +105,41 @@ pub(super) fn marched_points(
     );
     let help = format!("give a step of at least {:.3}", (pixels / MARCHED_POINTS).sqrt() + 0.0005);
     Err(source.refuse("prism.design.step_px", rule, &help))
+}
+
+/// Triangles do not tell whose back they are.
+pub(super) fn solid_mesh(source: &dyn ValueSource) -> Error {
+    let rule = "`prism.solid` is about prisms of smooth surfaces, and this one is of triangles".to_owned();
+    source.refuse("prism.solid", rule, "take it out; a mesh is one piece of glass where you give it as `body`")
+}
+
+/// The surface of revolution at `path` is a sheet: its profile keeps off the axis, and its axis off z.
+pub(super) fn revolved(source: &dyn ValueSource, path: &str, patch: &RevolvedPatch) -> Result<(), Error> {
+    let [low, high] = patch.profile.ends();
+    if low >= high {
+        let at = format!("{path}.along_mm");
+        let rule = format!("`{at}` runs from {low} to {high}, which is nowhere");
+        return Err(source.refuse(&at, rule, "give the smaller place along the axis first"));
+    }
+    let axis_deg = patch.axis.angle_between(DVec3::Z).to_degrees();
+    if !(LEAST_AXIS_DEG..=180.0 - LEAST_AXIS_DEG).contains(&axis_deg) {
+        let at = format!("{path}.axis");
+        let rule = format!(
+            "`{at}` is {:?}, and must be a direction at least {LEAST_AXIS_DEG} deg from z",
+            patch.axis.to_array()
+        );
+        return Err(source.refuse(&at, rule, "give [1, 0, 0] for an axis along the baseline"));
+    }
+    let first = patch.profile.coefficients().first().copied().unwrap_or(0.0);
+    let others = patch.profile.departure();
+    if first > others {
+        return Ok(());
+    }
+    let at = format!("{path}.profile_mm");
+    let rule = format!(
+        "`{at}` begins with {first} and the magnitudes of its other coefficients add up to {others}: the surface might reach the axis"
+    );
+    Err(source.refuse(&at, rule, "give the distance from the axis, which is far greater than its changes"))
 }
 
 /// The domain of the surface at `path` is somewhere, and in the right half.

@@ -26,8 +26,26 @@ impl Surface {
         self.jet(x, y).map_or_else(met, |jet| jet.value)
     }
 
-    /// z over (x, y) with its derivatives; `None` of surfaces that are not smooth heights over their frame.
-    pub(super) fn jet(&self, x: f64, y: f64) -> Option<Jet> {
+    /// z over (x, y), in mm; beyond where the surface is given it goes on as straight as it ends there. `None` of triangles and of
+    /// what is moved or out of figure.
+    pub fn continued_mm(&self, x: f64, y: f64) -> Option<f64> {
+        match self {
+            Self::Plane { .. } => self.jet(x, y).map(|jet| jet.value),
+            Self::Freeform(sheet) => {
+                let domain = sheet.domain();
+                let at = DVec2::new(if sheet.is_mirrored() { -x } else { x }, y);
+                let end = at.clamp(domain.min, domain.max);
+                let (z, dx, dy) = sheet.sag().gradient(end.x, end.y);
+                Some(z + DVec2::new(dx, dy).dot(at - end))
+            }
+            Self::Revolved(part) => part.continued_mm(x, y),
+            Self::Mesh { .. } | Self::Flawed { .. } | Self::Moved { .. } => None,
+        }
+    }
+
+    /// z over (x, y) with its derivatives; `None` of surfaces that are not smooth heights over their frame, and beside a part of a
+    /// surface of revolution.
+    pub fn jet(&self, x: f64, y: f64) -> Option<Jet> {
         match self {
             Self::Plane { point, normal } => {
                 let slope = -normal.truncate() / normal.z;
@@ -50,6 +68,7 @@ impl Surface {
                     dyy: a.dyy + b.dyy,
                 })
             }
+            Self::Revolved(part) => part.jet_over(x, y),
             Self::Mesh { .. } | Self::Moved { .. } => None,
         }
     }
@@ -61,7 +80,7 @@ impl Surface {
         let mut previous = f64::INFINITY;
         for _ in 0..MAX_STEPS {
             let p = ray.at(t);
-            let jet = self.jet(p.x, p.y).ok_or(Fate::NotConverged)?;
+            let jet = self.jet(p.x, p.y).ok_or(Fate::Missed)?;
             let gap = p.z - jet.value;
             let step = gap / (ray.direction.z - jet.dx * ray.direction.x - jet.dy * ray.direction.y);
             if is_met(ray, t, p.z, gap, previous, residual_mm) {

@@ -9,6 +9,6 @@ pub struct Hit {
     pub t_mm: f64,
     /// Unit normal, of either orientation.
     pub normal: DVec3,
-    /// The number of the triangle in a mesh; 0 of other surfaces.
+    /// The number of the triangle in a mesh; of the backs of a solid prism the side; 0 of other surfaces.
     pub part: u32,
 }

@@ -10,6 +10,7 @@ use glam::DVec3;
 use std::sync::Arc;
 
 pub use super::polynomial::{FULL_WAYS_PER_MM, PolynomialPatch, PolynomialSurface};
+pub use super::revolved::{RevolvedPatch, RevolvedSurface};
 
 /// A refracting shape without its media.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,6 +24,8 @@ pub enum Surface {
     },
     /// The graph of a polynomial z(x, y) over a rectangle.
     Freeform(PolynomialSurface),
+    /// A part of a surface of revolution.
+    Revolved(Box<RevolvedSurface>),
     /// Triangles, or their mirror image in x = 0.
     Mesh {
         /// The triangles.
@@ -69,6 +72,7 @@ impl Surface {
     fn intersect_other(&self, ray: &Ray, residual_mm: f64) -> Result<Hit, Fate> {
         match self {
             Self::Plane { .. } | Self::Freeform(_) => self.intersect(ray, residual_mm),
+            Self::Revolved(part) => part.intersect(ray, residual_mm),
             Self::Mesh { mesh, mirrored } => {
                 let own = |v| turned(v, *mirrored);
                 let met = mesh.intersect(&Ray { origin: own(ray.origin), direction: own(ray.direction) })?;
@@ -82,12 +86,24 @@ impl Surface {
         }
     }
 
-    /// The facet of a mesh that a hit is on, and the piece of it (see [`Mesh::parts`]); 0 of a surface that is one.
+    /// The facet of a mesh that a hit is on, and the piece of it (see [`Mesh::parts`]); of a surface that is one, the number
+    /// of the hit, and 0.
     pub fn parts(&self, hit: &Hit) -> [u32; 2] {
         match self {
             Self::Mesh { mesh, .. } => mesh.parts(hit),
             Self::Moved { base, .. } => base.parts(hit),
-            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => [0; 2],
+            Self::Plane { .. } | Self::Freeform(_) | Self::Revolved(_) | Self::Flawed { .. } => [hit.part, 0],
+        }
+    }
+
+    /// Whether the surface is its own mirror image in x = 0, as far as its form tells.
+    pub fn is_own_mirror_image(&self) -> bool {
+        match self {
+            Self::Plane { normal, .. } => normal.x == 0.0,
+            Self::Freeform(sheet) => {
+                sheet.sag().centre()[0] == 0.0 && sheet.sag().terms().all(|(m, _, c)| m % 2 == 0 || c == 0.0)
+            }
+            _ => false,
         }
     }
 
@@ -96,7 +112,7 @@ impl Surface {
         match self {
             Self::Mesh { mesh, .. } => mesh.part_counts(),
             Self::Moved { base, .. } => base.part_counts(),
-            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => [1; 2],
+            Self::Plane { .. } | Self::Freeform(_) | Self::Revolved(_) | Self::Flawed { .. } => [1; 2],
         }
     }
 
@@ -113,7 +129,7 @@ impl Surface {
     #[inline(never)]
     fn tangent_other(&self, meeting: &Hit) -> DVec3 {
         match self {
-            Self::Plane { .. } | Self::Freeform(_) | Self::Flawed { .. } => meeting.normal,
+            Self::Plane { .. } | Self::Freeform(_) | Self::Revolved(_) | Self::Flawed { .. } => meeting.normal,
             Self::Mesh { mesh, mirrored } => turned(mesh.tangent(meeting), *mirrored),
             Self::Moved { base, poses } => {
                 let own = Hit { normal: poses[1].vector(meeting.normal), ..*meeting };
@@ -137,6 +153,7 @@ impl Surface {
         match self {
             Self::Plane { .. } => DVec3::ZERO,
             Self::Freeform(sheet) => sheet.normal_change(point, normal, step),
+            Self::Revolved(part) => part.normal_change(point, normal, step),
             Self::Mesh { mesh, mirrored } => {
                 let own = |v| turned(v, *mirrored);
                 own(mesh.normal_change(meeting, own(point), own(normal), own(step)))

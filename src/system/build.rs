@@ -10,9 +10,11 @@ use crate::effect::Effects;
 use crate::error::Error;
 use crate::geom::Rect;
 use crate::prism::biprism::Prism;
-use crate::scene::{BiprismSpec, CameraSpec, CloudSpec, PolynomialSpec, PrismSpec, Scene};
+use crate::scene::{
+    BiprismSpec, CameraSpec, CloudSpec, DesignedSurface, PolynomialSpec, PrismSpec, RevolvedSpec, Scene,
+};
 use crate::surface::mesh::{Mesh, Triangles};
-use crate::surface::shape::{PolynomialPatch, PolynomialSurface, Surface};
+use crate::surface::shape::{PolynomialPatch, PolynomialSurface, RevolvedSurface, Surface};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -47,7 +49,8 @@ pub fn build(scene: &Scene) -> Result<System, Error> {
 /// # Errors
 /// As [`build`].
 pub fn ideal(scene: &Scene) -> Result<System, Error> {
-    let prism = prism(&scene.prism, &scene.camera, &scene.effects)?;
+    let prism =
+        prism(&scene.prism, &scene.camera, &scene.effects)?.map(|prism| prism.with_solid(scene.prism.is_solid()));
     Ok(System::ideal(scene, prism))
 }
 
@@ -67,10 +70,14 @@ fn prism(prism: &PrismSpec, camera: &CameraSpec, effects: &Effects) -> Result<Op
                 settings: *settings,
                 virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
             };
+            if settings.surface == DesignedSurface::Revolved {
+                return Ok(Some(revolved(&revolved_with_room(&input, effects)?)));
+            }
             let designed = design::freeform(&input)?.prism(flat.body);
             Ok(Some(polynomial(&with_room_for(designed, flat, camera, effects))))
         }
         PrismSpec::Polynomial(p) => Ok(Some(polynomial(p))),
+        PrismSpec::Revolved(p) => Ok(Some(revolved(p))),
         PrismSpec::PointCloud(clouds) => {
             let (front, front_fit) = fitted("front", &clouds.front)?;
             let (back, back_fit) = fitted("back", &clouds.back)?;
@@ -100,14 +107,29 @@ pub fn with_room_for(
     camera: &CameraSpec,
     effects: &Effects,
 ) -> PolynomialSpec {
-    let reach_mm = |domain: Rect| domain.min.abs().max(domain.max.abs()).length();
-    let reach_mm = reach_mm(designed.front.domain).max(reach_mm(designed.back.domain));
-    let spare_mm = effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index)
-        + stray_of_camera_mm(flat, camera).min(MOST_ROOM * reach_mm);
+    let spare_mm = spare_mm([designed.front.domain, designed.back.domain], flat, camera, effects);
     for patch in [&mut designed.front, &mut designed.back] {
         patch.domain = patch.domain.grown(spare_mm);
     }
     designed
+}
+
+/// The surfaces of revolution of a design, as large as [`with_room_for`] makes polynomials.
+///
+/// # Errors
+/// When they do not exist, or end within that room.
+pub fn revolved_with_room(input: &DesignInput, effects: &Effects) -> Result<RevolvedSpec, Error> {
+    let regions = design::revolved_by(input, 0.0)?.map(|patch| RevolvedSurface::new(&patch, false).region());
+    let [front, back] = design::revolved_by(input, spare_mm(regions, &input.prism, &input.camera, effects))?;
+    Ok(RevolvedSpec { body: input.prism.body, front, back })
+}
+
+/// How far beyond their `domains` front and back of a design must reach, in mm.
+fn spare_mm(domains: [Rect; 2], flat: &BiprismSpec, camera: &CameraSpec, effects: &Effects) -> f64 {
+    let reach_mm = domains.map(|domain| domain.min.abs().max(domain.max.abs()).length());
+    let reach_mm = reach_mm[0].max(reach_mm[1]);
+    effects.spare_mm(reach_mm, flat.thickness_mm, flat.body.index / flat.body.outer_index)
+        + stray_of_camera_mm(flat, camera).min(MOST_ROOM * reach_mm)
 }
 
 /// How far rays of a calibrated camera stray from those of the plain pinhole on the border of the picture, in mm at the base.
@@ -149,6 +171,12 @@ fn flat(flat: &BiprismSpec, camera: &CameraSpec) -> Result<Prism, Error> {
 
 fn polynomial(p: &PolynomialSpec) -> Prism {
     let side = |mirrored| [&p.front, &p.back].map(|patch| Surface::Freeform(PolynomialSurface::new(patch, mirrored)));
+    Prism::new(&p.body, [side(true), side(false)])
+}
+
+fn revolved(p: &RevolvedSpec) -> Prism {
+    let part = |patch, mirrored| Surface::Revolved(Box::new(RevolvedSurface::new(patch, mirrored)));
+    let side = |mirrored| [part(&p.front, mirrored), part(&p.back, mirrored)];
     Prism::new(&p.body, [side(true), side(false)])
 }
 

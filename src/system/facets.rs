@@ -1,6 +1,7 @@
-//! Facets and pieces: which parts of a prism of triangles a ray passes.
+//! Facets and pieces: which parts of a prism of triangles, and which back of a solid one, a ray passes.
 
 use super::instrument::System;
+use crate::prism::biprism::Prism;
 use crate::prism::payload::PartsPassed;
 use crate::prism::side::Side;
 use crate::surface::face::Face;
@@ -22,6 +23,8 @@ impl System {
         let sides = [Side::Left, Side::Right].into_iter();
         let surfaces = sides.flat_map(|side| Face::ALL.map(|face| (side, face)));
         let counts = surfaces.filter_map(|(side, face)| Some(self.prism.as_ref()?.surface(side, face).part_counts()));
-        counts.fold([1; 2], |[a, b], [c, d]| [a.max(c), b.max(d)])
+        // The two backs of a solid prism meet in a crease.
+        let backs = if self.prism.as_ref().is_some_and(Prism::is_solid) { 2 } else { 1 };
+        counts.fold([backs, 1], |[a, b], [c, d]| [a.max(c), b.max(d)])
     }
 }

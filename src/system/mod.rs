@@ -15,6 +15,8 @@ pub mod clip;
 mod throughput;
 mod facets;
 pub mod tessellated;
+pub mod solid;
+pub mod crossing;
 mod variants;
 mod ghost_rays;
 pub(crate) mod instrument;
@@ -24,7 +26,7 @@ mod doubts;
 mod light;
 mod shape_doubts;
 
-pub use build::{build, ideal, with_room_for};
+pub use build::{build, ideal, revolved_with_room, with_room_for};
 pub use doubts::doubts;
 pub use instrument::{BoardHit, Footprint, System};
 pub use light::require_light;

@@ -8,7 +8,7 @@ use crate::scene::{MeshSpec, Normals, PrismSpec, Scene, Triangles};
 use crate::surface::closed_body::is_closed;
 use crate::surface::face::Face;
 use crate::surface::mesh::Mesh;
-use crate::surface::shape::{PolynomialSurface, Surface};
+use crate::surface::shape::{PolynomialSurface, RevolvedSurface, Surface};
 use glam::{DVec2, DVec3};
 
 /// A surface that reaches to this share of one half's width into the other holds more than its half.
@@ -67,6 +67,8 @@ struct Given<'a> {
 enum Shape<'a> {
     /// A polynomial that a scene states by its terms.
     Stated(&'a PolynomialSurface),
+    /// A surface of revolution that a scene states by its profile.
+    Revolved(&'a RevolvedSurface),
     /// A polynomial through points.
     Fitted(&'a PolynomialSurface),
     /// Triangles.
@@ -80,6 +82,7 @@ impl Given<'_> {
             Shape::Stated(sheet) | Shape::Fitted(sheet) => {
                 sheet.domain().contains(at).then(|| sheet.sag().value(at.x, at.y))
             }
+            Shape::Revolved(part) => part.jet_over(at.x, at.y).map(|jet| jet.value),
             Shape::Mesh(_, mesh) => self.met(mesh, at, DVec3::Z),
         }
     }
@@ -113,12 +116,15 @@ fn given<'a>(prism: &'a PrismSpec, built: Option<&'a Prism>) -> Vec<Given<'a>> {
     let keys = match prism {
         PrismSpec::None | PrismSpec::Flat(_) | PrismSpec::Freeform(..) => return Vec::new(),
         PrismSpec::Mesh(MeshSpec { told: Some(_), .. }) => ["prism.body"; 2],
-        PrismSpec::Polynomial(_) | PrismSpec::PointCloud(_) | PrismSpec::Mesh(_) => ["prism.front", "prism.back"],
+        PrismSpec::Polynomial(_) | PrismSpec::Revolved(_) | PrismSpec::PointCloud(_) | PrismSpec::Mesh(_) => {
+            ["prism.front", "prism.back"]
+        }
     };
     let surface = |face: Face| {
         let shape = match (built?.surface(Side::Right, face), prism) {
             (Surface::Freeform(sheet), PrismSpec::PointCloud(_)) => Shape::Fitted(sheet),
             (Surface::Freeform(sheet), _) => Shape::Stated(sheet),
+            (Surface::Revolved(part), _) => Shape::Revolved(part),
             (Surface::Mesh { mesh, .. }, PrismSpec::Mesh(own)) => {
                 Shape::Mesh([&own.front, &own.back][face as usize], mesh)
             }
@@ -127,6 +133,9 @@ fn given<'a>(prism: &'a PrismSpec, built: Option<&'a Prism>) -> Vec<Given<'a>> {
         let extent = match (&shape, prism) {
             (Shape::Mesh(own, _), _) => Extent::of(own.points_mm.iter().copied()),
             (_, PrismSpec::PointCloud(p)) => Extent::of([&p.front, &p.back][face as usize].points_mm.iter().copied()),
+            (Shape::Revolved(part), _) => {
+                Extent::of(places(part.region()).filter_map(|at| Some(at.extend(part.jet_over(at.x, at.y)?.value))))
+            }
             (Shape::Stated(sheet) | Shape::Fitted(sheet), _) => {
                 Extent::of(places(sheet.domain()).map(|at| at.extend(sheet.sag().value(at.x, at.y))))
             }
@@ -250,7 +259,7 @@ fn both_halves(surface: &Given) -> Option<String> {
     let reach = (-min.x / max.x).min(-max.x / min.x);
     // A smooth surface may reach beyond the ridge for the rays of a pupil, and one that is stated knows no bounds.
     let allowed = match surface.shape {
-        Shape::Stated(_) => return None,
+        Shape::Stated(_) | Shape::Revolved(_) => return None,
         Shape::Mesh(..) if reach > OTHER_HALF && surface.has_ridge() => OTHER_HALF,
         Shape::Fitted(_) | Shape::Mesh(..) => MOST_OF_OTHER_HALF,
     };

@@ -48,6 +48,18 @@ impl<'a> Tessellated<'a> {
                     };
                     Some(Mesh::new(Triangles::over(domain, cells, height), normals))
                 }
+                surface @ Surface::Revolved(_) => {
+                    // Beside the part there is nothing to cut.
+                    let probe = |k: usize| used.min + used.size() * DVec2::new((k % 2) as f64, (k / 2) as f64);
+                    (0..4).map(probe).all(|at| surface.jet(at.x, at.y).is_some()).then(|| {
+                        let height = |x, y| {
+                            surface.jet(x, y).map_or((0.0, DVec3::Z), |jet| {
+                                (jet.value, DVec3::new(-jet.dx, -jet.dy, 1.0).normalize())
+                            })
+                        };
+                        Mesh::new(Triangles::over(used, cells, height), normals)
+                    })
+                }
                 Surface::Mesh { .. } | Surface::Flawed { .. } | Surface::Moved { .. } => None,
             }
         };
@@ -72,7 +84,7 @@ impl<'a> Tessellated<'a> {
 }
 
 /// Where the rays of the right half's outline meet front and back, in the prism's frame.
-fn used_part(system: &System) -> Option<[Rect; 2]> {
+pub(super) fn used_part(system: &System) -> Option<[Rect; 2]> {
     let prism = system.prism()?;
     let [width, height] = system.camera().size_px().map(|n| n as f64);
     let place = |k: usize| k as f64 / (PROBES - 1) as f64;

@@ -156,6 +156,12 @@ impl<'a> From<CanonicalObject<'a>> for Canonical<'a> {
     }
 }
 
+impl FromIterator<f64> for Canonical<'_> {
+    fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
+        Self::List(values.into_iter().map(Self::Number).collect())
+    }
+}
+
 impl<'a> FromIterator<CanonicalObject<'a>> for Canonical<'a> {
     fn from_iter<I: IntoIterator<Item = CanonicalObject<'a>>>(objects: I) -> Self {
         Self::List(objects.into_iter().map(Self::Object).collect())

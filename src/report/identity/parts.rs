@@ -4,8 +4,9 @@ use super::canonical::{Canonical, CanonicalObject};
 use super::effects::effects;
 use crate::geom::{Pose, Rect};
 use crate::scene::{
-    BiprismSpec, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings, GlassSpec, MarchOrder, MeshSpec,
-    Method, Objective, PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec, Scene,
+    BiprismSpec, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings, DesignedSurface, GlassSpec,
+    MarchOrder, MeshSpec, Method, Objective, PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec, RevolvedPatch,
+    RevolvedSpec, Scene,
 };
 use crate::surface::mesh::{Normals, Triangles};
 use crate::system::System;
@@ -96,13 +97,17 @@ fn board<'a>(board: &BoardSpec) -> CanonicalObject<'a> {
 }
 
 fn prism(prism: &PrismSpec) -> CanonicalObject<'_> {
-    let kind = object().with("kind", prism.kind());
+    // What is not solid says nothing of it.
+    let kind = object().with("kind", prism.kind()).maybe("solid", prism.is_solid().then_some(true));
     match prism {
         PrismSpec::None => kind,
         PrismSpec::Flat(flat) => biprism(kind, flat),
         PrismSpec::Freeform(flat, settings) => biprism(kind, flat).with("design", design(settings)),
         PrismSpec::Polynomial(PolynomialSpec { body, front, back }) => {
             glass(kind, body).with("front", patch(front)).with("back", patch(back))
+        }
+        PrismSpec::Revolved(RevolvedSpec { body, front, back }) => {
+            glass(kind, body).with("front", revolved(front)).with("back", revolved(back))
         }
         PrismSpec::PointCloud(PointCloudSpec { body, front, back }) => {
             glass(kind, body).with("front", cloud(front)).with("back", cloud(back))
@@ -145,7 +150,7 @@ fn biprism<'a>(kind: CanonicalObject<'a>, flat: &BiprismSpec) -> CanonicalObject
 }
 
 fn glass<'a>(kind: CanonicalObject<'a>, body: &GlassSpec) -> CanonicalObject<'a> {
-    let GlassSpec { index, outer_index, glass, wavelength_nm, world_from_prism } = body;
+    let GlassSpec { index, outer_index, glass, wavelength_nm, solid: _, world_from_prism } = body;
     kind.with("index", *index)
         .with("outer_index", *outer_index)
         .with("wavelength_nm", *wavelength_nm)
@@ -154,10 +159,15 @@ fn glass<'a>(kind: CanonicalObject<'a>, body: &GlassSpec) -> CanonicalObject<'a>
 }
 
 fn design<'a>(settings: &DesignSettings) -> CanonicalObject<'a> {
-    let DesignSettings { objective, order, degree, method, step_px } = settings;
+    let DesignSettings { objective, surface, virtual_camera_z_mm, order, degree, method, step_px } = settings;
     let objective = match objective {
         Objective::March => None,
         Objective::Epipolar => Some("epipolar"),
+        Objective::ToedIn => Some("toed_in"),
+    };
+    let surface = match surface {
+        DesignedSurface::Polynomial => None,
+        DesignedSurface::Revolved => Some("revolved"),
     };
     let order = match order {
         MarchOrder::XThenY => "x_then_y",
@@ -170,6 +180,8 @@ fn design<'a>(settings: &DesignSettings) -> CanonicalObject<'a> {
     };
     object()
         .maybe("objective", objective)
+        .maybe("surface", surface)
+        .maybe("virtual_camera_z_mm", *virtual_camera_z_mm)
         .with("order", order)
         .with("method", method)
         .with("degree", *degree)
@@ -179,6 +191,17 @@ fn design<'a>(settings: &DesignSettings) -> CanonicalObject<'a> {
 fn patch(patch: &PolynomialPatch) -> CanonicalObject<'_> {
     let PolynomialPatch { sag, domain: Rect { min, max } } = patch;
     object().with("sag", sag).with("least_mm", *min).with("most_mm", *max)
+}
+
+fn revolved(patch: &RevolvedPatch) -> CanonicalObject<'_> {
+    let RevolvedPatch { point_mm, axis, profile, azimuth_rad } = patch;
+    let coefficients: Canonical<'_> = profile.coefficients().iter().copied().collect();
+    object()
+        .with("point_mm", *point_mm)
+        .with("axis", *axis)
+        .with("along_mm", profile.ends())
+        .with("azimuth_rad", *azimuth_rad)
+        .with("profile_mm", coefficients)
 }
 
 fn pose<'a>(pose: &Pose) -> CanonicalObject<'a> {

@@ -6,12 +6,13 @@ use crate::effect::quadrature::LEAST_REPLICATES;
 use crate::effect::sensor::Adc;
 use crate::effect::{Diffraction, Quadrature, Telecentric};
 use crate::error::Error;
+use crate::num::curve::ChebyshevCurve;
 use crate::optics::medium::Material;
 use crate::optics::spectrum::WavelengthBand;
 use crate::scene::limits::SMALLEST_INDEX;
-use crate::scene::model::{BoardSpec, CameraSpec, GlassSpec, PolynomialSpec, PrismSpec};
+use crate::scene::model::{BoardSpec, CameraSpec, GlassSpec, PolynomialSpec, PrismSpec, RevolvedSpec};
 use crate::scene::source::ValueSource;
-use crate::surface::shape::PolynomialPatch;
+use crate::surface::shape::{PolynomialPatch, RevolvedSurface};
 use glam::{DVec2, DVec3};
 
 /// The cone behind a telecentric lens must be less than a half-space as well.
@@ -28,6 +29,9 @@ pub(in crate::scene) fn cone_behind(source: &dyn ValueSource, lens: &Telecentric
     let help = "give a smaller `na`: behind a lens it is that before it over the magnification";
     Err(source.refuse("effect.telecentric.na", rule, help))
 }
+
+/// Places along the profile of a surface of revolution at which its depth is taken.
+const PROFILE_PLACES: usize = 17;
 
 /// What a stop must stand before, and how far along z that is from the camera, in mm: the ridge or the lowest place of the
 /// front of the prism, or the middle of the board where there is none.
@@ -48,6 +52,11 @@ fn beyond_stop(camera: &CameraSpec, prism: &PrismSpec, board: &BoardSpec) -> (&'
             let from = DVec2::new(domain.min.x.max(0.0), domain.min.y);
             let place = |k: usize| from + (domain.max - from) * DVec2::new((k % 3) as f64, (k / 3) as f64) / 2.0;
             lowest(body, &mut (0..9).map(place).map(|at| at.extend(sag.value(at.x, at.y))))
+        }
+        PrismSpec::Revolved(RevolvedSpec { body, front, .. }) => {
+            let places = ChebyshevCurve::nodes(front.profile.ends(), PROFILE_PLACES);
+            let surface = RevolvedSurface::new(front, false);
+            lowest(body, &mut places.into_iter().map(|s| surface.point_of_profile(s)).filter(|p| p.x >= 0.0))
         }
         PrismSpec::PointCloud(prism) => lowest(&prism.body, &mut prism.front.points_mm.iter().copied()),
         PrismSpec::Mesh(prism) => {
