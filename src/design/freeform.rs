@@ -3,12 +3,12 @@
 use super::epipolar::Revolved;
 use super::fit::{SurfaceFit, fit};
 use super::march::march;
-use super::point_grid::PointGrid;
+use super::point_grid::{PointGrid, TargetLaw};
 use super::virtual_camera::{VirtualCamera, virtual_camera};
 use crate::error::Error;
 use crate::num::ode::Integrator;
 use crate::scene::{
-    BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method, Objective, PolynomialSpec, PrismSpec, Scene,
+    BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method, Objective, PolynomialSpec, PrismLaw, PrismSpec, Scene,
 };
 
 /// z of the virtual cameras in the design paper's prisms, in the prism's frame: the plane of the camera's pinhole. The
@@ -57,6 +57,22 @@ impl DesignInput {
 }
 
 impl FreeformDesign {
+    /// What the halves of the picture are meant to be.
+    pub fn law(&self) -> PrismLaw {
+        let camera = &self.camera;
+        PrismLaw {
+            focal_mm: [camera.focal_length_mm; 2],
+            c_x_mm: 0.0,
+            baseline_mm: camera.baseline_mm(),
+            centre_z_mm: camera.centre_mm.z,
+            tau_rad: 0.0,
+            kappa_mm: match self.cloud.law {
+                TargetLaw::Pinhole => 0.0,
+                TargetLaw::Rows => camera.half_centre_mm,
+            },
+        }
+    }
+
     /// The prism of the fitted surfaces, in the glass and at the place of `body`.
     pub fn prism(&self, body: GlassSpec) -> PolynomialSpec {
         PolynomialSpec { body, front: self.front.patch.clone(), back: self.back.patch.clone() }

@@ -4,6 +4,7 @@ use super::body_keys::BodyFile;
 use super::camera_keys;
 use super::document::Document;
 use super::effects;
+use super::law::PrismLaw;
 use super::model::*;
 use super::prism_tables::*;
 use super::rules;
@@ -100,6 +101,7 @@ fn body(file: &BodyFile) -> GlassSpec {
         glass: file.glass.as_deref().and_then(medium::named),
         wavelength_nm: file.wavelength_nm,
         world_from_prism: pose(file.position_mm, file.tilt_deg),
+        law: file.law.map(PrismLaw::from),
     }
 }
 

@@ -10,7 +10,7 @@ use crate::effect::Effects;
 use crate::error::Error;
 use crate::geom::Rect;
 use crate::prism::biprism::Prism;
-use crate::scene::{BiprismSpec, CameraSpec, CloudSpec, PolynomialSpec, PrismSpec, Scene};
+use crate::scene::{BiprismSpec, CameraSpec, CloudSpec, GlassSpec, Objective, PolynomialSpec, PrismSpec, Scene};
 use crate::surface::mesh::{Mesh, Triangles};
 use crate::surface::shape::{PolynomialPatch, PolynomialSurface, Surface};
 use glam::{DVec2, DVec3};
@@ -67,8 +67,11 @@ fn prism(prism: &PrismSpec, camera: &CameraSpec, effects: &Effects) -> Result<Op
                 settings: *settings,
                 virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
             };
-            let designed = design::freeform(&input)?.prism(flat.body);
-            Ok(Some(polynomial(&with_room_for(designed, flat, camera, effects))))
+            let designed = design::freeform(&input)?;
+            // The march aims at what is assumed of a prism that states nothing.
+            let aims = (settings.objective != Objective::March).then(|| designed.law());
+            let body = GlassSpec { law: flat.body.law.or(aims), ..flat.body };
+            Ok(Some(polynomial(&with_room_for(designed.prism(body), flat, camera, effects))))
         }
         PrismSpec::Polynomial(p) => Ok(Some(polynomial(p))),
         PrismSpec::PointCloud(clouds) => {
