@@ -1,11 +1,13 @@
 //! The halves of a picture and the pinhole that each is designed to be.
 
-use crate::geom::Ray;
+use crate::geom::{Pose, Ray};
 use crate::metrics::pinhole::Pinhole;
+use crate::metrics::row_law::RowShift;
 use crate::optics::fate::Fate;
-use crate::system::{Camera, Side, System};
+use crate::scene::PrismLaw;
+use crate::system::{Camera, Prism, Side, System};
 use crate::vision::half::Half;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// The place of a half in the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +33,11 @@ impl HalfFrame {
         if self.half == Half::Left { Side::Left } else { Side::Right }
     }
 
+    /// 1 for the right half, -1 for the left one, which is its mirror image.
+    fn mirror(&self) -> f64 {
+        if self.half == Half::Left { -1.0 } else { 1.0 }
+    }
+
     /// A position in the whole picture from one in the half, in px.
     pub fn full(&self, half_px: DVec2) -> DVec2 {
         half_px + DVec2::new(self.first_column as f64, 0.0)
@@ -48,8 +55,8 @@ impl HalfFrame {
         DVec2::new(x, 0.5 * height)
     }
 
-    /// Where the plain pinhole in place of `camera` would see what is seen at `half_px`, in the half's own px: the position itself
-    /// where the camera is one. Figures of a prism are counted there, so that no lens is blamed on it.
+    /// Where the plain pinhole in place of `camera` would see what is seen at `half_px`, in the half's own px: the position
+    /// itself where the camera is one. Figures of a prism are counted there, so that no lens is blamed on it.
     pub fn rectified(&self, camera: &Camera, half_px: DVec2) -> DVec2 {
         if camera.is_plain() { half_px } else { self.own(camera.rectified(self.full(half_px))) }
     }
@@ -97,10 +104,10 @@ impl std::fmt::Display for NoPinhole {
     }
 }
 
-/// The virtual camera that a half is designed to be, whatever errors its prism has as built and whatever clips its
-/// rays. It is found from the central ray of the half image only, through the prism as it is meant to be: it lies on
-/// that ray's extension beside the real camera (in its plane of constant z), is parallel to it, has its focal length
-/// and pixels, and sees with the half image's centre where that ray goes.
+/// The virtual camera that a half is designed to be, whatever errors its prism has as built and whatever clips its rays. It is
+/// that of the prism's law where there is one, [`row_shift`] apart. Else it is found from the central ray of the half image
+/// only, through the prism as it is meant to be: it lies on that ray's extension beside the real camera (in its plane of
+/// constant z), is parallel to it, has its focal length and pixels, and sees with the half image's centre where that ray goes.
 ///
 /// Of a calibrated camera it is that of the plain pinhole of the same place and focal length, and positions are compared with it
 /// where that would see them: [`HalfFrame::rectified`].
@@ -110,6 +117,9 @@ impl std::fmt::Display for NoPinhole {
 /// # Errors
 /// [`NoPinhole`].
 pub fn virtual_camera(system: &System, frame: &HalfFrame) -> Result<Pinhole, NoPinhole> {
+    if let Some((law, prism)) = stated(system) {
+        return of_law(system, frame, law, prism);
+    }
     let ray = system.camera().plain_ray(frame.centre_px(system));
     let residual_mm = system.accuracy().surface_residual_mm;
     on_ray(
@@ -120,6 +130,51 @@ pub fn virtual_camera(system: &System, frame: &HalfFrame) -> Result<Pinhole, NoP
             Some(prism) => prism.pass(&ray, residual_mm, &mut ()).map(|(ray, _)| ray),
         },
     )
+}
+
+/// The law of the prism as it is meant to be, and the prism.
+fn stated(system: &System) -> Option<(&PrismLaw, &Prism)> {
+    system.designed().and_then(|prism| Some((prism.law()?, prism)))
+}
+
+/// The pinhole of `law`, in the frame of `prism`.
+fn of_law(system: &System, frame: &HalfFrame, law: &PrismLaw, prism: &Prism) -> Result<Pinhole, NoPinhole> {
+    system.camera().tangent_per_px().ok_or(NoPinhole::Telecentric)?;
+    let (mirror, pitch_mm) = (frame.mirror(), system.camera_spec().pitch_mm);
+    let centre_mm = DVec3::new(0.5 * mirror * law.baseline_mm, 0.0, law.centre_z_mm);
+    let from_centre = Pose { translation_mm: -centre_mm, ..Pose::IDENTITY };
+    let turn = Pose::new(DVec3::ZERO, DVec3::new(0.0, -mirror * law.tau_rad, 0.0));
+    Ok(Pinhole {
+        camera_from_world: turn.after(&from_centre).after(&prism.prism_from_world()),
+        focal_px: DVec2::from(law.focal_mm) / pitch_mm,
+        principal_px: frame.own(frame.centre_px(system)) + DVec2::new(mirror * law.c_x_mm / pitch_mm, 0.0),
+    })
+}
+
+/// The shift of the rows that the half is designed to have besides its pinhole; `None` where it has none.
+pub fn row_shift(system: &System, frame: &HalfFrame) -> Option<RowShift> {
+    let (law, _) = stated(system)?;
+    let pitch_mm = system.camera_spec().pitch_mm;
+    (law.kappa_mm != 0.0).then(|| RowShift {
+        amplitude_px: frame.mirror() * law.kappa_mm / pitch_mm,
+        focal_px: law.focal_mm[1] / pitch_mm,
+        middle_px: frame.centre_px(system).y,
+    })
+}
+
+/// The shift of the rows through a prism whose epipolar lines are the rows: that of its law, or else b (sqrt(1 + v^2/f^2) - 1),
+/// with the camera's focal length f, and b from the middle of the picture to that of its half; `None` of a telecentric camera.
+pub fn epipolar_shift(system: &System, frame: &HalfFrame) -> Option<RowShift> {
+    let of_camera = || {
+        let centre_px = frame.centre_px(system);
+        let [width, _] = system.camera().size_px();
+        Some(RowShift {
+            amplitude_px: centre_px.x - 0.5 * width as f64,
+            focal_px: 1.0 / system.camera().tangent_per_px()?,
+            middle_px: centre_px.y,
+        })
+    };
+    row_shift(system, frame).or_else(of_camera)
 }
 
 /// The same, on the central ray of the instrument as built.

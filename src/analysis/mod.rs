@@ -4,6 +4,7 @@ pub mod budget;
 pub mod compare;
 pub mod fates;
 pub mod cost;
+pub mod cutter;
 pub mod judge;
 pub mod listed_corners;
 pub mod stability;

@@ -1,10 +1,11 @@
 //! What a picture of the board shows: corners found in each half, and beside them the exact ones.
 
 use super::board_indexing::{Found, anchor};
-use super::half_image::{HalfFrame, NoPinhole, virtual_camera};
+use super::half_image::{HalfFrame, NoPinhole, epipolar_shift, row_shift, virtual_camera};
 use super::not_judged_cause::NotJudged;
 use super::truth::{self, TrueCorners};
 use crate::metrics::pinhole::Pinhole;
+use crate::metrics::row_law::RowShift;
 use crate::metrics::straightness::IndexedCorner;
 use crate::metrics::{Deviation, Observation};
 use crate::progress::Observer;
@@ -50,6 +51,10 @@ pub struct HalfView {
     pub taken_by: Camera,
     /// The camera that it is designed to be, in the half's own px, rectified.
     pub camera: Result<Pinhole, NoPinhole>,
+    /// The shift of the rows that it is designed to have besides.
+    pub rows: Option<RowShift>,
+    /// The shift of the rows that an epipolar design has.
+    pub epipolar_rows: Option<RowShift>,
     /// Detected corners with their places on the board; none where the lattice could not be anchored.
     pub found: Vec<Found>,
     /// The exact corners, where they are known.
@@ -130,11 +135,10 @@ pub fn place(system: &System, lattices: &[DetectedLattice; 2], own: bool, observ
     let aimer = own.then(|| Aimer::new(system));
     let halves = [(Half::Left, &lattices[0]), (Half::Right, &lattices[1])].map(|(half, lattice)| {
         let frame = HalfFrame::new(system, half);
-        let camera = virtual_camera(system, &frame);
         let anchored = anchor(&light, &frame, &lattice.corners);
         let truth = aimer.as_ref().and_then(|aimer| truth::corners(system, aimer, &frame));
         let detected = compare(anchored.as_deref(), truth.as_ref(), lattice);
-        HalfView { frame, taken_by: *system.camera(), camera, found: anchored.unwrap_or_default(), truth, detected }
+        HalfView::new(system, frame, anchored.unwrap_or_default(), truth, detected)
     });
     BoardView::new(system, halves, BoardPlace::Given)
 }
@@ -156,9 +160,8 @@ impl BoardView {
         let halves = [(Half::Left, &lattices[0], left), (Half::Right, &lattices[1], right)];
         let halves = halves.map(|(half, lattice, found)| {
             let frame = HalfFrame::new(system, half);
-            let camera = virtual_camera(system, &frame);
             let detected = compare(Some(&found), None, lattice);
-            HalfView { frame, taken_by: *system.camera(), camera, found, truth: None, detected }
+            HalfView::new(system, frame, found, None, detected)
         });
         Self::new(system, halves, place)
     }
@@ -228,6 +231,18 @@ impl Detected {
 }
 
 impl HalfView {
+    fn new(
+        system: &System,
+        frame: HalfFrame,
+        found: Vec<Found>,
+        truth: Option<TrueCorners>,
+        detected: Detected,
+    ) -> Self {
+        let camera = virtual_camera(system, &frame);
+        let (rows, epipolar_rows) = (row_shift(system, &frame), epipolar_shift(system, &frame));
+        Self { frame, taken_by: *system.camera(), camera, rows, epipolar_rows, found, truth, detected }
+    }
+
     /// Rectified positions by board index: detected ones, and the exact positions of the same corners where they are known, so
     /// that two figures differ only by the detector's error.
     pub fn positions(&self) -> [Option<BTreeMap<[i32; 2], DVec2>>; 2] {
@@ -252,7 +267,9 @@ impl HalfView {
     /// Where the half shows `point_mm` of the world if it is the camera that it is designed to be, seen by the camera that took
     /// it; `None` without such a camera, or behind it.
     pub fn ideal_px(&self, point_mm: DVec3) -> Option<DVec2> {
-        self.frame.unrectified(&self.taken_by, self.camera.ok()?.project(point_mm)?)
+        let pinhole_px = self.camera.ok()?.project(point_mm)?;
+        let designed_px = self.rows.map_or(pinhole_px, |rows| rows.applied(pinhole_px));
+        self.frame.unrectified(&self.taken_by, designed_px)
     }
 
     /// [`HalfView::positions`] as observations of points of `board` in the world.

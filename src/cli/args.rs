@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 /// A virtual stereo camera: one camera that looks through a prism and so takes a stereo pair in one exposure.
 ///
-/// Without a verb it runs `compare` on the design paper's scene.
+/// Without a verb it runs `compare` on the design paper's scene and on that of the exact prism.
 #[derive(Debug, Parser)]
 #[command(name = "biprism", version)]
 pub struct Args {
@@ -21,7 +21,8 @@ pub struct Args {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Verb {
-    /// Design, render, detect and measure: the flat prism of a scene against its freeform prism.
+    /// Design, render, detect and measure: the flat prism of a scene against its freeform prism, and without a scene the exact
+    /// one beside the design paper's.
     Compare(CompareArgs),
     /// Render the picture of a scene, with ground truth through the prism in the EXR and the NPY.
     Render(RenderArgs),
@@ -76,8 +77,8 @@ fn tolerance(text: &str) -> Result<f64, String> {
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
 pub struct CompareArgs {
-    /// Scene files, `-` is stdin; without any, the design paper's scene. Of one scene with a flat or a freeform prism both are
-    /// compared; of several, up to eight, each scene's own prism.
+    /// Scene files, `-` is stdin; without any, the design paper's scene and that of the exact prism. Of one scene with a flat
+    /// or a freeform prism both are compared; of several, up to eight, each scene's own prism.
     pub scenes: Vec<PathBuf>,
     /// Folder for the pictures, the report, cameras.yml for OpenCV, and corners.csv.
     #[arg(long, default_value = "out")]
@@ -241,6 +242,10 @@ pub struct DesignArgs {
     /// March the centre column first, then every row.
     #[arg(long)]
     pub y_then_x: bool,
+    /// File to draw the design into, .png or .svg: its profile, the sag of both surfaces and how far they depart from planes, and
+    /// what it leaves of its law.
+    #[arg(long, value_name = "FILE")]
+    pub figure: Option<PathBuf>,
     /// Print the figures of the design as JSON.
     #[arg(long)]
     pub json: bool,

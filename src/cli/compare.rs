@@ -49,8 +49,8 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     drop(progress);
 
     // Say what came out.
-    let expected =
-        if args.scenes.len() > 1 { claims(&judged, &report)? } else { expectations(&judged[0].scene, &report)? };
+    let several = args.scenes.len() != 1;
+    let expected = if several { claims(&judged, &report)? } else { expectations(&judged[0].scene, &report)? };
     let text = if args.json { to_text(&report) } else { format!("{}\n\n{verdict}\n", table::text(&report.designs)) };
     output::stdout(&text)?;
     say(&judged, &report, &written);
@@ -60,13 +60,17 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     Ok(kept.fold(expected.and(judged), Outcome::and))
 }
 
-/// The prisms of the one scene, or that of each.
+/// The prisms of the one scene, or that of each; without a scene those of the design paper and the exact one.
 fn candidates(args: &CompareArgs) -> Result<Vec<ToJudge>, Error> {
     let at = |path: Option<&Path>| Ok(accuracy::asked(files::scene(path)?, args.target_px));
-    if let [] | [_] = args.scenes[..] {
-        let path = args.scenes.first();
-        let named = prisms(&at(path.map(PathBuf::as_path))?)?.into_iter();
-        let path = path.cloned().unwrap_or_else(|| PathBuf::from("scenes/paper.toml"));
+    if args.scenes.is_empty() {
+        let paper = prisms(&at(None)?)?.into_iter().map(|(name, scene)| (name, scene, "scenes/paper.toml"));
+        let exact = accuracy::asked(files::exact_scene()?, args.target_px);
+        let all = paper.chain([("exact".to_owned(), exact, "scenes/exact.toml")]);
+        return Ok(all.map(|(name, scene, path)| ToJudge { name, scene, path: PathBuf::from(path) }).collect());
+    }
+    if let [path] = &args.scenes[..] {
+        let named = prisms(&at(Some(path))?)?.into_iter();
         return Ok(named.map(|(name, scene)| ToJudge { name, scene, path: path.clone() }).collect());
     }
     if args.scenes.iter().filter(|path| files::is_stdin(path)).count() > 1 {

@@ -1,20 +1,28 @@
-//! `biprism design`: the freeform prism of a scene, as scene text, as points and as a body.
+//! `biprism design`: the freeform prism of a scene, as scene text, as points and as a body, with what a cutter asks.
 
 use super::args::DesignArgs;
 use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, output};
+use crate::analysis::cutter::{self, CutterSheet, Floor};
 use crate::design::{self, DesignInput, FreeformDesign, text};
 use crate::error::Error;
 use crate::io::atomic::write_atomically;
 use crate::io::inputs::check_outputs;
 use crate::io::point_grid::{write_csv, write_ply};
 use crate::io::solid;
-use crate::scene::{DesignedSurface, MarchOrder, PrismSpec, Scene};
+use crate::plot::svg;
+use crate::report::cutter::{CutterReport, law_json};
+use crate::report::figures;
+use crate::scene::{DESIGN_DEGREE, DesignSettings, DesignedSurface, GlassSpec, MarchOrder, PrismLaw, PrismSpec, Scene};
 use crate::surface::face::Face;
 use crate::system::crossing::Crossing;
 use crate::system::{self, System, revolved_with_room, with_room_for};
+use glam::DVec2;
 use std::path::{Path, PathBuf};
+
+/// What a cutter asks of a design, and whether two degrees more would leave less.
+type Looked = (CutterSheet, Option<Floor>);
 
 /// How a body is written.
 #[derive(Clone, Copy)]
@@ -37,12 +45,16 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let mut paths = files::outputs(&args.out, &[&["prism.toml", "cloud.csv", "front.ply", "back.ply"], more].concat())?;
     let all: Vec<PathBuf> = paths.iter().cloned().chain(args.solid.clone()).collect();
     check_outputs(&all)?;
+    args.figure.as_deref().map_or(Ok(()), checked)?;
 
     // Design.
     let progress = Progress::new(0);
     progress.begin(&scene.name, "design");
     let designed = design::freeform(&input)?;
-    let texts = texts(&scene, &input, &designed)?;
+    let law = input.prism.body.law.unwrap_or_else(|| designed.law());
+    let texts = texts(&scene, &input, &designed, law)?;
+    progress.begin(&scene.name, "measure");
+    let looked = looked_at(&scene, &input, &designed);
 
     // Write what was designed.
     progress.begin(&scene.name, "write");
@@ -56,13 +68,24 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
         write_atomically(path, |out| write_ply(size, cloud.points(), face, out))?;
     }
     let prism = texts.into_iter().next().map_or(PrismSpec::None, |(_, prism)| prism);
+    let (made_name, half_px) = (scene.name.clone(), half_px(&scene));
     let made = system::ideal(&Scene { prism, ..scene })?;
     if let Some((path, format)) = body {
         write_body(&made, path, format)?;
         paths.push(path.to_owned());
     }
+    if let (Some(path), Some((sheet, _))) = (&args.figure, &looked) {
+        figure(path, &made_name, sheet, half_px)?;
+        paths.push(path.clone());
+    }
     drop(progress);
-    tell(args, &designed, &made)?;
+    let crossing = Crossing::of(&made);
+    let told = if args.json {
+        json(&designed, &law, crossing, looked.as_ref())
+    } else {
+        words(&designed, &law, crossing, looked.as_ref())
+    };
+    output::stdout(&told)?;
     paths.iter().for_each(|path| output::stderr(&format!("wrote {}", path.display())));
     output::stderr("prism.toml is the [prism] part of a scene: put it beside a camera and a board");
     Ok(Outcome::Done)
@@ -89,10 +112,15 @@ fn asked(scene: &Scene, args: &DesignArgs) -> Result<DesignInput, Error> {
 
 /// The prisms of a design and their texts, as large as the rays of the scene need them, not those of the design alone: the one
 /// that it becomes, and of surfaces of revolution the polynomials through them.
-fn texts(scene: &Scene, input: &DesignInput, designed: &FreeformDesign) -> Result<Vec<(String, PrismSpec)>, Error> {
+fn texts(
+    scene: &Scene,
+    input: &DesignInput,
+    designed: &FreeformDesign,
+    law: PrismLaw,
+) -> Result<Vec<(String, PrismSpec)>, Error> {
     let is_solid = scene.prism.is_solid();
-    let mut body = input.prism.body;
-    body.solid = body.solid.or(is_solid.then_some(true));
+    let stated = input.prism.body;
+    let body = GlassSpec { solid: stated.solid.or(is_solid.then_some(true)), law: Some(law), ..stated };
     let polynomials = with_room_for(designed.prism(body), &input.prism, &scene.camera, &scene.effects);
     let text = text::scene_prism(&polynomials.front, &polynomials.back, &body);
     let polynomials = (text, PrismSpec::Polynomial(polynomials));
@@ -100,7 +128,7 @@ fn texts(scene: &Scene, input: &DesignInput, designed: &FreeformDesign) -> Resul
         return Ok(vec![polynomials]);
     }
     let mut revolved = revolved_with_room(input, &scene.effects)?;
-    revolved.body.solid = Some(is_solid);
+    revolved.body = GlassSpec { solid: Some(is_solid), ..body };
     Ok(vec![(text::scene_revolved(&revolved), PrismSpec::Revolved(revolved)), polynomials])
 }
 
@@ -125,34 +153,86 @@ fn write_body(system: &System, path: &Path, format: BodyFormat) -> Result<(), Er
     })
 }
 
-/// Prints the figures of a design.
-fn tell(args: &DesignArgs, designed: &FreeformDesign, made: &System) -> Result<(), Error> {
-    let (camera, front, back, cloud) = (&designed.camera, &designed.front, &designed.back, &designed.cloud);
-    let crossing = Crossing::of(made);
-    if args.json {
-        let figures = serde_json::json!({
-            "facet_angle_deg": camera.alpha_rad.to_degrees(),
-            "half_angle_deg": camera.delta_rad.to_degrees(),
-            "baseline_mm": camera.baseline_mm(),
-            "virtual_camera_mm": camera.centre_mm.to_array(),
-            "points": cloud.len(),
-            "optical_path_spread_mm": designed.optical_path_spread_mm,
-            "front": {"rms_mm": front.rms_mm, "max_mm": front.max_mm, "condition": front.condition},
-            "back": {"rms_mm": back.rms_mm, "max_mm": back.max_mm, "condition": back.condition},
-            "columns_through_other_half": crossing.map(|crossing| crossing.columns),
-            "solid": crossing.map(|crossing| crossing.solid || crossing.harmless),
-        });
-        return output::stdout(&format!("{figures:#}\n"));
-    }
-    let mut lines = vec![
-        format!("facet angle             {:.5} deg", camera.alpha_rad.to_degrees()),
-        format!("baseline                {:.4} mm", camera.baseline_mm()),
-        format!("points                  {}", cloud.len()),
-        format!("optical path, spread    {:.1e} mm", designed.optical_path_spread_mm),
-        format!("front fit, RMS and max  {:.2e}, {:.2e} mm", front.rms_mm, front.max_mm),
-        format!("back fit, RMS and max   {:.2e}, {:.2e} mm", back.rms_mm, back.max_mm),
+/// What a cutter asks of the design, and whether two degrees more would leave less; nothing, and why, where its rays do not tell.
+fn looked_at(scene: &Scene, input: &DesignInput, designed: &FreeformDesign) -> Option<Looked> {
+    let of = |designed: &FreeformDesign| cutter::of_design(scene, &input.prism, designed);
+    let sheet = match cutter::sheet(&of(designed), cutter::Z_MIN_MM) {
+        Ok(sheet) => sheet,
+        Err(why) => {
+            output::stderr(&format!("note: what a cutter asks is not known: {}", why.rule));
+            return None;
+        }
+    };
+    let degree = input.settings.degree + 2;
+    let settings = DesignSettings { degree, ..input.settings };
+    let next = (degree <= DESIGN_DEGREE).then(|| design::freeform(&DesignInput { settings, ..*input }).ok()).flatten();
+    let next = next.and_then(|next| cutter::residuals(&of(&next), cutter::Z_MIN_MM).ok());
+    let floor = next.map(|next| Floor::of(degree, sheet.rms_px(), &next));
+    Some((sheet, floor))
+}
+
+/// The figures of a design for a program.
+fn json(designed: &FreeformDesign, law: &PrismLaw, crossing: Option<Crossing>, looked: Option<&Looked>) -> String {
+    let (camera, front, back) = (&designed.camera, &designed.front, &designed.back);
+    let cutter = looked.map(|(sheet, floor)| CutterReport { law, sheet, floor: *floor }.to_json());
+    let figures = serde_json::json!({
+        "facet_angle_deg": camera.alpha_rad.to_degrees(),
+        "half_angle_deg": camera.delta_rad.to_degrees(),
+        "baseline_mm": camera.baseline_mm(),
+        "virtual_camera_mm": camera.centre_mm.to_array(),
+        "law": law_json(law),
+        "points": designed.cloud.len(),
+        "optical_path_spread_mm": designed.optical_path_spread_mm,
+        "front": {"rms_mm": front.rms_mm, "max_mm": front.max_mm, "condition": front.condition},
+        "back": {"rms_mm": back.rms_mm, "max_mm": back.max_mm, "condition": back.condition},
+        "columns_through_other_half": crossing.map(|crossing| crossing.columns),
+        "solid": crossing.map(|crossing| crossing.solid || crossing.harmless),
+        "cutter": cutter,
+    });
+    format!("{figures:#}\n")
+}
+
+/// The same for a person.
+fn words(designed: &FreeformDesign, law: &PrismLaw, crossing: Option<Crossing>, looked: Option<&Looked>) -> String {
+    let (camera, front, back) = (&designed.camera, &designed.front, &designed.back);
+    let mut rows = vec![
+        ("facet angle", format!("{:.5} deg", camera.alpha_rad.to_degrees())),
+        ("baseline", format!("{:.4} mm", camera.baseline_mm())),
+        ("points", designed.cloud.len().to_string()),
+        ("optical path, spread", format!("{:.1e} mm", designed.optical_path_spread_mm)),
+        ("front fit, RMS and max", format!("{:.2e}, {:.2e} mm", front.rms_mm, front.max_mm)),
+        ("back fit, RMS and max", format!("{:.2e}, {:.2e} mm", back.rms_mm, back.max_mm)),
     ];
-    lines
-        .extend(crossing.and_then(|crossing| crossing.words()).map(|words| format!("one piece of glass      {words}")));
-    output::stdout(&(lines.join("\n") + "\n"))
+    rows.extend(crossing.and_then(|crossing| crossing.words()).map(|words| ("one piece of glass", words)));
+    let text: String = rows.iter().map(|(label, value)| format!("{label:32}  {value}\n")).collect();
+    let cutter = looked.map(|(sheet, floor)| CutterReport { law, sheet, floor: *floor }.to_text());
+    text + &cutter.unwrap_or_default()
+}
+
+/// Columns and rows of a half image.
+fn half_px(scene: &Scene) -> DVec2 {
+    DVec2::new(0.5 * scene.camera.width_px as f64, scene.camera.height_px as f64)
+}
+
+/// Draws the design of the scene `name` into a PNG or an SVG, by the ending of `path`.
+fn figure(path: &Path, name: &str, sheet: &CutterSheet, half_px: DVec2) -> Result<(), Error> {
+    let drawing = figures::cutter::draw(sheet, half_px);
+    match ending(path).as_deref() {
+        Some("svg") => files::text(path, &svg::write(&drawing, &figures::cutter::title(name))),
+        _ => files::drawing(path, &drawing),
+    }
+}
+
+fn ending(path: &Path) -> Option<String> {
+    path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase())
+}
+
+/// That the figure may be written.
+fn checked(figure: &Path) -> Result<(), Error> {
+    if !matches!(ending(figure).as_deref(), Some("png" | "svg")) {
+        let rule = format!("`{}` ends in neither .png nor .svg", figure.display());
+        return Err(Error::new("--figure", rule, "name a .png or a .svg"));
+    }
+    let name = figure.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    files::outputs(figure.parent().unwrap_or(Path::new("")), &[&name]).map(drop)
 }

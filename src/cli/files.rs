@@ -13,6 +13,9 @@ use std::path::{Path, PathBuf};
 /// The design paper's scene, which is also shipped as a file.
 const PAPER: &str = include_str!("../../scenes/paper.toml");
 
+/// The same instrument with the exact prism, shipped beside it.
+const EXACT: &str = include_str!("../../scenes/exact.toml");
+
 /// What a path of standard input is called by the user, and in messages.
 const STDIN: [&str; 2] = ["-", "stdin"];
 
@@ -53,6 +56,11 @@ pub(super) fn scene(path: Option<&Path>) -> Result<Scene, Error> {
         Some(path) => load(path),
         None => scene::parse(PAPER, "scenes/paper.toml (embedded)", None),
     }
+}
+
+/// The scene of the exact prism.
+pub(super) fn exact_scene() -> Result<Scene, Error> {
+    scene::parse(EXACT, "scenes/exact.toml (embedded)", None)
 }
 
 /// The instrument of the scene in `path`.

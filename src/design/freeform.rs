@@ -2,15 +2,16 @@
 
 use super::fit::{SurfaceFit, fit};
 use super::march::march;
-use super::point_grid::PointGrid;
+use super::point_grid::{PointGrid, TargetLaw};
 use super::revolved::Revolved;
 use super::virtual_camera::{VirtualCamera, virtual_camera};
 use crate::error::Error;
 use crate::num::ode::Integrator;
 use crate::scene::{
-    BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method, Objective, PolynomialSpec, PrismSpec, Scene,
+    BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method, Objective, PolynomialSpec, PrismLaw, PrismSpec, Scene,
 };
 use crate::surface::shape::RevolvedPatch;
+use glam::DVec3;
 
 /// z of the virtual cameras in the design paper's prisms, in the prism's frame: the plane of the camera's pinhole. The
 /// paper leaves it open; this choice reproduces its Table 1.
@@ -61,9 +62,57 @@ impl DesignInput {
 }
 
 impl FreeformDesign {
+    /// What the halves of the picture are meant to be.
+    pub fn law(&self) -> PrismLaw {
+        prism_law(&self.camera, self.cloud.law)
+    }
+
     /// The prism of the fitted surfaces, in the glass and at the place of `body`.
     pub fn prism(&self, body: GlassSpec) -> PolynomialSpec {
         PolynomialSpec { body, front: self.front.patch.clone(), back: self.back.patch.clone() }
+    }
+}
+
+/// What the halves of the picture of a design are meant to be.
+///
+/// # Errors
+/// As [`freeform`].
+pub fn law(input: &DesignInput) -> Result<PrismLaw, Error> {
+    let camera = target(input)?;
+    let law = match input.settings.objective {
+        Objective::March => TargetLaw::Pinhole,
+        objective => Revolved::new(&input.camera, &camera, objective, 0.0)?.law(),
+    };
+    Ok(prism_law(&camera, law))
+}
+
+/// The law by which pixels of `camera` have their directions, as a scene states it.
+fn prism_law(camera: &VirtualCamera, law: TargetLaw) -> PrismLaw {
+    let (f, b) = (camera.focal_length_mm, camera.half_centre_mm);
+    let parallel = PrismLaw {
+        focal_mm: [f; 2],
+        c_x_mm: 0.0,
+        baseline_mm: camera.baseline_mm(),
+        centre_z_mm: camera.centre_mm.z,
+        tau_rad: 0.0,
+        kappa_mm: 0.0,
+    };
+    match law {
+        TargetLaw::Pinhole => parallel,
+        TargetLaw::Rows => PrismLaw { kappa_mm: b, ..parallel },
+        TargetLaw::Stretched { axis, by } => {
+            // Before the prism a direction g behind it was (I + (1/m - 1) e e^T) g: (b + u)/f and v/f are the ratios of its x and y to
+            // its z, which are the products of g with p and with y, over that with q.
+            let back = |v: DVec3| v + axis * (axis.dot(v) * (1.0 / by - 1.0));
+            let (p, q) = (back(DVec3::X), back(DVec3::Z));
+            let (along, across) = (q.normalize(), DVec3::new(q.z, 0.0, -q.x).normalize());
+            PrismLaw {
+                focal_mm: [f * p.dot(across) / q.length(), f / q.length()],
+                c_x_mm: f * p.dot(along) / q.length() - b,
+                tau_rad: libm::atan2(q.x, q.z),
+                ..parallel
+            }
+        }
     }
 }
 

@@ -18,4 +18,4 @@ mod axial;
 mod revolved;
 mod freeform;
 
-pub use freeform::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform, freeform_by, revolved_by};
+pub use freeform::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform, freeform_by, law, revolved_by};

@@ -88,6 +88,11 @@ impl AxisFrame {
 }
 
 impl Revolved {
+    /// By what directions belong to pixels.
+    pub(super) fn law(&self) -> TargetLaw {
+        self.law
+    }
+
     /// The surfaces for the right half of the sensor of `camera`, whose virtual camera is `target`, by an objective that has them; they
     /// reach `spare_rad` farther than the rays of the design, seen from O.
     ///

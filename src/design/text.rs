@@ -3,9 +3,9 @@
 use crate::scene::{GlassSpec, PolynomialPatch, RevolvedPatch, RevolvedSpec};
 use std::fmt::Write;
 
-/// The tables `[prism]`, `[prism.front]` and `[prism.back]` of a scene file for a prism of two polynomials, for the glass of
-/// `body` (its pose is left to the scene's author). Every number reads back as the same f64; terms that are exactly
-/// 0 are left out.
+/// The tables `[prism]`, `[prism.law]` where it is stated, `[prism.front]` and `[prism.back]` of a scene file for a prism of
+/// two polynomials, for the glass of `body` (its pose is left to the scene's author). Every number reads back as the same f64;
+/// terms that are exactly 0 are left out.
 pub fn scene_prism(front: &PolynomialPatch, back: &PolynomialPatch, body: &GlassSpec) -> String {
     head("polynomial", body) + &patch("prism.front", front) + &patch("prism.back", back)
 }
@@ -25,6 +25,13 @@ fn head(kind: &str, body: &GlassSpec) -> String {
     }
     if let Some(solid) = body.solid {
         writeln!(text, "solid = {solid}").expect("writing to a string cannot fail");
+    }
+    if let Some(law) = &body.law {
+        let [f_x, f_y] = law.focal_mm;
+        write!(text, "\n[prism.law]\nf_mm = [{f_x:?}, {f_y:?}]\n").expect("writing to a string cannot fail");
+        for (key, value) in law.keys() {
+            writeln!(text, "{key} = {value:?}").expect("writing to a string cannot fail");
+        }
     }
     text
 }

@@ -127,6 +127,20 @@ impl Drawing {
         self.push(Item::Line(vec![a, b], stroke));
     }
 
+    /// Adds all that is on another sheet, its upper left corner at `at`.
+    pub fn embed(&mut self, other: &Self, at: DVec2) {
+        let rect = |r: &Rect| Rect { min: r.min + at, max: r.max + at };
+        let points = |points: &[DVec2]| points.iter().map(|p| *p + at).collect();
+        self.items.extend(other.items.iter().map(|item| match item {
+            Item::Fill(area, colour) => Item::Fill(rect(area), *colour),
+            Item::Line(line, stroke) => Item::Line(points(line), *stroke),
+            Item::Polygon(corners, colour) => Item::Polygon(points(corners), *colour),
+            Item::Disc(centre, radius, colour) => Item::Disc(*centre + at, *radius, *colour),
+            Item::Text(label) => Item::Text(Label { at: label.at + at, ..label.clone() }),
+            Item::Picture(area, picture) => Item::Picture(rect(area), picture.clone()),
+        }));
+    }
+
     /// Adds the part of the line through `points` that lies within `clip`.
     pub fn line_within(&mut self, clip: &Rect, points: &[DVec2], stroke: Stroke) {
         for part in clipped(clip, points) {

@@ -37,6 +37,8 @@ pub struct Prism {
     solid: bool,
     /// How well front and back go through the points that they were fitted to, where they were.
     fits: Option<Arc<[FitResiduals; 2]>>,
+    /// What the halves of the picture are meant to be, where it is known.
+    law: Option<scene::PrismLaw>,
 }
 
 impl Prism {
@@ -55,6 +57,7 @@ impl Prism {
             symmetric: true,
             solid: false,
             fits: None,
+            law: body.law,
         }
     }
 
@@ -73,6 +76,11 @@ impl Prism {
     /// How well front and back go through the points that they were fitted to; `None` where they were not.
     pub fn fits(&self) -> Option<&[FitResiduals; 2]> {
         self.fits.as_deref()
+    }
+
+    /// What the halves of the picture are meant to be, where the scene states it or the design aims at it.
+    pub fn law(&self) -> Option<&scene::PrismLaw> {
+        self.law.as_ref()
     }
 
     /// This prism, of which is known how well front and back go through the points that they were fitted to.

@@ -78,6 +78,7 @@ pub fn title(judged: &[JudgedDesign]) -> String {
     let prisms = match judged.len() {
         1 => "a prism".to_owned(),
         2 => "two prisms".to_owned(),
+        3 => "three prisms".to_owned(),
         n => format!("{n} prisms"),
     };
     format!("{name}{board}, seen through {prisms}")

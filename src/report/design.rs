@@ -4,14 +4,15 @@ use super::board_pose;
 use super::cameras;
 use super::json::judgement::{self as to, Depths};
 use super::json::{
-    AccuracyEntry, Corners, Definition, Depth, Design, Frame, HalfEntry, Halves, Normaliser, PinholeEntry,
+    AccuracyEntry, Corners, Definition, Depth, Design, Frame, HalfEntry, Halves, Normaliser, PinholeEntry, Stereo,
 };
 use crate::analysis::judge::{CENTRE_ONLY, CentreFigures, Judgement, PinholeFigures, free_at};
 use crate::analysis::photograph::FoundPose;
 use crate::analysis::view::Detected;
 use crate::effect::Hook;
 use crate::metrics::Deviation;
-use crate::metrics::reprojection::{POSE_AND_ANAMORPHIC, POSE_AND_FOCAL};
+use crate::metrics::reprojection::{ALL, POSE_AND_ANAMORPHIC, POSE_AND_FOCAL, Parameter};
+use crate::metrics::row_law::{ROW_LAW, ROW_LAW_AT_ONE_DEPTH};
 use crate::render::{AccuracyReport, Counts};
 use crate::scene::Scene;
 use crate::system::System;
@@ -35,10 +36,15 @@ pub fn entry(
         pinhole: pinhole(&judgement.halves[k], judgement.centres[k].as_ref(), pitch_mm, range),
     };
     let stereo = &judgement.stereo;
+    let [rectified_rms, rectified_max] = to::rectified(&stereo.rectified, board);
     Design {
         name: name.to_owned(),
         halves: Halves { left: half(0), right: half(1) },
-        stereo: to::stereo(&stereo.disparity, board, &stereo.epipolar, &stereo.depth_law, range),
+        stereo: Stereo {
+            rectified_vertical_disparity_rms_px: Some(rectified_rms),
+            rectified_vertical_disparity_max_px: Some(rectified_max),
+            ..to::stereo(&stereo.disparity, board, &stereo.epipolar, &stereo.depth_law, range)
+        },
         pinhole: pinhole(&judgement.pooled, None, pitch_mm, range),
         geometry: Some(cameras::geometry(judgement)),
         cameras: cameras::entry(judgement),
@@ -89,6 +95,8 @@ pub fn accuracy(account: &AccuracyReport, counts: &Counts) -> AccuracyEntry {
 }
 
 fn pinhole(figures: &PinholeFigures, centre: Option<&CentreFigures>, pitch_mm: f64, range: Depths) -> PinholeEntry {
+    let several = figures.depths.len() > 1;
+    let free_of_rows: &[Parameter] = if several { &ROW_LAW } else { &ROW_LAW_AT_ONE_DEPTH };
     let (straightness_rms_px, straightness_max_px) = to::straightness(&figures.straightness);
     let depths = figures.depths.iter().map(|d| {
         let here = Some([d.depth_mm; 2]);
@@ -105,6 +113,9 @@ fn pinhole(figures: &PinholeFigures, centre: Option<&CentreFigures>, pitch_mm: f
         designed: to::designed_by_rays(&figures.designed),
         fitted: to::fitted(free_at(&POSE_AND_FOCAL, figures.depths.len()), &figures.fitted, range),
         anamorphic: Some(to::fitted(free_at(&POSE_AND_ANAMORPHIC, figures.depths.len()), &figures.anamorphic, range)),
+        principal: Some(to::fitted(free_at(&ALL, figures.depths.len()), &figures.principal, range)),
+        homography: Some(to::homography(&figures.homography, range)),
+        row_law: Some(to::row_law(free_of_rows, &figures.row_law, &figures.rows_undone, range)),
         straightness_rms_px,
         straightness_max_px,
         centre: centre.map(|c| to::centre(c.designed_mm, &c.common, &c.misses)),

@@ -7,6 +7,7 @@ pub mod expectations;
 pub mod identity;
 pub mod picture;
 pub mod cost;
+pub mod cutter;
 pub mod design;
 pub mod fit;
 pub mod figures;

@@ -26,18 +26,31 @@ pub struct Shown {
     pub short: Vec<String>,
 }
 
-const ROWS: [TableRow; 18] = [
+const ROWS: [TableRow; 25] = [
     TableRow { label: "vertical disparity, RMS, px", of: |d| Some(&d.stereo.vertical_disparity_rms_px) },
     TableRow { label: "vertical disparity, largest, px", of: |d| Some(&d.stereo.vertical_disparity_max_px) },
+    TableRow { label: "  after one homography a half, RMS, px", of: rectified },
     TableRow { label: "epipolar slope, mean, rad", of: |d| Some(&d.stereo.epipolar_slope_mean_rad) },
     TableRow { label: "epipolar slope, largest, rad", of: |d| Some(&d.stereo.epipolar_slope_max_rad) },
     TableRow { label: "  its rise over a half image, px", of: |d| Some(&d.stereo.epipolar_rise_max_px) },
     TableRow { label: "epipolar curve from its line, RMS, px", of: |d| Some(&d.stereo.epipolar_departure_rms_px) },
     TableRow { label: "Table 1 (virtual image plane), mean |H|, mm", of: |d| Some(&d.pinhole.designed.mean_abs_h_mm) },
     TableRow { label: "Table 1 (virtual image plane), mean |V|, mm", of: |d| Some(&d.pinhole.designed.mean_abs_v_mm) },
-    TableRow { label: "corners from designed pinhole, RMS, px", of: of_corners },
+    TableRow { label: "corners from their designed places, RMS, px", of: of_corners },
     TableRow { label: "corners from fitted pinhole, RMS, px", of: |d| Some(&d.pinhole.fitted.rms_px) },
     TableRow { label: "  with f_x and f_y fitted apart, RMS, px", of: of_anamorphic },
+    TableRow { label: "  with the principal point too, RMS, px", of: |d| Some(&d.pinhole.principal.as_ref()?.rms_px) },
+    TableRow {
+        label: "corners from designed centre by homography, px",
+        of: |d| Some(&d.pinhole.homography.as_ref()?.rms_px),
+    },
+    TableRow {
+        label: "corners from fitted row law, RMS in u, px",
+        of: |d| Some(&d.pinhole.row_law.as_ref()?.rms_u_px),
+    },
+    TableRow { label: "  RMS in v, px", of: |d| Some(&d.pinhole.row_law.as_ref()?.rms_v_px) },
+    TableRow { label: "  with kappa undone, RMS in u, px", of: |d| Some(&d.pinhole.row_law.as_ref()?.undone_rms_u_px) },
+    TableRow { label: "  with kappa undone, RMS in v, px", of: |d| Some(&d.pinhole.row_law.as_ref()?.undone_rms_v_px) },
     TableRow { label: "rows and columns from straight, RMS, px", of: |d| Some(&d.pinhole.straightness_rms_px) },
     TableRow { label: "best centre from designed one, left, mm", of: left_drift },
     TableRow { label: "baseline, mm", of: |d| Some(&d.geometry.as_ref()?.baseline_mm) },
@@ -57,6 +70,10 @@ fn of_corners(design: &Design) -> Option<&Figure> {
 
 fn of_anamorphic(design: &Design) -> Option<&Figure> {
     design.pinhole.anamorphic.as_ref().map(|a| &a.rms_px)
+}
+
+fn rectified(design: &Design) -> Option<&Figure> {
+    design.stereo.rectified_vertical_disparity_rms_px.as_ref()
 }
 
 fn depth_per_px(design: &Design) -> Option<&Figure> {
@@ -242,6 +259,34 @@ pub fn warnings(design: &Design) -> Vec<String> {
 /// One sentence on the second design against the first, by the vertical disparity of raw halves. The bands are those
 /// of the ROS camera calibrator's tutorial: below 0.25 px acceptable, below 0.1 px excellent.
 pub fn verdict(designs: &[Design]) -> String {
+    on_disparity(designs) + &on_rows(designs)
+}
+
+/// By how much less a row law must leave with its shift undone for the shift to be what is left of a pinhole.
+const UNDONE: f64 = 0.1;
+
+/// What is left of a pinhole in prisms whose rows are shifted by a known amount each, and what when that is undone.
+fn on_rows(designs: &[Design]) -> String {
+    let found = |d: &'_ Design| {
+        let law = d.pinhole.row_law.as_ref()?;
+        let [raw, u, v] = [&law.rms_u_px, &law.undone_rms_u_px, &law.undone_rms_v_px].map(|figure| figure.measured);
+        Some((d.name.clone(), raw?, u?, v?))
+    };
+    let shifted: Vec<_> = designs.iter().filter_map(found).filter(|(_, raw, u, _)| *u < UNDONE * raw).collect();
+    let px = |px: f64| number(Some(px));
+    let each = shifted.iter().map(|(name, raw, u, v)| {
+        format!(
+            " The {name} prism is a pinhole but for a known shift of each row, the same at every depth ({} px RMS): with it undone \
+             {} px are left along the rows and {} px across them.",
+            px(*raw),
+            px(*u),
+            px(*v)
+        )
+    });
+    each.collect()
+}
+
+fn on_disparity(designs: &[Design]) -> String {
     let judged: Vec<(&str, f64)> =
         designs.iter().filter_map(|d| Some((d.name.as_str(), d.stereo.vertical_disparity_rms_px.measured?))).collect();
     let ready = |rms: f64| match rms {

@@ -1,6 +1,7 @@
 //! The keys of a prism's glass and place, which every kind of prism has, as they are written.
 
 use super::effects::light::{d_line, glasses};
+use super::law::LawFile;
 use super::limits::*;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -33,6 +34,9 @@ pub(super) struct BodyFile {
     #[serde(default)]
     #[schemars(inner(range(min = -TILT_DEG, max = TILT_DEG)))]
     pub(super) tilt_deg: [f64; 3],
+    /// What the halves of the picture are meant to be; left out, cameras parallel to the real one, beside it on the central ray
+    /// of each half, or what `prism.design` aims at.
+    pub(super) law: Option<LawFile>,
 }
 
 fn one() -> f64 {

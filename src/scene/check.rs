@@ -4,6 +4,7 @@ use super::body_keys::BodyFile;
 use super::camera_keys;
 use super::document::Document;
 use super::effects;
+use super::law::PrismLaw;
 use super::model::*;
 use super::prism_tables::*;
 use super::rules;
@@ -108,6 +109,7 @@ fn body(file: &BodyFile) -> GlassSpec {
         wavelength_nm: file.wavelength_nm,
         solid: file.solid,
         world_from_prism: pose(file.position_mm, file.tilt_deg),
+        law: file.law.map(PrismLaw::from),
     }
 }
 

@@ -10,6 +10,7 @@
 mod document;
 mod effects;
 mod limits;
+mod law;
 mod body_keys;
 mod prism_tables;
 mod schema;
@@ -28,6 +29,7 @@ mod camera_keys;
 mod surface_files;
 mod surface_keys;
 
+pub use law::PrismLaw;
 pub(crate) use limits::DESIGN_DEGREE;
 pub use model::{
     Analysis, BiprismSpec, BoardPose, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings,

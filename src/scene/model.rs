@@ -1,5 +1,6 @@
 //! A scene as checked values: what every other room takes.
 
+use super::law::PrismLaw;
 use super::limits;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
@@ -90,7 +91,15 @@ impl GlassSpec {
     /// Glass without a name, its index given at the d line, in the world's own frame.
     pub fn new(index: f64, outer_index: f64) -> Self {
         let wavelength_nm = limits::D_LINE_NM;
-        Self { index, outer_index, glass: None, wavelength_nm, solid: None, world_from_prism: Pose::IDENTITY }
+        Self {
+            index,
+            outer_index,
+            glass: None,
+            wavelength_nm,
+            solid: None,
+            world_from_prism: Pose::IDENTITY,
+            law: None,
+        }
     }
 }
 
@@ -167,6 +176,8 @@ pub struct GlassSpec {
     pub solid: Option<bool>,
     /// The prism's frame in the world.
     pub world_from_prism: Pose,
+    /// What the halves of the picture are meant to be, where it is stated.
+    pub law: Option<PrismLaw>,
 }
 
 /// A prism given by its surfaces.

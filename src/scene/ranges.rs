@@ -1,5 +1,6 @@
 //! The ranges of the values of a scene that was made in code, by the schema of the file and in its units.
 
+use super::law::PrismLaw;
 use super::limits::FOCAL_RATIO;
 use super::model::*;
 use super::schema::SCHEMA;
@@ -191,6 +192,11 @@ impl<'a> Ranges<'a> {
             self.number("prism.outer_index", body.outer_index)?;
             self.number("prism.wavelength_nm", body.wavelength_nm)?;
             self.pose("prism", &body.world_from_prism)?;
+            if let Some(law) = &body.law {
+                self.list("prism.law.f_mm", &law.focal_mm)?;
+            }
+            let mut law = body.law.iter().flat_map(PrismLaw::keys);
+            law.try_for_each(|(key, value)| self.converted(&format!("prism.law.{key}"), value))?;
         }
         match prism {
             PrismSpec::None => Ok(()),

@@ -11,7 +11,8 @@ use crate::error::Error;
 use crate::geom::Rect;
 use crate::prism::biprism::Prism;
 use crate::scene::{
-    BiprismSpec, CameraSpec, CloudSpec, DesignedSurface, PolynomialSpec, PrismSpec, RevolvedSpec, Scene,
+    BiprismSpec, CameraSpec, CloudSpec, DesignedSurface, GlassSpec, Objective, PolynomialSpec, PrismSpec, RevolvedSpec,
+    Scene,
 };
 use crate::surface::mesh::{Mesh, Triangles};
 use crate::surface::shape::{PolynomialPatch, PolynomialSurface, RevolvedSurface, Surface};
@@ -71,10 +72,15 @@ fn prism(prism: &PrismSpec, camera: &CameraSpec, effects: &Effects) -> Result<Op
                 virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
             };
             if settings.surface == DesignedSurface::Revolved {
-                return Ok(Some(revolved(&revolved_with_room(&input, effects)?)));
+                let mut prism = revolved_with_room(&input, effects)?;
+                prism.body.law = flat.body.law.or(Some(design::law(&input)?));
+                return Ok(Some(revolved(&prism)));
             }
-            let designed = design::freeform(&input)?.prism(flat.body);
-            Ok(Some(polynomial(&with_room_for(designed, flat, camera, effects))))
+            let designed = design::freeform(&input)?;
+            // The march aims at what is assumed of a prism that states nothing.
+            let aims = (settings.objective != Objective::March).then(|| designed.law());
+            let body = GlassSpec { law: flat.body.law.or(aims), ..flat.body };
+            Ok(Some(polynomial(&with_room_for(designed.prism(body), flat, camera, effects))))
         }
         PrismSpec::Polynomial(p) => Ok(Some(polynomial(p))),
         PrismSpec::Revolved(p) => Ok(Some(revolved(p))),

@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 
 /// Glass thinner than this, in mm, is no prism.
 const THINNEST_MM: f64 = 0.1;
+/// A virtual camera of a focal length so many times longer or shorter than that of the camera is hardly meant.
+const LARGEST_FOCAL_RATIO: f64 = 4.0;
 /// Places of the picture at which the rays of the pupil are asked, along its width and its height.
 const PUPIL_PLACES: [usize; 2] = [9, 7];
 /// Points of the pupil, and slopes of rough surfaces, that are asked.
@@ -26,6 +28,7 @@ pub fn doubts(scene: &Scene, system: &System) -> Vec<String> {
         doubts.extend(glassless(scene));
         return doubts;
     }
+    doubts.extend(law_in_other_units(scene, system));
     let study = LightStudy::new(system);
     doubts.extend(shape_doubts::of(scene, system));
     doubts.extend(few_points(system));
@@ -50,6 +53,20 @@ fn glassless(scene: &Scene) -> Option<String> {
             "{words} {acts} by the glass of a prism, and `prism.kind` is \"none\": take {them} out, or give a prism"
         )
     })
+}
+
+/// A law whose focal lengths are those of another camera.
+fn law_in_other_units(scene: &Scene, system: &System) -> Option<String> {
+    let law = system.designed.as_ref()?.law()?;
+    let camera_mm = scene.camera.focal_length_mm;
+    let far = |mm: f64| mm / camera_mm > LARGEST_FOCAL_RATIO || camera_mm / mm > LARGEST_FOCAL_RATIO;
+    let mm = law.focal_mm.into_iter().find(|mm| far(*mm))?;
+    Some(format!(
+        "`prism.law.f_mm` has {mm} where the camera has {camera_mm} mm: give it in mm on the sensor, {:.4} of pixels of \
+         {} um where it is in px",
+        mm * scene.camera.pitch_mm,
+        1000.0 * scene.camera.pitch_mm
+    ))
 }
 
 fn few_points(system: &System) -> Option<String> {

@@ -69,6 +69,11 @@ impl System {
         }
     }
 
+    /// The camera as the scene states it.
+    pub fn camera_spec(&self) -> &scene::CameraSpec {
+        &self.camera_spec
+    }
+
     /// The camera.
     #[inline(always)]
     pub fn camera(&self) -> &Camera {

@@ -59,8 +59,8 @@ pub fn measure(scene: &Scene, system: &System, own: BoardView, others: &[BoardVi
     let halves = [0, 1].map(|k| half_figures(scene, system, k, &own, &asked));
     let pooled = pool(&halves, &own, &asked);
     let centres = [0, 1].map(|k| centre_figures(scene, system, k, &own, &asked));
-    let stereo = stereo_figures(scene, system, &own, &asked);
     let cameras = camera_figures(&own, &asked);
+    let stereo = stereo_figures(scene, system, &own, &asked, &cameras);
     let known = own.place != BoardPlace::Unknown;
     let depths_mm = known.then(|| [asked[0].depth_mm, asked[asked.len() - 1].depth_mm]);
     let detected = own.halves.each_ref().map(|h| h.detected.clone());

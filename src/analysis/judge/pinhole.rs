@@ -4,11 +4,13 @@ use super::rays::pixel_rays;
 use crate::analysis::view::{BoardPlace, BoardView};
 use crate::metrics::pinhole::Pinhole;
 use crate::metrics::ray_bundle::{PixelRay, PlaneDeviation, on_plane};
-use crate::metrics::reprojection::{POSE, POSE_AND_ANAMORPHIC, POSE_AND_FOCAL, Parameter, PinholeFit};
+use crate::metrics::reprojection::{ALL, POSE, POSE_AND_ANAMORPHIC, POSE_AND_FOCAL, Parameter, PinholeFit};
+use crate::metrics::row_law::{self, ROW_LAW, ROW_LAW_AT_ONE_DEPTH, RowDeviation, RowShift};
 use crate::metrics::straightness::{IndexedCorner, RowsAndColumns, StraightnessReference, straightness};
-use crate::metrics::{Deviation, MeasuredAndTrue, Observation, Unmeasurable, reprojection};
+use crate::metrics::{Deviation, MeasuredAndTrue, Observation, Unmeasurable, homography, reprojection};
 use crate::scene::Scene;
 use crate::system::System;
+use glam::DVec2;
 
 /// Deviation from the designed virtual camera at one depth.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +36,15 @@ pub struct PinholeFigures {
     pub fitted: MeasuredAndTrue<Deviation>,
     /// The same with two focal lengths free.
     pub anamorphic: MeasuredAndTrue<Deviation>,
+    /// The same with the principal point free too: a pinhole that may be turned and anamorphic.
+    pub principal: MeasuredAndTrue<Deviation>,
+    /// Against the designed virtual camera over all depths, after one homography of the half: its own centre, but turned and
+    /// stretched at will.
+    pub homography: MeasuredAndTrue<Deviation>,
+    /// Against the row law that fits best over all depths, the rows as they are.
+    pub row_law: MeasuredAndTrue<RowDeviation>,
+    /// The same with the shift of each row undone.
+    pub rows_undone: MeasuredAndTrue<RowDeviation>,
     /// Straightness of rows and columns at the scene's own board, against chords.
     pub straightness: MeasuredAndTrue<RowsAndColumns>,
     /// Depth by depth, nearest first.
@@ -75,14 +86,29 @@ pub(super) fn half_figures(
         let fit = |o: Vec<Observation>| Ok(reprojection::fit(&camera, free, &o)?.deviation);
         MeasuredAndTrue::of_sides(observations_of_all(asked, k), fit)
     };
-    let plane = |sightings: Vec<PixelRay>| on_plane(&camera, &sightings, -scene.camera.focal_length_mm);
+    // What is designed has its shift of the rows besides the pinhole.
+    let half = &own.halves[k];
+    let undone = |px: DVec2| half.rows.map_or(px, |rows| rows.undone(px));
+    let plane = |sightings: Vec<PixelRay>| {
+        let sightings: Vec<_> = sightings.iter().map(|s| PixelRay { image_px: undone(s.image_px), ..*s }).collect();
+        on_plane(&camera, &sightings, -scene.camera.focal_length_mm)
+    };
+    let designed = |observed: Vec<Observation>| -> Vec<Observation> {
+        observed.iter().map(|o| Observation { image_px: undone(o.image_px), ..*o }).collect()
+    };
+    let free_of_rows: &[Parameter] = if asked.len() > 1 { &ROW_LAW } else { &ROW_LAW_AT_ONE_DEPTH };
+    let row_law = |rows: Option<&RowShift>| {
+        MeasuredAndTrue::of_sides(observations_of_all(asked, k), |o| {
+            row_law::deviation(&camera, free_of_rows, rows, &o)
+        })
+    };
     let depth = |view: &&BoardView| {
         let observed = view.halves[k].observations(&view.board);
         let fit = MeasuredAndTrue::of_sides(observed.clone(), |o| reprojection::fit(&camera, &CENTRE_ONLY, &o));
         let drift = |f: &PinholeFit| Ok(((f.pinhole.centre_mm() - camera.centre_mm()).length(), f.deviation.n));
         DepthFigures {
             depth_mm: view.depth_mm,
-            designed: MeasuredAndTrue::of_sides(observed, |o| camera.deviation_px(&o)),
+            designed: MeasuredAndTrue::of_sides(observed, |o| camera.deviation_px(&designed(o))),
             drift_mm: fit.then(drift),
             fitted: fit.then(|f| Ok(f.deviation)),
             straightness: straight(view),
@@ -92,6 +118,10 @@ pub(super) fn half_figures(
         designed: pixel_rays(scene, system, k, own, asked).flat_then(plane),
         fitted: fitted(&POSE_AND_FOCAL),
         anamorphic: fitted(&POSE_AND_ANAMORPHIC),
+        principal: fitted(&ALL),
+        homography: MeasuredAndTrue::of_sides(observations_of_all(asked, k), |o| homography::deviation(&camera, &o)),
+        row_law: row_law(None),
+        rows_undone: row_law(half.epipolar_rows.as_ref()),
         straightness: straight(own),
         depths: asked.iter().map(depth).collect(),
     }
@@ -124,6 +154,10 @@ fn without_pinhole(
         designed: MeasuredAndTrue::neither(reason),
         fitted: MeasuredAndTrue::neither(reason),
         anamorphic: MeasuredAndTrue::neither(reason),
+        principal: MeasuredAndTrue::neither(reason),
+        homography: MeasuredAndTrue::neither(reason),
+        row_law: MeasuredAndTrue::neither(reason),
+        rows_undone: MeasuredAndTrue::neither(reason),
         straightness: straight(own),
         depths: depths.collect(),
     }
@@ -145,6 +179,7 @@ pub(super) fn observations_of_all(asked: &[&BoardView], k: usize) -> [Option<Vec
 pub(super) fn pool(halves: &[PinholeFigures; 2], own: &BoardView, asked: &[&BoardView]) -> PinholeFigures {
     let [left, right] = halves;
     let weighted = |a: &Deviation, b: &Deviation| Ok(a.pooled(b));
+    let weighted_rows = |a: &RowDeviation, b: &RowDeviation| Ok(a.pooled(b));
     let straight = |view: &BoardView| {
         // Rows of the two halves are different lines: they get different indices.
         const APART: i32 = 1 << 24;
@@ -174,6 +209,10 @@ pub(super) fn pool(halves: &[PinholeFigures; 2], own: &BoardView, asked: &[&Boar
         }),
         fitted: left.fitted.with(&right.fitted, weighted),
         anamorphic: left.anamorphic.with(&right.anamorphic, weighted),
+        principal: left.principal.with(&right.principal, weighted),
+        homography: left.homography.with(&right.homography, weighted),
+        row_law: left.row_law.with(&right.row_law, weighted_rows),
+        rows_undone: left.rows_undone.with(&right.rows_undone, weighted_rows),
         straightness: straight(own),
         depths: depths.collect(),
     }

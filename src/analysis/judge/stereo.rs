@@ -1,11 +1,13 @@
 //! Left against right: vertical disparity, epipolar curves, disparity against depth.
 
+use super::cameras::CameraFigures;
 use super::pinhole::BOARD_UNKNOWN;
 use super::rays::grid_sightings;
 use crate::analysis::view::{BoardPlace, BoardView, HalfView};
 use crate::geom::Pose;
 use crate::metrics::epipolar::Summary;
 use crate::metrics::pixel_map::DEGREE;
+use crate::metrics::rectification::Rectification;
 use crate::metrics::stereo::{DepthLaw, Disparity};
 use crate::metrics::{MeasuredAndTrue, Pair, Unmeasurable, epipolar, stereo};
 use crate::scene::Scene;
@@ -20,6 +22,8 @@ pub struct StereoFigures {
     pub disparity: MeasuredAndTrue<Disparity>,
     /// Epipolar curves in the right half of pixels of the left half.
     pub epipolar: MeasuredAndTrue<Summary>,
+    /// Vertical disparity at the scene's own board after one homography a half: rectified by the cameras fitted over all depths.
+    pub rectified: MeasuredAndTrue<Disparity>,
     /// Disparity against depth.
     pub depth_law: MeasuredAndTrue<DepthLaw>,
 }
@@ -30,7 +34,13 @@ const CURVES: usize = 9;
 const SAMPLES: usize = 16;
 
 /// The pair, with the board at its own depth (`own`) and at all depths (`asked`), nearest first.
-pub(super) fn stereo_figures(scene: &Scene, system: &System, own: &BoardView, asked: &[&BoardView]) -> StereoFigures {
+pub(super) fn stereo_figures(
+    scene: &Scene,
+    system: &System,
+    own: &BoardView,
+    asked: &[&BoardView],
+    cameras: &CameraFigures,
+) -> StereoFigures {
     let width = own.halves[0].frame.size_px.x;
     let by_depth: Vec<[Option<Vec<Pair>>; 2]> = asked.iter().map(|view| pairs(view)).collect();
     let of_side = |side: usize| by_depth.iter().map(|sides| sides[side].clone()).collect::<Option<Vec<_>>>();
@@ -48,6 +58,12 @@ pub(super) fn stereo_figures(scene: &Scene, system: &System, own: &BoardView, as
     let measured_curves =
         |depths: Vec<Vec<Pair>>| epipolar::summary(&epipolar::curves_from_depths(&depths, DEGREE)?, width);
     let known = own.halves[0].truth.is_some();
+    let rectification = cameras.fits[0].with(&cameras.fits[1], |left, right| {
+        at_least_two(asked)?;
+        Rectification::of([&left.pinhole, &right.pinhole])
+    });
+    let [measured, exact] = pairs(own).map(|side| side.map(Ok));
+    let own_pairs = MeasuredAndTrue { measured, exact };
     StereoFigures {
         disparity: MeasuredAndTrue::of_sides(pairs(own), |p| stereo::disparity(&p)),
         epipolar: MeasuredAndTrue {
@@ -59,6 +75,7 @@ pub(super) fn stereo_figures(scene: &Scene, system: &System, own: &BoardView, as
                 epipolar::summary(&epipolar_curves(scene, system, &own.halves, range), width)
             }),
         },
+        rectified: own_pairs.with(&rectification, |pairs, maps| stereo::disparity(&maps.pairs(pairs)?)),
         depth_law: MeasuredAndTrue::of_sides([0, 1].map(of_side), law),
     }
 }

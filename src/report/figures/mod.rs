@@ -5,3 +5,4 @@ pub mod budget;
 #[cfg(test)]
 pub(crate) mod samples;
 pub mod cost;
+pub mod cutter;

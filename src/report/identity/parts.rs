@@ -150,7 +150,8 @@ fn biprism<'a>(kind: CanonicalObject<'a>, flat: &BiprismSpec) -> CanonicalObject
 }
 
 fn glass<'a>(kind: CanonicalObject<'a>, body: &GlassSpec) -> CanonicalObject<'a> {
-    let GlassSpec { index, outer_index, glass, wavelength_nm, solid: _, world_from_prism } = body;
+    // What a prism is meant to be changes nothing of its pictures.
+    let GlassSpec { index, outer_index, glass, wavelength_nm, solid: _, world_from_prism, law: _ } = body;
     kind.with("index", *index)
         .with("outer_index", *outer_index)
         .with("wavelength_nm", *wavelength_nm)

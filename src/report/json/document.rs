@@ -152,6 +152,12 @@ pub struct Stereo {
     pub epipolar_departure_rms_px: Figure,
     /// The largest of these.
     pub epipolar_departure_max_px: Figure,
+    /// Of y_L - y_R after one homography a half: rectified by the cameras that fit best over all depths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rectified_vertical_disparity_rms_px: Option<Figure>,
+    /// The largest of these.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rectified_vertical_disparity_max_px: Option<Figure>,
     /// Disparities x_L - x_R about the law offset + gain / depth of an ideal pair.
     pub depth_law_rms_px: Figure,
 }
@@ -168,6 +174,15 @@ pub struct PinholeEntry {
     /// Against the best pinhole with two focal lengths, where one was fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub anamorphic: Option<Fitted>,
+    /// Against the best pinhole with its principal point free too, where one was fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub principal: Option<Fitted>,
+    /// Against the designed virtual camera over all depths, after one homography of the half.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub homography: Option<Fitted>,
+    /// Against the row law that fits best over all depths.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub row_law: Option<RowLaw>,
     /// Inner corners of rows and columns from the chord of the end corners (ROS linearity, which takes rows only).
     pub straightness_rms_px: Figure,
     /// The largest of these.
@@ -208,6 +223,24 @@ pub struct Fitted {
     pub rms_px: Figure,
     /// The longest.
     pub max_px: Figure,
+}
+
+/// Against u = f_x X/Z + c_x, v = f_y Y/Z with a centre that is free in X and Z.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RowLaw {
+    /// What was free in the fit.
+    pub free: Vec<String>,
+    /// Along the rows, of the rows as they are.
+    pub rms_u_px: Figure,
+    /// Across the rows.
+    pub rms_v_px: Figure,
+    /// Along the rows, each row's own shift kappa(v) undone.
+    pub undone_rms_u_px: Figure,
+    /// Across the rows.
+    pub undone_rms_v_px: Figure,
+    /// The longest error vector, undone.
+    pub undone_max_px: Figure,
 }
 
 /// The object-side rays against one centre of projection.

@@ -1,15 +1,16 @@
 //! From results of `metrics` to the figures of a report: the one place that says which definition belongs to which key.
 
 use super::cameras::Geometry;
-use super::document::{Centre, Designed, Fitted, Stereo};
+use super::document::{Centre, Designed, Fitted, RowLaw, Stereo};
 use super::figure::{Definition, Figure, Frame, Normaliser, Unit};
 use crate::metrics::epipolar::Summary;
 use crate::metrics::pair_geometry::PairGeometry;
 use crate::metrics::ray_bundle::{CommonPoint, PlaneDeviation, RayMisses};
 use crate::metrics::reprojection::Parameter;
+use crate::metrics::row_law::RowDeviation;
 use crate::metrics::stereo::{DepthLaw, Disparity};
 use crate::metrics::straightness::RowsAndColumns;
-use crate::metrics::{Deviation, MeasuredAndTrue};
+use crate::metrics::{Deviation, MeasuredAndTrue, homography};
 use glam::DVec3;
 
 /// Nearest and farthest depth of the board, in mm; `None` where it is unknown (a photograph).
@@ -38,6 +39,8 @@ pub fn stereo(
         epipolar_rise_max_px: px(Normaliser::Max).figure(epipolar, |e| (e.rise_max_px, e.curves)),
         epipolar_departure_rms_px: px(Normaliser::Rms).figure(epipolar, |e| (e.departure_rms_px, e.samples)),
         epipolar_departure_max_px: px(Normaliser::Max).figure(epipolar, |e| (e.departure_max_px, e.samples)),
+        rectified_vertical_disparity_rms_px: None,
+        rectified_vertical_disparity_max_px: None,
         depth_law_rms_px: px(Normaliser::Rms).figure(law, |l| (l.rms_px, l.n)),
     }
 }
@@ -82,6 +85,41 @@ pub fn fitted(free: &[Parameter], deviation: &MeasuredAndTrue<Deviation>, depths
         rms_px: px(Normaliser::Rms).figure(deviation, |d| (d.rms, d.n)),
         max_px: px(Normaliser::Max).figure(deviation, |d| (d.max, d.n)),
     }
+}
+
+/// Against the designed camera after one homography of the half.
+pub fn homography(deviation: &MeasuredAndTrue<Deviation>, depths_mm: Depths) -> Fitted {
+    Fitted { free: homography::FREE.map(str::to_owned).to_vec(), ..fitted(&[], deviation, depths_mm) }
+}
+
+/// Against the row law, of which `free` was fitted: the rows as they are, and with their shift undone.
+pub fn row_law(
+    free: &[Parameter],
+    raw: &MeasuredAndTrue<RowDeviation>,
+    undone: &MeasuredAndTrue<RowDeviation>,
+    depths_mm: Depths,
+) -> RowLaw {
+    let px = |normaliser| Definition { depths_mm, ..Definition::px(normaliser) };
+    let rms = |found: &MeasuredAndTrue<RowDeviation>, axis: usize| {
+        px(Normaliser::Rms).figure(found, |d| (d.rms_px[axis], d.n))
+    };
+    RowLaw {
+        free: free.iter().map(|p| p.name().to_owned()).collect(),
+        rms_u_px: rms(raw, 0),
+        rms_v_px: rms(raw, 1),
+        undone_rms_u_px: rms(undone, 0),
+        undone_rms_v_px: rms(undone, 1),
+        undone_max_px: px(Normaliser::Max).figure(undone, |d| (d.max_px, d.n)),
+    }
+}
+
+/// The vertical disparity after one homography a half, RMS and largest, at the depth of the board.
+pub fn rectified(found: &MeasuredAndTrue<Disparity>, depths_mm: Depths) -> [Figure; 2] {
+    let px = |normaliser| Definition { depths_mm, ..Definition::px(normaliser) };
+    [
+        px(Normaliser::Rms).figure(found, |d| (d.vertical_rms_px, d.n)),
+        px(Normaliser::Max).figure(found, |d| (d.vertical_max_px, d.n)),
+    ]
 }
 
 /// RMS and largest distance from straight, of rows and columns together.

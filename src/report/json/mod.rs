@@ -89,6 +89,6 @@ mod tests;
 mod document;
 
 pub use document::{
-    AccuracyEntry, Centre, Corners, Depth, Design, Designed, Fitted, HalfEntry, Halves, PinholeEntry, Report,
+    AccuracyEntry, Centre, Corners, Depth, Design, Designed, Fitted, HalfEntry, Halves, PinholeEntry, Report, RowLaw,
     SchemaName, Stereo,
 };

@@ -35,6 +35,9 @@ fn pinhole() -> PinholeEntry {
     PinholeEntry {
         designed,
         anamorphic: Some(fitted.clone()),
+        principal: Some(fitted.clone()),
+        homography: Some(fitted.clone()),
+        row_law: Some(judgement::row_law(&[], &MeasuredAndTrue::NEITHER, &MeasuredAndTrue::NEITHER, None)),
         fitted,
         straightness_rms_px,
         straightness_max_px,

@@ -9,6 +9,6 @@ pub struct CornerMark {
     pub index: [i32; 2],
     /// Where it was detected, in px of the picture.
     pub position_px: DVec2,
-    /// Detected position minus the position through the ideal pinhole, in px.
+    /// Detected position minus the place that the prism is designed for, in px.
     pub error_px: DVec2,
 }

@@ -82,7 +82,7 @@ fn error_axis(input: &ComparisonInput) -> Axis {
 
 /// The table of figures at the left, as wide as its words need; ends with its lower edge and its right edge.
 fn table(drawing: &mut Drawing, layout: &Layout, input: &ComparisonInput, top: f64) -> DVec2 {
-    const LARGEST_ROWS: usize = 24;
+    const LARGEST_ROWS: usize = 32;
     let (left, font, em) = (layout.left[0], layout.body, layout.body.size_px);
     let rows = &input.figures[..input.figures.len().min(LARGEST_ROWS)];
     let widest = |words: &mut dyn Iterator<Item = f64>, room: f64| words.fold(0.0, f64::max).min(room);
@@ -133,7 +133,7 @@ fn verdict(drawing: &mut Drawing, layout: &Layout, input: &ComparisonInput, left
         return y;
     }
     drawing.text("Verdict", layout.strong, GREY, DVec2::new(left, y), Align::Start);
-    for line in text::wrapped(&input.verdict, layout.head_regular(), layout.right_edge() - left, 12) {
+    for line in text::wrapped(&input.verdict, layout.head_regular(), layout.right_edge() - left, 24) {
         y += LINE_HEIGHT * layout.head.size_px;
         drawing.text(line, layout.head_regular(), INK, DVec2::new(left, y), Align::Start);
     }

@@ -185,7 +185,7 @@ pub(super) fn key(
         words(drawing, x, y, &drawn);
     }
     let y = y + 1.7 * font.size_px;
-    words(drawing, left, y, "error: detected corner − its place through the ideal pinhole; pictures paled");
+    words(drawing, left, y, "error: detected corner − its place by the design; pictures paled");
     under.max(y + font.size_px)
 }
 
