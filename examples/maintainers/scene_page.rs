@@ -147,11 +147,16 @@ fn kinds(path: &str, schema: &Value, sections: &mut Vec<Section>) {
         default: "required".to_owned(),
         meaning: "What the glass is given by: a section each.".to_owned(),
     }];
-    for (key, value) in properties(full[0]).iter().filter(|(key, _)| shared(key)) {
+    let (tables, keys): (Vec<_>, Vec<_>) =
+        properties(full[0]).iter().filter(|(key, _)| shared(key)).partition(|(_, value)| is_table(value));
+    for (key, value) in keys {
         rows_of(key, value, is_required(full[0], key), &mut rows);
     }
     let meaning = format!("{} Every kind but `\"none\"` has these keys.", meaning(schema));
     push(Section { headings: vec![format!("`[{path}]`")], meaning, rows }, sections);
+    for (key, value) in tables {
+        table(&format!("{path}.{key}"), "", value, sections);
+    }
 
     // List what each kind has besides.
     for alternative in &full {

@@ -34,8 +34,9 @@ pub(super) struct BodyFile {
     #[serde(default)]
     #[schemars(inner(range(min = -TILT_DEG, max = TILT_DEG)))]
     pub(super) tilt_deg: [f64; 3],
-    /// What the halves of the picture are meant to be; left out, cameras parallel to the real one, beside it on the central ray
-    /// of each half, or what `prism.design` aims at.
+    /// What the halves of the picture are meant to be, against which figures called designed are taken: the right half, in the
+    /// prism's frame with the camera's pinhole at its origin; the left one is its mirror image. Left out, cameras parallel to the
+    /// real one, beside it on the central ray of each half, or what `prism.design` aims at.
     pub(super) law: Option<LawFile>,
 }
 

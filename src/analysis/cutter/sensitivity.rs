@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use nalgebra::DMatrix;
 
 /// Places along each side of a half.
-const PLACES: usize = 11;
+const PLACES: usize = 21;
 /// A minute of arc, in rad.
 const ARCMIN: f64 = std::f64::consts::PI / 10800.0;
 /// 10 um, in mm.

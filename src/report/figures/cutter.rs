@@ -3,7 +3,8 @@
 
 use crate::analysis::cutter::{CutterSheet, SurfaceForm};
 use crate::geom::Rect;
-use crate::plot::axis::Scale;
+use crate::num::stats;
+use crate::plot::axis::{Scale, superscript};
 use crate::plot::chart::{self, AxisInput, ChartInput, ChartSeries, Front, Look, Point};
 use crate::plot::colour::Map;
 use crate::plot::drawing::Drawing;
@@ -82,13 +83,18 @@ fn residual(sheet: &CutterSheet, half_px: DVec2) -> Drawing {
     let worse = if sheet.residuals[0].both_rms_px > sheet.residuals[1].both_rms_px { 0 } else { 1 };
     let depth_mm = sheet.residuals[worse].depth_mm;
     let at = if depth_mm.is_finite() { format!("at {depth_mm} mm") } else { "at infinity".to_owned() };
-    let lengths = map.errors_px.iter().map(|e| e.length()).collect();
+    let lengths: Vec<f64> = map.errors_px.iter().map(|e| e.length()).collect();
+    // A power of ten beside the unit leaves room between the numbers of the colour bar.
+    let largest = stats::max_abs(&lengths);
+    let power = if largest > 0.0 && largest < 0.01 { libm::floor(libm::log10(largest)) } else { 0.0 };
+    let unit = if power == 0.0 { "px".to_owned() } else { format!("10{} px", superscript(power as i32)) };
+    let scale = libm::pow(10.0, -power);
     field::draw_heat_map(&HeatMapInput {
         title: format!("left of the law {at}"),
-        values: &Raster::from_data(map.side, map.side, lengths),
+        values: &Raster::from_data(map.side, map.side, lengths.iter().map(|px| px * scale).collect()),
         area: Rect { min: DVec2::ZERO, max: half_px },
         axes: ["u, px".to_owned(), "v, px".to_owned()],
-        caption: "length of the error, px".to_owned(),
+        caption: format!("length of the error, {unit}"),
         map: Map::Sequential,
         width_px: COLUMN_PX,
     })
