@@ -21,6 +21,7 @@ mod cli;
 mod documents;
 mod edges;
 mod exact_prism;
+mod optimised_prism;
 mod effects;
 mod effects_told;
 mod exr_page;

@@ -1,8 +1,9 @@
 //! The freeform prism of the paper: virtual camera, march, and fitted polynomials.
 
 use super::epipolar::Revolved;
-use super::fit::{SurfaceFit, fit};
+use super::fit::{SurfaceFit, fit, given};
 use super::march::march;
+use super::optimise::{MetLaw, cloud, first_law, met_law, optimised};
 use super::point_grid::PointGrid;
 use super::virtual_camera::{VirtualCamera, virtual_camera};
 use crate::error::Error;
@@ -42,6 +43,8 @@ pub struct FreeformDesign {
     pub optical_path_spread_mm: f64,
     /// The points that the surfaces go through: 16 bytes each, so that a caller of many designs may want to drop them.
     pub cloud: PointGrid,
+    /// The law that the rays of the right half follow, and how well; `None` where a ray of the half image does not pass.
+    pub met: Option<MetLaw>,
 }
 
 impl DesignInput {
@@ -84,19 +87,44 @@ pub fn freeform(input: &DesignInput) -> Result<FreeformDesign, Error> {
 /// As [`freeform`].
 pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<FreeformDesign, Error> {
     let camera = virtual_camera(&input.camera, &input.prism, input.virtual_camera_z_mm)?;
-    let (cloud, fitted) = match input.settings.objective {
-        Objective::March => (march(&input.camera, &camera, &input.settings, integrator)?, None),
+    let settings = &input.settings;
+    if settings.by_least_squares() {
+        return by_least_squares(input, camera);
+    }
+    let (cloud, fitted) = match settings.objective {
         Objective::Epipolar => {
             let revolved = Revolved::new(&input.camera, &camera)?;
-            (revolved.cloud(&input.settings)?, Some(revolved.fitted()?))
+            (revolved.cloud(settings)?, Some(revolved.fitted()?))
         }
+        _ => (march(&input.camera, &camera, settings, integrator)?, None),
     };
     let fitted = fitted.as_ref().unwrap_or(&cloud);
     let [shortest, longest] = cloud.optical_path_range_mm();
-    let degree = input.settings.degree;
+    let degree = settings.degree;
     let front = fit(&fitted.front_mm(), degree, Some(camera.front_mm.truncate()))?;
     let back = fit(&fitted.back_mm(), degree, Some(camera.back_mm.truncate()))?;
-    Ok(FreeformDesign { camera, front, back, optical_path_spread_mm: longest - shortest, cloud })
+    let law = first_law(settings.objective, &camera);
+    let met = met_law(&input.camera, &camera, settings, [&front.patch, &back.patch], law);
+    Ok(FreeformDesign { camera, front, back, optical_path_spread_mm: longest - shortest, cloud, met })
+}
+
+/// The prism of least squares, whose surfaces are polynomials from the start.
+fn by_least_squares(input: &DesignInput, start: VirtualCamera) -> Result<FreeformDesign, Error> {
+    let found = optimised(&input.camera, &start, &input.settings)?;
+    let camera = VirtualCamera { centre_mm: found.law.eye_mm.into(), ..start };
+    let patches = [&found.front, &found.back];
+    let cloud = cloud(&input.camera, &camera, &input.settings, patches, found.law)?;
+    let [shortest, longest] = cloud.optical_path_range_mm();
+    let met = met_law(&input.camera, &camera, &input.settings, patches, found.law)
+        .map(|met| MetLaw { floor_reached: found.floor_reached, ..met });
+    Ok(FreeformDesign {
+        camera,
+        front: given(found.front, &cloud.front_mm()),
+        back: given(found.back, &cloud.back_mm()),
+        optical_path_spread_mm: longest - shortest,
+        cloud,
+        met,
+    })
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 use super::super::virtual_camera::tests::{paper_camera, paper_prism};
 use super::super::virtual_camera::virtual_camera;
 use super::*;
-use crate::scene::{BiprismSpec, Method, Objective};
+use crate::scene::{BiprismSpec, DesignGoal, Method, Objective};
 use glam::DVec3;
 
 const SETTINGS: DesignSettings = DesignSettings {
+    goal: DesignGoal::PLAIN,
     objective: Objective::March,
     order: MarchOrder::XThenY,
     degree: 5,

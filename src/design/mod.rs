@@ -14,7 +14,11 @@ pub mod misfit;
 pub mod text;
 
 pub mod point_grid;
+mod designed_law;
 mod epipolar;
+mod optimise;
 mod freeform;
 
+pub use designed_law::DesignedLaw;
 pub use freeform::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform, freeform_by};
+pub use optimise::{LawFigures, MetLaw, SpotFigures};

@@ -1,5 +1,6 @@
 //! The point grid: points of both surfaces over a grid of pixel positions, the result of the march.
 
+use super::designed_law::DesignedLaw;
 use super::slope::optical_path_mm;
 use super::virtual_camera::VirtualCamera;
 use crate::geom::GridPoint;
@@ -8,12 +9,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// Where the ray of a pixel goes behind the prism, as if it came from O'.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum TargetLaw {
     /// As through a pinhole whose axis is parallel to that of the camera.
     Pinhole,
     /// The same but for a shift of each row: see [`super::epipolar`].
     Rows,
+    /// By a law of its own.
+    Designed(DesignedLaw),
 }
 
 impl TargetLaw {
@@ -25,6 +28,10 @@ impl TargetLaw {
                 let tilt = libm::hypot(1.0, v_mm / camera.focal_length_mm);
                 let kappa = camera.half_centre_mm * (tilt - 1.0);
                 camera.virtual_direction(u_mm - kappa, v_mm)
+            }
+            Self::Designed(law) => {
+                let [x, y] = law.direction(camera.half_centre_mm, [u_mm, v_mm]);
+                DVec3::new(x, y, 1.0)
             }
         }
     }

@@ -22,6 +22,7 @@ mod in_code;
 mod tidy;
 mod check;
 mod physics;
+mod design_rules;
 mod model;
 mod camera;
 mod camera_keys;
@@ -30,8 +31,9 @@ mod surface_keys;
 
 pub(crate) use limits::DESIGN_DEGREE;
 pub use model::{
-    Analysis, BiprismSpec, BoardPose, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings, Encoding,
-    Expect, GlassSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec, PolynomialSpec, PrismSpec, Scene,
+    Analysis, BiprismSpec, BoardPose, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignGoal, DesignSettings,
+    Encoding, Expect, GlassSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec, PolynomialSpec, PrismSpec,
+    Rear, Scene,
 };
 
 pub use crate::surface::mesh::{Normals, Triangles};

@@ -4,8 +4,8 @@ use super::canonical::{Canonical, CanonicalObject};
 use super::effects::effects;
 use crate::geom::{Pose, Rect};
 use crate::scene::{
-    BiprismSpec, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings, GlassSpec, MarchOrder, MeshSpec,
-    Method, Objective, PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec, Scene,
+    BiprismSpec, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignGoal, DesignSettings, GlassSpec, MarchOrder,
+    MeshSpec, Method, Objective, PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec, Rear, Scene,
 };
 use crate::surface::mesh::{Normals, Triangles};
 use crate::system::System;
@@ -154,10 +154,13 @@ fn glass<'a>(kind: CanonicalObject<'a>, body: &GlassSpec) -> CanonicalObject<'a>
 }
 
 fn design<'a>(settings: &DesignSettings) -> CanonicalObject<'a> {
-    let DesignSettings { objective, order, degree, method, step_px } = settings;
+    let DesignSettings { objective, order, degree, method, step_px, goal } = settings;
     let objective = match objective {
         Objective::March => None,
         Objective::Epipolar => Some("epipolar"),
+        Objective::ToedIn => Some("toed-in"),
+        Objective::Pinhole => Some("pinhole"),
+        Objective::Depth => Some("depth"),
     };
     let order = match order {
         MarchOrder::XThenY => "x_then_y",
@@ -174,6 +177,24 @@ fn design<'a>(settings: &DesignSettings) -> CanonicalObject<'a> {
         .with("method", method)
         .with("degree", *degree)
         .with("step_px", *step_px)
+        .maybe("goal", (*goal != DesignGoal::default()).then(|| goal_of(goal)))
+}
+
+fn goal_of<'a>(goal: &DesignGoal) -> Canonical<'a> {
+    let DesignGoal { rear, square, f_number, spot_weight, z_min_mm, depth_mm } = *goal;
+    let rear = match rear {
+        Rear::Own => "own",
+        Rear::Even => "even",
+        Rear::Flat => "flat",
+    };
+    object()
+        .with("rear", rear)
+        .with("square", square)
+        .maybe("f_number", f_number)
+        .with("spot_weight", spot_weight)
+        .with("z_min_mm", z_min_mm)
+        .with("depth_mm", depth_mm)
+        .into()
 }
 
 fn patch(patch: &PolynomialPatch) -> CanonicalObject<'_> {
