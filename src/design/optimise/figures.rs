@@ -32,7 +32,8 @@ pub struct LawFigures {
 pub struct SpotFigures {
     /// Root mean square of the distance of a spot's rays from their middle, over the half image, in px.
     pub rms_px: f64,
-    /// What must be added to the inverse of the focused distance for it to be smallest, in 1/m.
+    /// What must be added to the vergence -1/distance of the lens's focus for it to be smallest, in dioptres (1/m): negative where the
+    /// lens must be focused nearer.
     pub refocus_dpt: f64,
 }
 
@@ -142,7 +143,7 @@ impl Judged<'_> {
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let refocus = -product(&here, &by) / product(&by, &by);
         let best = self.spot_rays(radius_mm, depth_mm, focus + refocus)?;
-        Some(SpotFigures { rms_px: product(&best, &best).sqrt(), refocus_dpt: 1e3 * refocus })
+        Some(SpotFigures { rms_px: product(&best, &best).sqrt(), refocus_dpt: -1e3 * refocus })
     }
 
     /// Both coordinates of every ray of every spot from its middle, each times the root of its share, in px.

@@ -36,12 +36,15 @@ pub(super) fn columns_and_rows(degree: usize) -> [usize; 2] {
 }
 
 /// Rays of a spot.
-pub(super) const SPOT_RAYS: usize = 6;
+pub(super) const SPOT_RAYS: usize = 12;
 
-/// Points over a disk of radius 1, each of the same share: a hexagon at the radius of gyration.
+/// Points over a disk of radius 1, each of the same share: two hexagons whose squared radii are nodes of Gauss and Legendre, so that
+/// the mean of a polynomial is exact to the fifth degree, that of defocus, astigmatism, coma and their squares among them.
 pub(super) fn opening() -> [[f64; 2]; SPOT_RAYS] {
+    let rings = gauss_legendre(2);
     std::array::from_fn(|k| {
-        let (sin, cos) = libm::sincos(std::f64::consts::PI * (k as f64 + 0.5) / 3.0);
-        [cos * std::f64::consts::FRAC_1_SQRT_2, sin * std::f64::consts::FRAC_1_SQRT_2]
+        let radius = rings[k % 2][0].sqrt();
+        let (sin, cos) = libm::sincos(std::f64::consts::PI * (k as f64 + 0.5) / 6.0);
+        [radius * cos, radius * sin]
     })
 }

@@ -60,7 +60,7 @@ pub(super) fn check(settings: &DesignSettings, found: &FoundPrism) -> Result<(),
     Err(Error::new(
         "the prism's design",
         format!(
-            "`prism.design.objective` = \"{}\" cannot be had with `prism.design.rear` = \"{}\": a floor of {:.2} px remains",
+            "`prism.design.objective` = \"{}\" cannot be had with `prism.design.rear` = \"{}\": a floor of {:.3} px remains",
             named(objective),
             rear_named(rear),
             found.norm_px
@@ -89,7 +89,7 @@ fn residual(settings: &DesignSettings, found: &FoundPrism) -> Result<(), Error> 
     Err(Error::new(
         "the prism's design",
         format!(
-            "`prism.design.objective` = \"{}\" is not met at `prism.design.degree` = {degree}: {:.2} px RMS remain{floor}, and \
+            "`prism.design.objective` = \"{}\" is not met at `prism.design.degree` = {degree}: {:.3} px RMS remain{floor}, and \
              {MOST_PX} are allowed",
             named(settings.objective),
             found.norm_px

@@ -18,8 +18,9 @@ const BORDER: usize = 21;
 const MARGIN: f64 = 0.02;
 /// Columns and rows of the half image where spots are held.
 const SPOT_NODES: [usize; 2] = [7, 3];
-/// How far f_x and f_y may go from f, as a share of it, and z of O' from its start, as one of the distance of the glass.
-const FREEDOM: f64 = 0.5;
+/// How far f_x and f_y may go from f, as a share of it, and z of O' from its start, as one of the distance of the glass: as good
+/// as free.
+const FREEDOM: f64 = 2.0;
 /// The same where spots count, which shrink with the picture.
 const FREEDOM_WITH_SPOTS: f64 = 0.2;
 /// How far the lens may be refocused, either way, in 1/mm: 5 dioptres.
@@ -161,7 +162,7 @@ impl Start {
             let range = match number {
                 LawNumber::FocalX | LawNumber::FocalY => share * self.target.focal_length_mm,
                 LawNumber::EyeZ => share * self.target.front_mm.z,
-                LawNumber::CentreX => 2.0 * self.target.half_centre_mm,
+                LawNumber::CentreX => 4.0 * self.target.half_centre_mm,
                 LawNumber::Toe => 2.0 * libm::tan(self.target.delta_rad),
             };
             (number, Bounded { middle: numbers[number.place()], range })
