@@ -23,6 +23,7 @@ mod documents;
 mod edges;
 mod exact_prism;
 mod solid;
+mod optimised_prism;
 mod effects;
 mod effects_told;
 mod exr_page;

@@ -3,7 +3,7 @@
 use crate::accuracy::COARSEST_TARGET_PX;
 use crate::raster::transfer::Transfer;
 use crate::scene::DESIGN_DEGREE;
-use crate::scene::{DesignedSurface, Objective};
+use crate::scene::{DesignedSurface, Objective, Rear};
 use clap::{Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -141,6 +141,10 @@ pub enum ObjectiveArg {
     Epipolar,
     /// Exact pinholes whose axes are turned outwards.
     ToedIn,
+    /// A pinhole each half, parallel to the camera.
+    Pinhole,
+    /// The camera's own pinhole, of a board at one depth.
+    Depth,
 }
 
 impl From<ObjectiveArg> for Objective {
@@ -149,6 +153,8 @@ impl From<ObjectiveArg> for Objective {
             ObjectiveArg::March => Self::March,
             ObjectiveArg::Epipolar => Self::Epipolar,
             ObjectiveArg::ToedIn => Self::ToedIn,
+            ObjectiveArg::Pinhole => Self::Pinhole,
+            ObjectiveArg::Depth => Self::Depth,
         }
     }
 }
@@ -167,6 +173,27 @@ impl From<SurfaceArg> for DesignedSurface {
         match arg {
             SurfaceArg::Polynomial => Self::Polynomial,
             SurfaceArg::Revolved => Self::Revolved,
+        }
+    }
+}
+
+/// The surface of a designed prism that faces the board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RearArg {
+    /// A freeform of its own for each half.
+    Own,
+    /// One freeform for both halves.
+    Even,
+    /// A plane.
+    Flat,
+}
+
+impl From<RearArg> for Rear {
+    fn from(arg: RearArg) -> Self {
+        match arg {
+            RearArg::Own => Self::Own,
+            RearArg::Even => Self::Even,
+            RearArg::Flat => Self::Flat,
         }
     }
 }
@@ -227,9 +254,13 @@ pub struct DesignArgs {
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
     /// What the surfaces are to be, instead of the scene's own: `march` as in the design paper, `epipolar` for exactly horizontal
-    /// epipolar lines, `toed-in` for exact pinholes whose axes are turned outwards.
+    /// epipolar lines, `toed-in` for exact pinholes whose axes are turned outwards, `pinhole` for a parallel one, `depth` for one at
+    /// one depth.
     #[arg(long)]
     pub objective: Option<ObjectiveArg>,
+    /// The surface that faces the board, instead of the scene's own: `own` for each half, `even` one for both, or `flat`.
+    #[arg(long)]
+    pub rear: Option<RearArg>,
     /// Total degree of the polynomials, instead of the scene's own.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=DESIGN_DEGREE as u64))]
     pub degree: Option<u64>,

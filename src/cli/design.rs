@@ -103,6 +103,7 @@ fn asked(scene: &Scene, args: &DesignArgs) -> Result<DesignInput, Error> {
     let settings = &mut input.settings;
     settings.objective = args.objective.map_or(settings.objective, Into::into);
     settings.surface = args.surface.map_or(settings.surface, Into::into);
+    settings.goal.rear = args.rear.map_or(settings.goal.rear, Into::into);
     settings.degree = args.degree.map_or(settings.degree, |degree| degree as usize);
     if args.y_then_x {
         settings.order = MarchOrder::YThenX;

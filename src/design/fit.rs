@@ -126,6 +126,12 @@ pub fn fit_powers(
     Ok(SurfaceFit { patch, points: points_mm.len(), rms_mm, max_mm, worst, condition: largest / smallest })
 }
 
+/// A surface that was not fitted to `points_mm`, and how well it goes through them.
+pub(super) fn given(patch: PolynomialPatch, points_mm: &[DVec3]) -> SurfaceFit {
+    let Residuals { rms_mm, max_mm, worst } = residuals(points_mm, &patch.sag);
+    SurfaceFit { patch, points: points_mm.len(), rms_mm, max_mm, worst, condition: 1.0 }
+}
+
 /// The powers (m, n) of a fit: m + n <= `degree`, and n even where only those are kept.
 fn powers(degree: usize, kept: Powers) -> Vec<(usize, usize)> {
     let step = if kept == Powers::EvenInY { 2 } else { 1 };

@@ -1,7 +1,9 @@
 //! The freeform prism of the paper: virtual camera, march, and fitted polynomials.
 
-use super::fit::{SurfaceFit, fit};
+use super::designed_law::DesignedLaw;
+use super::fit::{SurfaceFit, fit, given};
 use super::march::march;
+use super::optimise::{MetLaw, cloud, met_law, optimised};
 use super::point_grid::{PointGrid, TargetLaw};
 use super::revolved::Revolved;
 use super::virtual_camera::{VirtualCamera, virtual_camera};
@@ -47,6 +49,8 @@ pub struct FreeformDesign {
     pub optical_path_spread_mm: f64,
     /// The points that the surfaces go through: 16 bytes each, so that a caller of many designs may want to drop them.
     pub cloud: PointGrid,
+    /// The law that the rays of the right half follow, and how well; `None` where a ray of the half image does not pass.
+    pub met: Option<MetLaw>,
 }
 
 impl DesignInput {
@@ -79,6 +83,9 @@ impl FreeformDesign {
 /// As [`freeform`].
 pub fn law(input: &DesignInput) -> Result<PrismLaw, Error> {
     let camera = target(input)?;
+    if input.settings.by_least_squares() {
+        return freeform(input).map(|designed| designed.law());
+    }
     let law = match input.settings.objective {
         Objective::March => TargetLaw::Pinhole,
         objective => Revolved::new(&input.camera, &camera, objective, 0.0)?.law(),
@@ -100,6 +107,7 @@ fn prism_law(camera: &VirtualCamera, law: TargetLaw) -> PrismLaw {
     match law {
         TargetLaw::Pinhole => parallel,
         TargetLaw::Rows => PrismLaw { kappa_mm: b, ..parallel },
+        TargetLaw::Designed(law) => law.stated(b),
         TargetLaw::Stretched { axis, by } => {
             // Before the prism a direction g behind it was (I + (1/m - 1) e e^T) g: (b + u)/f and v/f are the ratios of its x and y to
             // its z, which are the products of g with p and with y, over that with q.
@@ -163,20 +171,45 @@ pub fn freeform(input: &DesignInput) -> Result<FreeformDesign, Error> {
 /// # Errors
 /// As [`freeform`].
 pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<FreeformDesign, Error> {
+    let settings = &input.settings;
+    if settings.by_least_squares() {
+        return by_least_squares(input, virtual_camera(&input.camera, &input.prism, input.virtual_camera_z_mm)?);
+    }
     let camera = target(input)?;
-    let (cloud, fitted) = match input.settings.objective {
-        Objective::March => (march(&input.camera, &camera, &input.settings, integrator)?, None),
+    let (cloud, fitted) = match settings.objective {
+        Objective::March => (march(&input.camera, &camera, settings, integrator)?, None),
         objective => {
             let revolved = Revolved::new(&input.camera, &camera, objective, 0.0)?;
-            (revolved.cloud(&input.settings)?, Some(revolved.fitted()?))
+            (revolved.cloud(settings)?, Some(revolved.fitted()?))
         }
     };
     let fitted = fitted.as_ref().unwrap_or(&cloud);
     let [shortest, longest] = cloud.optical_path_range_mm();
-    let degree = input.settings.degree;
+    let degree = settings.degree;
     let front = fit(&fitted.front_mm(), degree, Some(camera.front_mm.truncate()))?;
     let back = fit(&fitted.back_mm(), degree, Some(camera.back_mm.truncate()))?;
-    Ok(FreeformDesign { camera, front, back, optical_path_spread_mm: longest - shortest, cloud })
+    let law = DesignedLaw::from(&prism_law(&camera, cloud.law));
+    let met = met_law(&input.camera, &camera, settings, [&front.patch, &back.patch], law);
+    Ok(FreeformDesign { camera, front, back, optical_path_spread_mm: longest - shortest, cloud, met })
+}
+
+/// The prism of least squares, whose surfaces are polynomials from the start.
+fn by_least_squares(input: &DesignInput, start: VirtualCamera) -> Result<FreeformDesign, Error> {
+    let found = optimised(&input.camera, &start, &input.settings)?;
+    let camera = VirtualCamera { centre_mm: found.law.eye_mm.into(), ..start };
+    let patches = [&found.front, &found.back];
+    let cloud = cloud(&input.camera, &camera, &input.settings, patches, found.law)?;
+    let [shortest, longest] = cloud.optical_path_range_mm();
+    let met = met_law(&input.camera, &camera, &input.settings, patches, found.law)
+        .map(|met| MetLaw { floor_reached: found.floor_reached, ..met });
+    Ok(FreeformDesign {
+        camera,
+        front: given(found.front, &cloud.front_mm()),
+        back: given(found.back, &cloud.back_mm()),
+        optical_path_spread_mm: longest - shortest,
+        cloud,
+        met,
+    })
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 use super::super::virtual_camera::tests::{paper_camera, paper_prism};
 use super::super::virtual_camera::virtual_camera;
 use super::*;
-use crate::scene::{BiprismSpec, DesignedSurface, Method, Objective};
+use crate::scene::{BiprismSpec, DesignGoal, DesignedSurface, Method, Objective};
 use glam::DVec3;
 
 const SETTINGS: DesignSettings = DesignSettings {
+    goal: DesignGoal::PLAIN,
     objective: Objective::March,
     surface: DesignedSurface::Polynomial,
     virtual_camera_z_mm: None,

@@ -15,7 +15,11 @@ pub mod text;
 
 pub mod point_grid;
 mod axial;
+mod designed_law;
 mod revolved;
+mod optimise;
 mod freeform;
 
+pub use designed_law::DesignedLaw;
 pub use freeform::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform, freeform_by, law, revolved_by};
+pub use optimise::{LawFigures, MetLaw, SpotFigures};

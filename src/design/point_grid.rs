@@ -1,5 +1,6 @@
 //! The point grid: points of both surfaces over a grid of pixel positions, the result of the march.
 
+use super::designed_law::DesignedLaw;
 use super::slope::optical_path_mm;
 use super::virtual_camera::VirtualCamera;
 use crate::geom::GridPoint;
@@ -21,6 +22,8 @@ pub(super) enum TargetLaw {
         /// How many times as long.
         by: f64,
     },
+    /// By a law of its own.
+    Designed(DesignedLaw),
 }
 
 impl TargetLaw {
@@ -37,6 +40,10 @@ impl TargetLaw {
                 let before = camera.outer_direction(u_mm, v_mm);
                 let behind = before + axis * ((by - 1.0) * before.dot(axis));
                 behind / behind.z
+            }
+            Self::Designed(law) => {
+                let [x, y] = law.direction(camera.half_centre_mm, [u_mm, v_mm]);
+                DVec3::new(x, y, 1.0)
             }
         }
     }

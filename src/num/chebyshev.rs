@@ -85,7 +85,7 @@ impl ChebyshevSeries {
 }
 
 /// Row k holds the coefficients of T_k by rising power.
-fn power_table(degree: usize) -> DMatrix<f64> {
+pub(crate) fn power_table(degree: usize) -> DMatrix<f64> {
     let mut table = DMatrix::zeros(degree + 1, degree + 1);
     table[(0, 0)] = 1.0;
     if degree > 0 {

@@ -15,3 +15,5 @@ pub mod quadrature;
 pub mod simd;
 pub mod stats;
 pub mod gauss;
+pub mod geodesic;
+pub mod scalar;

@@ -2,6 +2,7 @@
 
 use super::body_keys::BodyFile;
 use super::camera_keys;
+use super::design_rules;
 use super::document::Document;
 use super::effects;
 use super::law::PrismLaw;
@@ -79,7 +80,12 @@ fn prism(document: &Document, file: PrismFile, camera: &CameraSpec, folder: Opti
         PrismFile::None {} => PrismSpec::None,
         PrismFile::Flat(flat) => PrismSpec::Flat(biprism(&flat)),
         PrismFile::Freeform(file) => {
-            PrismSpec::Freeform(biprism(&file.biprism), design(document, &file.design, camera)?)
+            let own = biprism(&file.biprism);
+            let flat = match file.design.baseline_mm {
+                Some(baseline_mm) => design_rules::with_baseline(document, own, camera, baseline_mm)?,
+                None => own,
+            };
+            PrismSpec::Freeform(flat, design(document, &file.design, camera)?)
         }
         PrismFile::Polynomial(file) => PrismSpec::Polynomial(PolynomialSpec {
             body: body(&file.body),
@@ -128,6 +134,8 @@ fn design(document: &Document, file: &DesignFile, camera: &CameraSpec) -> Result
             ObjectiveFile::March => Objective::March,
             ObjectiveFile::Epipolar => Objective::Epipolar,
             ObjectiveFile::ToedIn => Objective::ToedIn,
+            ObjectiveFile::Pinhole => Objective::Pinhole,
+            ObjectiveFile::Depth => Objective::Depth,
         },
         surface: match file.surface {
             DesignedSurfaceFile::Polynomial => DesignedSurface::Polynomial,
@@ -145,7 +153,20 @@ fn design(document: &Document, file: &DesignFile, camera: &CameraSpec) -> Result
             MethodFile::Rk4 => Method::Rk4,
         },
         step_px: file.step_px,
+        goal: DesignGoal {
+            rear: match file.rear {
+                RearFile::Own => Rear::Own,
+                RearFile::Even => Rear::Even,
+                RearFile::Flat => Rear::Flat,
+            },
+            square: file.square,
+            f_number: file.aperture,
+            spot_weight: file.spot_weight,
+            z_min_mm: file.z_min_mm,
+            depth_mm: file.depth_mm,
+        },
     };
+    design_rules::goal(document, &settings)?;
     rules::design(document, &settings, camera).map(|()| settings)
 }
 

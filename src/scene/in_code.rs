@@ -4,7 +4,7 @@ use super::effects::rules as effect_rules;
 use super::model::*;
 use super::ranges::Ranges;
 use super::source::{Code, ValueSource};
-use super::{physics, rules};
+use super::{design_rules, physics, rules};
 use crate::accuracy::Accuracy;
 use crate::effect::{Effects, Lens};
 use crate::error::Error;
@@ -43,7 +43,10 @@ impl Scene {
         rules::picture_is_not_folded(source, "camera.distortion", &self.camera)?;
         rules::calibrated_pinhole(source, &self.camera, &self.effects)?;
         match &self.prism {
-            PrismSpec::Freeform(_, settings) => rules::design(source, settings, &self.camera)?,
+            PrismSpec::Freeform(_, settings) => {
+                design_rules::goal(source, settings)?;
+                rules::design(source, settings, &self.camera)?;
+            }
             PrismSpec::Polynomial(prism) => {
                 for (at, patch) in [("prism.front", &prism.front), ("prism.back", &prism.back)] {
                     rules::domain(source, at, &patch.domain)?;

@@ -36,6 +36,8 @@ pub(super) const FACET_DEG: f64 = 89.0;
 pub(super) const RADIANCE: f64 = 1e6;
 /// The highest degree of a designed surface.
 pub(crate) const DESIGN_DEGREE: usize = 15;
+/// The largest weight of a spot against a deviation: above it the law is of no account.
+pub(super) const SPOT_WEIGHT: f64 = 1e6;
 /// The shortest step of the design, in px.
 pub(super) const SHORTEST_STEP_PX: f64 = 1e-3;
 /// The longest step of the design, in px.

@@ -23,6 +23,7 @@ mod in_code;
 mod tidy;
 mod check;
 mod physics;
+mod design_rules;
 mod model;
 mod camera;
 mod camera_keys;
@@ -32,9 +33,9 @@ mod surface_keys;
 pub use law::PrismLaw;
 pub(crate) use limits::DESIGN_DEGREE;
 pub use model::{
-    Analysis, BiprismSpec, BoardPose, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings,
+    Analysis, BiprismSpec, BoardPose, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignGoal, DesignSettings,
     DesignedSurface, Encoding, Expect, GlassSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec,
-    PolynomialSpec, PrismSpec, RevolvedSpec, Scene,
+    PolynomialSpec, PrismSpec, Rear, RevolvedSpec, Scene,
 };
 
 pub use crate::num::curve::ChebyshevCurve;

@@ -262,6 +262,60 @@ pub struct DesignSettings {
     pub method: Method,
     /// Step, in px of the sensor.
     pub step_px: f64,
+    /// What else is asked of the surfaces.
+    pub goal: DesignGoal,
+}
+
+/// What is asked of a designed prism besides its objective.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DesignGoal {
+    /// The surface that faces the board.
+    pub rear: Rear,
+    /// Whether a pinhole has square pixels of the camera's own focal length.
+    pub square: bool,
+    /// The aperture of the lens whose spots are counted, as f/N.
+    pub f_number: Option<f64>,
+    /// How much a spot of the lens counts against a deviation from the law of the same size; 0: not at all.
+    pub spot_weight: f64,
+    /// The nearest depth at which the law is to hold, from the camera along z, in mm; the farthest is infinity.
+    pub z_min_mm: f64,
+    /// The depth of [`Objective::Depth`], and where the lens is focused, in mm.
+    pub depth_mm: f64,
+}
+
+impl DesignGoal {
+    /// Own rear surfaces, no lens, from 0.3 m on, and 1 m.
+    pub const PLAIN: Self =
+        Self { rear: Rear::Own, square: false, f_number: None, spot_weight: 0.0, z_min_mm: 300.0, depth_mm: 1000.0 };
+}
+
+impl Default for DesignGoal {
+    /// [`DesignGoal::PLAIN`].
+    fn default() -> Self {
+        Self::PLAIN
+    }
+}
+
+/// The surface of a designed prism that faces the board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rear {
+    /// A freeform of its own for each half.
+    Own,
+    /// One freeform for both halves, even in x and smooth across x = 0.
+    Even,
+    /// The plane base of the flat prism.
+    Flat,
+}
+
+impl DesignSettings {
+    /// Whether the surfaces are found by least squares, and not by integration.
+    pub fn by_least_squares(&self) -> bool {
+        match self.objective {
+            Objective::March => false,
+            Objective::Epipolar | Objective::ToedIn => self.goal.rear != Rear::Own || self.goal.spot_weight > 0.0,
+            Objective::Pinhole | Objective::Depth => true,
+        }
+    }
 }
 
 impl Default for DesignSettings {
@@ -275,6 +329,7 @@ impl Default for DesignSettings {
             degree: 5,
             method: Method::Rk4,
             step_px: 1.0,
+            goal: DesignGoal::default(),
         }
     }
 }
@@ -289,6 +344,10 @@ pub enum Objective {
     /// Exact pinholes whose axes are turned outwards: surfaces of revolution about the line from the camera's pinhole to the
     /// virtual camera's.
     ToedIn,
+    /// A pinhole parallel to the camera.
+    Pinhole,
+    /// A pinhole parallel to the camera, of a board at one depth.
+    Depth,
 }
 
 impl Objective {

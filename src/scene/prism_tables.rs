@@ -61,7 +61,8 @@ pub(super) struct DesignFile {
     /// What the surfaces are to be: `march` as in the design paper, nearly a pinhole each half; `epipolar`, surfaces of revolution
     /// about the baseline, whose vertical disparity is 0 at every depth and in every light; `toed-in`, surfaces of revolution about
     /// the line from the camera to the virtual camera, by which each half is exactly a pinhole, its axis turned outwards by about
-    /// the angle of the half image's middle. Polynomials leave what their degree does not follow.
+    /// the angle of the half image's middle; `pinhole`, one that stays parallel, of two focal lengths; `depth`, the camera's own
+    /// pinhole of a board at one depth. Polynomials leave what their degree does not follow.
     pub(super) objective: ObjectiveFile,
     /// What the design becomes: polynomials that are fitted to its surfaces, or the surfaces of revolution themselves, which `march`
     /// does not have.
@@ -81,6 +82,28 @@ pub(super) struct DesignFile {
     /// Step of the grid that the polynomials are fitted to, and of the march, in px of the sensor.
     #[schemars(range(min = SHORTEST_STEP_PX, max = LONGEST_STEP_PX))]
     pub(super) step_px: f64,
+    /// The surface that faces the board: `own`, a freeform for each half; `even`, one freeform for both, smooth across x = 0;
+    /// `flat`, the base of the flat prism. A prism of one piece of glass has one such surface.
+    pub(super) rear: RearFile,
+    /// Whether a `pinhole` has square pixels of the camera's own focal length.
+    pub(super) square: bool,
+    /// The aperture of the camera's lens, as f/N, where its spots are counted.
+    #[schemars(range(min = SMALLEST_F_NUMBER, max = LARGEST_F_NUMBER))]
+    pub(super) aperture: Option<f64>,
+    /// How much a spot of the lens at `aperture`, root mean square, counts against a deviation of the same size.
+    #[schemars(range(min = 0, max = SPOT_WEIGHT))]
+    pub(super) spot_weight: f64,
+    /// The nearest depth at which the two views are to be what the objective says, from the camera along z, in mm; the farthest
+    /// is infinity.
+    #[schemars(range(min = SHORTEST_MM, max = LONGEST_MM))]
+    pub(super) z_min_mm: f64,
+    /// The depth of the objective `depth`, and the one where the lens of `aperture` is focused, in mm.
+    #[schemars(range(min = SHORTEST_MM, max = LONGEST_MM))]
+    pub(super) depth_mm: f64,
+    /// The distance of the two virtual cameras from each other, in mm: the ridge moves along z until it is so, and
+    /// `prism.ridge_distance_mm` counts no more.
+    #[schemars(range(min = SHORTEST_MM, max = LONGEST_MM))]
+    pub(super) baseline_mm: Option<f64>,
 }
 
 impl Default for DesignFile {
@@ -93,6 +116,13 @@ impl Default for DesignFile {
             degree: 5,
             method: MethodFile::Rk4,
             step_px: 1.0,
+            rear: RearFile::Own,
+            square: false,
+            aperture: None,
+            spot_weight: 0.0,
+            z_min_mm: 300.0,
+            depth_mm: 1000.0,
+            baseline_mm: None,
         }
     }
 }
@@ -103,6 +133,8 @@ pub(super) enum ObjectiveFile {
     March,
     Epipolar,
     ToedIn,
+    Pinhole,
+    Depth,
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
@@ -110,6 +142,14 @@ pub(super) enum ObjectiveFile {
 pub(super) enum DesignedSurfaceFile {
     Polynomial,
     Revolved,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum RearFile {
+    Own,
+    Even,
+    Flat,
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, JsonSchema)]

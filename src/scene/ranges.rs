@@ -205,7 +205,11 @@ impl<'a> Ranges<'a> {
                 self.biprism(flat)?;
                 self.count("prism.design.degree", settings.degree)?;
                 self.optional("prism.design.virtual_camera_z_mm", settings.virtual_camera_z_mm)?;
-                self.number("prism.design.step_px", settings.step_px)
+                self.number("prism.design.step_px", settings.step_px)?;
+                self.optional("prism.design.aperture", settings.goal.f_number)?;
+                self.number("prism.design.spot_weight", settings.goal.spot_weight)?;
+                self.number("prism.design.z_min_mm", settings.goal.z_min_mm)?;
+                self.number("prism.design.depth_mm", settings.goal.depth_mm)
             }
             PrismSpec::Polynomial(prism) => {
                 self.patch("prism.front", &prism.front)?;

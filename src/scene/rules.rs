@@ -79,6 +79,16 @@ pub(super) fn design(source: &dyn ValueSource, settings: &DesignSettings, camera
         let help = "write `objective = \"epipolar\"` or \"toed-in\", or take `surface` out";
         return Err(source.refuse("prism.design.surface", rule, help));
     }
+    if settings.surface == DesignedSurface::Revolved && settings.by_least_squares() {
+        let rule = "`prism.design.surface` is \"revolved\" beside an objective, a rear or a spot weight that no surface of revolution has"
+            .to_owned();
+        let help = "write `objective = \"epipolar\"` or \"toed-in\" with their own rears, or take `surface` out";
+        return Err(source.refuse("prism.design.surface", rule, help));
+    }
+    if let (Some(z_mm), true) = (settings.virtual_camera_z_mm, settings.by_least_squares()) {
+        let rule = format!("`prism.design.virtual_camera_z_mm` is {z_mm}, and least squares choose it");
+        return Err(source.refuse("prism.design.virtual_camera_z_mm", rule, "take it out"));
+    }
     let z_mm = settings.virtual_camera_z_mm.unwrap_or(1.0);
     let (objective, rule, help) = match settings.objective {
         Objective::Epipolar if settings.virtual_camera_z_mm.is_some_and(|z_mm| z_mm != 0.0) => {

@@ -4,9 +4,9 @@ use super::canonical::{Canonical, CanonicalObject};
 use super::effects::effects;
 use crate::geom::{Pose, Rect};
 use crate::scene::{
-    BiprismSpec, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignSettings, DesignedSurface, GlassSpec,
-    MarchOrder, MeshSpec, Method, Objective, PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec, RevolvedPatch,
-    RevolvedSpec, Scene,
+    BiprismSpec, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignGoal, DesignSettings, DesignedSurface,
+    GlassSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec,
+    Rear, RevolvedPatch, RevolvedSpec, Scene,
 };
 use crate::surface::mesh::{Normals, Triangles};
 use crate::system::System;
@@ -160,11 +160,13 @@ fn glass<'a>(kind: CanonicalObject<'a>, body: &GlassSpec) -> CanonicalObject<'a>
 }
 
 fn design<'a>(settings: &DesignSettings) -> CanonicalObject<'a> {
-    let DesignSettings { objective, surface, virtual_camera_z_mm, order, degree, method, step_px } = settings;
+    let DesignSettings { objective, surface, virtual_camera_z_mm, order, degree, method, step_px, goal } = settings;
     let objective = match objective {
         Objective::March => None,
         Objective::Epipolar => Some("epipolar"),
         Objective::ToedIn => Some("toed_in"),
+        Objective::Pinhole => Some("pinhole"),
+        Objective::Depth => Some("depth"),
     };
     let surface = match surface {
         DesignedSurface::Polynomial => None,
@@ -187,6 +189,24 @@ fn design<'a>(settings: &DesignSettings) -> CanonicalObject<'a> {
         .with("method", method)
         .with("degree", *degree)
         .with("step_px", *step_px)
+        .maybe("goal", (*goal != DesignGoal::default()).then(|| goal_of(goal)))
+}
+
+fn goal_of<'a>(goal: &DesignGoal) -> Canonical<'a> {
+    let DesignGoal { rear, square, f_number, spot_weight, z_min_mm, depth_mm } = *goal;
+    let rear = match rear {
+        Rear::Own => "own",
+        Rear::Even => "even",
+        Rear::Flat => "flat",
+    };
+    object()
+        .with("rear", rear)
+        .with("square", square)
+        .maybe("f_number", f_number)
+        .with("spot_weight", spot_weight)
+        .with("z_min_mm", z_min_mm)
+        .with("depth_mm", depth_mm)
+        .into()
 }
 
 fn patch(patch: &PolynomialPatch) -> CanonicalObject<'_> {
