@@ -21,7 +21,7 @@ fn scenes() -> Vec<Scene> {
     };
     vec![
         scene(320, 68, &revolved("epipolar", false), BOARD),
-        scene(160, 40, &revolved("epipolar", true), BOARD),
+        scene(320, 68, &revolved("epipolar", true), BOARD),
         scene(161, 41, &revolved("toed-in", true), &posed),
         scene(480, 68, FLAT, BOARD),
         scene(481, 69, FREEFORM, BOARD),

@@ -28,7 +28,7 @@ impl ChebyshevCurve {
         let angle = |i: usize| std::f64::consts::PI * (i as f64 + 0.5) / n as f64;
         // The nodes rise, so that T_k at the i-th is cos(k (pi - angle)) = (-1)^k cos(k angle).
         let coefficient = |k: usize| {
-            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if k.is_multiple_of(2) { 1.0 } else { -1.0 };
             let sum: f64 = values.iter().enumerate().map(|(i, v)| v * libm::cos(k as f64 * angle(i))).sum();
             sign * sum * if k == 0 { 1.0 } else { 2.0 } / n as f64
         };
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn bounds_hold() {
-        let curve = through(12, |s| libm::sin(s));
+        let curve = through(12, libm::sin);
         let first = curve.coefficients()[0];
         for k in 0..=50 {
             let [f, df, ddf] = curve.jet(-1.0 + 0.1 * f64::from(k));

@@ -5,7 +5,7 @@ use super::film::Class;
 use super::map::{BORDER_STEP, INSET_PX, MapPatch};
 use super::region::Region;
 use crate::effect::Hook;
-use crate::system::System;
+use crate::system::{Side, System};
 use glam::DVec2;
 
 /// The sensor, or its right half, as certified patches and regions to be traced.
@@ -23,6 +23,8 @@ pub(super) struct Tiling {
 const SMALLEST_PX: usize = 64;
 /// A seam that slants over more columns than this share of the width is left to the division of patches.
 const MOST_SLANT: usize = 8;
+/// The border of the light that looks through the other half's glass is found to this, in px.
+const SEAM_PX: f64 = 0.01;
 /// Parts between the rows in which a seam is sought that the lens may bend.
 const ROWS_OF_A_BENT_SEAM: usize = 16;
 
@@ -32,12 +34,15 @@ pub(super) fn certify(system: &System, first: usize, grain: usize) -> Tiling {
     let [width, height] = system.camera().size_px();
     let mut tiling = Tiling { smallest_px: SMALLEST_PX * grain, ..Tiling::default() };
     let rows = 0..height;
-    // A facet, or a kink, may lie between the rays that check a patch.
-    if system.most_parts() != [1; 2] {
-        tiling.trace(Region { columns: first..width, rows });
-        return tiling;
-    }
-    match seam(system, &mut tiling.rays).filter(|seam| seam.len() <= width / MOST_SLANT) {
+    let creased = system.most_parts() != [1; 2];
+    let seam = match (creased, system.is_creased_by_halves_alone()) {
+        (false, _) => seam(system, &mut tiling.rays),
+        (true, true) => solid_seam(system, &mut tiling.rays),
+        (true, false) => None,
+    };
+    match seam.filter(|seam| seam.len() <= width / MOST_SLANT) {
+        // A facet, or a kink, may lie between the rays that check a patch.
+        None if creased => tiling.trace(Region { columns: first..width, rows }),
         Some(seam) if seam.end > first => {
             let regions = [first..seam.start.max(first), seam.start.max(first)..seam.end, seam.end..width];
             for (k, columns) in regions.into_iter().enumerate() {
@@ -115,6 +120,45 @@ fn passes_all_along(system: &System, region: &Region, rays: &mut u64) -> bool {
         let bend = bends.fold(0.0, f64::max);
         margins.iter().all(|m| *m > bend || *m == f64::INFINITY)
     })
+}
+
+/// The columns in which light looks through the other half's glass of a solid prism, and those of the seam between them. `None` where a
+/// row does not begin with such light of the left half that does not, and end with such of the right one.
+fn solid_seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>> {
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
+    let mut ends = [Vec::new(), Vec::new()];
+    for k in 0..=ROWS_OF_A_BENT_SEAM {
+        let y = (height * k as f64 / ROWS_OF_A_BENT_SEAM as f64).clamp(INSET_PX, height - INSET_PX);
+        for side in Side::ALL {
+            // From where the row begins or ends towards its middle, to the last place of the half that leaves through its own back.
+            let mut own = |x: f64| {
+                *rays += 2;
+                let px = DVec2::new(x, y);
+                trace_scalar(system, px).1 == side.into() && system.leaves_by_back_of(px, side)
+            };
+            let (mut inside, mut beyond) = (INSET_PX, width - INSET_PX);
+            if side == Side::Right {
+                (inside, beyond) = (beyond, inside);
+            }
+            if !own(inside) || own(beyond) {
+                return None;
+            }
+            while (beyond - inside).abs() > SEAM_PX {
+                let middle = 0.5 * (inside + beyond);
+                if own(middle) { inside = middle } else { beyond = middle }
+            }
+            ends[side as usize].push(inside);
+        }
+    }
+    // A parabola strays from its chords by an eighth of its second difference; what bends otherwise gets as much again.
+    let spare = |places: &[f64]| {
+        let bends = places.windows(3).map(|x| (x[0] + x[2] - 2.0 * x[1]).abs());
+        SEAM_PX + 0.25 * bends.fold(0.0, f64::max)
+    };
+    let [left, right] = &ends;
+    let low = left.iter().copied().fold(f64::INFINITY, f64::min) - spare(left);
+    let high = right.iter().copied().fold(f64::NEG_INFINITY, f64::max) + spare(right);
+    Some(low.max(0.0).floor() as usize..high.min(width).ceil() as usize)
 }
 
 /// The columns that the seam between the sides passes through, in the picture's first, middle and last row, and in rows between

@@ -73,8 +73,13 @@ pub(super) fn displaced_among(
     Some(worst)
 }
 
-/// By how far `systems`, each with its share of the picture, see from what `without` sees, over places of a grid.
+/// By how far `systems`, each with its share of the picture, see from what `without` sees, over places of a grid. `None` where it
+/// cannot be told.
 fn displaced(without: &System, systems: &[(f64, System)], light: RadianceRange, size: [usize; 2]) -> Option<Bound> {
+    // Beside the edge in which the two backs of a solid prism meet, a small move takes a ray from the one to the other.
+    if without.is_creased_by_halves_alone() {
+        return None;
+    }
     let total: f64 = systems.iter().map(|(share, _)| share).sum();
     let strays = |px: &DVec2| {
         let side = without.trace(*px).ok()?.side;

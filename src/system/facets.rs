@@ -17,6 +17,19 @@ impl System {
         parts
     }
 
+    /// Whether the ray of `px` leaves a solid prism by the back of this side.
+    pub(crate) fn leaves_by_back_of(&self, px: DVec2, side: Side) -> bool {
+        self.parts(px).facets[Face::Back as usize] == side as u32
+    }
+
+    /// Whether the only crease of the prism is the one in which the backs of both halves meet.
+    pub(crate) fn is_creased_by_halves_alone(&self) -> bool {
+        self.prism.as_ref().is_some_and(|prism| {
+            let mut surfaces = Side::ALL.into_iter().flat_map(|side| Face::ALL.map(|face| (side, face)));
+            prism.is_solid() && surfaces.all(|(side, face)| prism.surface(side, face).part_counts() == [1; 2])
+        })
+    }
+
     /// How many facets, and how many pieces, the surface with the most of them has: 1 of one without creases or kinks, and
     /// without glass.
     pub(crate) fn most_parts(&self) -> [usize; 2] {
