@@ -130,12 +130,16 @@ fn what_cannot_be_had_is_refused_by_name() {
             ["prism.design.square", "other than", "pinhole", "leave `square` out"],
         ),
         ("objective = \"toed-in\"\nspot_weight = 0.1", ["prism.design.spot_weight", "0.1", "aperture", "f-number"]),
-        ("baseline_mm = 1e6", ["prism.design.baseline_mm", "1000000", "ridge", "prism.ridge_distance_mm"]),
         ("objective = \"toed-in\"\ndegree = 1", ["\"toed-in\"", "degree", "px RMS", "raise `prism.design.degree`"]),
     ] {
         let told = refused(keys, own);
         assert!(words.iter().all(|word| told.contains(word)), "{keys}: {told}");
     }
+    // A facet of this angle turns the central ray outwards by more than the baseline.
+    let flatter = |text: String| text.replace("[prism.design]", "facet_angle_deg = 8.0\n[prism.design]");
+    let told = refused("baseline_mm = 0.01", flatter);
+    let words = ["prism.design.baseline_mm", "0.01", "ridge", "prism.ridge_distance_mm"];
+    assert!(words.iter().all(|word| told.contains(word)), "{told}");
     // The glass ends before the edge of the picture.
     let thin = |text: String| text.replace("thickness_mm = 8.545", "thickness_mm = 1.5");
     let told = refused("objective = \"toed-in\"", thin);
