@@ -220,6 +220,7 @@ fn corner_files() {
     let bare: Vec<ListedCorner> = corners.iter().map(|c| ListedCorner { quality: None, ..*c }).collect();
     let view = |name: &str, corners: &[ListedCorner]| CornerView {
         name: name.to_owned(),
+        index_origin: Some(corners::IndexOrigin::Board),
         corners: corners.to_vec(),
         rejected: vec![("flat".to_owned(), 3)],
         blur_px: Some([0.7, 0.8]),

@@ -16,7 +16,7 @@ mod common;
 mod judge;
 
 use biprism::error::Error;
-use biprism::io::corners::{CornerFormat, CornerView, ListedCorner, to_text};
+use biprism::io::corners::{CornerFormat, CornerView, IndexOrigin, ListedCorner, to_text};
 use biprism::io::{atomic, png};
 use biprism::raster::Raster;
 use biprism::vision::{Settings, detect};
@@ -124,6 +124,7 @@ fn run(folder: Option<&Path>) -> Result<(), Error> {
             let listed = |&(index, position_px): &([i32; 2], DVec2)| ListedCorner { index, position_px, quality: None };
             let truth = CornerView {
                 name: "whole".to_owned(),
+                index_origin: Some(IndexOrigin::Board),
                 corners: corners.iter().map(listed).collect(),
                 rejected: Vec::new(),
                 blur_px: None,

@@ -4,7 +4,7 @@
 use super::board_indexing::{LatticePlacement, placement};
 use super::half_image::HalfFrame;
 use super::view::own_side;
-use crate::io::corners::{CornerView, ListedCorner, Quality};
+use crate::io::corners::{CornerView, IndexOrigin, ListedCorner, Quality};
 use crate::raster::Raster;
 use crate::system::{InLight, System};
 use crate::vision::half::{Half, HalfImage};
@@ -34,6 +34,7 @@ pub fn detected(system: &System, picture: &Raster<f32>) -> [CornerView; 2] {
 /// those that were turned down: all as [`NOT_INDEXED`] where the instrument does not tell the lattice's place, those beyond the
 /// board as [`OFF_BOARD`].
 pub fn on_board(light: &InLight<'_>, half: Half, view: CornerView) -> CornerView {
+    let view = CornerView { index_origin: Some(IndexOrigin::Board), ..view };
     let frame = HalfFrame::new(light.main(), half);
     // Turn the lattice upright, and keep of each corner how well it was measured, by its position.
     let bits = |px: DVec2| px.to_array().map(f64::to_bits);

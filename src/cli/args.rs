@@ -4,6 +4,7 @@ use crate::accuracy::COARSEST_TARGET_PX;
 use crate::raster::transfer::Transfer;
 use crate::scene::DESIGN_DEGREE;
 use crate::scene::{DesignedSurface, Objective, Rear};
+use crate::vision::BoardSize;
 use clap::{Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -56,6 +57,15 @@ impl Verb {
             json: false,
         })
     }
+}
+
+/// Inner corners of a board, as in 9x6.
+fn board_size(text: &str) -> Result<BoardSize, String> {
+    let [least, most] = BoardSize::LIMITS;
+    let number = |digits: &str| digits.parse().ok().filter(|n: &i32| (least..=most).contains(n));
+    let size = text.split_once(['x', 'X']).and_then(|(columns, rows)| Some([number(columns)?, number(rows)?]));
+    size.map(|[columns, rows]| BoardSize { columns, rows })
+        .ok_or_else(|| format!("give columns x rows of inner corners, each within {least} .. {most}, as in 9x6"))
 }
 
 /// A target in px, within what a scene may ask for.
@@ -213,6 +223,13 @@ pub struct CornersArgs {
     /// Take the whole picture as one view instead of two halves.
     #[arg(long, conflicts_with = "scene")]
     pub whole: bool,
+    /// Columns x rows of the board's inner corners, as in 9x6, where they are known: of several boards that one is taken, corners
+    /// that do not fit are turned down, and another size is told.
+    #[arg(long, value_name = "9x6", value_parser = board_size, conflicts_with = "scene")]
+    pub board: Option<BoardSize>,
+    /// Give every board, not only that of most corners: the second of a view as `leftb`, the third as `leftc`.
+    #[arg(long, conflicts_with_all = ["scene", "board"])]
+    pub all_boards: bool,
     /// File to write instead of stdout: .csv, .json, or .yml for OpenCV (with its pixel centres at whole numbers).
     #[arg(long)]
     pub out: Option<PathBuf>,

@@ -12,7 +12,7 @@ use crate::io::inputs;
 use crate::raster::Raster;
 use crate::system::InLight;
 use crate::vision::half::{Half, HalfImage};
-use crate::vision::{self, Settings};
+use crate::vision::{self, Detection, Polarity, Settings, turned_like};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -25,6 +25,10 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
     let progress = Progress::new(0);
     progress.begin("picture", "read");
     let given = CornerFormat::of(&args.picture).is_ok();
+    if given && (args.board.is_some() || args.all_boards) {
+        let rule = "a corner file holds no picture, in which --board and --all-boards look for boards";
+        return Err(Error::new(args.picture.display(), rule, "give the picture, or leave the option out"));
+    }
     let (listed, picture) = match given {
         true => (corners::read(&args.picture)?, None),
         false => (Vec::new(), Some(crate::io::read(&args.picture, args.transfer.map(Into::into))?.0)),
@@ -33,15 +37,19 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
         inputs::check_outputs(std::slice::from_ref(path))?;
         path.parent().map_or(Ok(()), files::folder)?;
     }
+    let mut told = Vec::new();
     let views = match (&args.scene, picture) {
         (Some(path), picture) => by_scene(args, path, picture.as_ref(), listed, &progress)?,
         (None, Some(picture)) => {
             progress.begin("picture", "detect");
-            detected(args, &picture)
+            let (views, notes) = detected(args, &picture);
+            told = notes;
+            views
         }
         (None, None) => listed,
     };
     drop(progress);
+    told.iter().for_each(|note| output::stderr(note));
     let text = to_text(&views, format);
     match &args.out {
         Some(path) => files::text(path, &text)?,
@@ -117,17 +125,90 @@ fn outcome(args: &CornersArgs, views: &[CornerView]) -> Outcome {
     outcome
 }
 
-fn detected(args: &CornersArgs, picture: &Raster<f32>) -> Vec<CornerView> {
-    let settings = Settings::default();
+/// The boards of a picture, view by view, and what is to be told of them.
+fn detected(args: &CornersArgs, picture: &Raster<f32>) -> (Vec<CornerView>, Vec<String>) {
+    let mut told = Vec::new();
     if args.whole {
-        return vec![CornerView::new("whole", 0, &vision::detect(picture, None, &settings))];
+        return (listed("whole", 0, boards(args, "whole", picture, &mut told), &mut told), told);
     }
     // One half after the other: both at once would hold the picture twice.
-    let view = |half: Half| {
+    let [left, right] = Half::BOTH.map(|half| {
         let half = HalfImage::cut(picture, half);
-        CornerView::new(half.half.name(), half.first_column, &vision::detect(&half.image, None, &settings))
+        (half.first_column, boards(args, half.half.name(), &half.image, &mut told))
+    });
+    // Number the second half as the first, board by board.
+    let mut right_boards = Vec::new();
+    for (number, board) in right.1.into_iter().enumerate() {
+        match left.1.get(number) {
+            None => right_boards.push(board),
+            Some(reference) => {
+                right_boards.push(turned_like(reference, board));
+                told.extend(differing(reference, &right_boards[number]));
+            }
+        }
+    }
+    let mut views = listed(Half::Left.name(), left.0, left.1, &mut told);
+    views.extend(listed(Half::Right.name(), right.0, right_boards, &mut told));
+    (views, told)
+}
+
+/// The boards that are asked for in one view: one, but for `--all-boards`.
+fn boards(args: &CornersArgs, view: &str, image: &Raster<f32>, told: &mut Vec<String>) -> Vec<Detection> {
+    let settings = Settings::default();
+    let Some(size) = args.board else {
+        return if args.all_boards {
+            vision::detect_all(image, None, &settings)
+        } else {
+            vec![vision::detect(image, None, &settings)]
+        };
     };
-    Half::BOTH.map(view).into()
+    let fitted = vision::board_of_size(vision::detect_all(image, None, &settings), size);
+    if let Some(fitted) = fitted.as_ref().filter(|f| !f.board.corners.is_empty() && !f.is_whole(size)) {
+        let [found, stated] = [fitted.reached, size].map(|size| format!("{} x {}", size.columns, size.rows));
+        let left_out = match fitted.left_out {
+            0 => String::new(),
+            n => format!("; {n} that do not fit are left out"),
+        };
+        told.push(format!("note: {view}: the corners reach over {found} and the board has {stated}{left_out}"));
+    }
+    fitted.map(|fitted| fitted.board).into_iter().collect()
+}
+
+/// That the two halves show other corners of a board, so that one index does not mean one corner.
+fn differing(left: &Detection, right: &Detection) -> Option<String> {
+    let reached =
+        |found: &Detection| found.corners.iter().fold([0; 2], |m, c| [0, 1].map(|k| m[k].max(c.index[k] + 1)));
+    // Colours at even places: alike where both count from the same corner.
+    let main = |found: &Detection| {
+        found.corners.first().map(|c| (c.polarity == Polarity::Main) ^ ((c.index[0] + c.index[1]) % 2 != 0))
+    };
+    let ([a, b], colours) = ([left, right].map(reached), main(left) == main(right));
+    let told = || {
+        format!(
+            "note: left reaches over {} x {} corners and right over {} x {}{}: each half counts from its own first corner, so that \
+             one index is not one corner of the board in both; --scene SCENE gives the board's own",
+            a[0],
+            a[1],
+            b[0],
+            b[1],
+            if colours { "" } else { ", of other colours" }
+        )
+    };
+    let both = !left.corners.is_empty() && !right.corners.is_empty();
+    (both && (a != b || !colours)).then(told)
+}
+
+/// Letters that name the boards of a view from the second on, and so the most that a file holds.
+const SECOND_ON: std::ops::RangeInclusive<char> = 'b'..='h';
+
+/// The boards of a view as a file holds them: `left`, `leftb`, `leftc`.
+fn listed(name: &str, first_column: usize, boards: Vec<Detection>, told: &mut Vec<String>) -> Vec<CornerView> {
+    let names = std::iter::once(name.to_owned()).chain(SECOND_ON.map(|letter| format!("{name}{letter}")));
+    let most = SECOND_ON.count() + 1;
+    if boards.len() > most {
+        told.push(format!("note: {name}: of {} boards the {most} of most corners are given", boards.len()));
+    }
+    names.zip(&boards).map(|(name, board)| CornerView::new(&name, first_column, board)).collect()
 }
 
 /// What was written of a view, in numbers.

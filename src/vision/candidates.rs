@@ -7,11 +7,24 @@ use super::ring_test::{RADIUS_PX, Ring, RingTest};
 use crate::raster::Raster;
 use glam::DVec2;
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
-/// Peaks weaker than this share of the median of the strongest 20 crossings are not tested.
-const LEAST_STRENGTH: f32 = 0.06;
+/// The strength goes with the square of the contrast. A peak of this share of the median of the strongest 20 crossings (a
+/// quarter of their contrast) is tested, whatever the noise.
+const STRONG: f32 = 0.06;
 /// How many of the strongest crossings set that scale.
 const STRONGEST: usize = 20;
+/// A weaker one, as on a board in the shade of what stands beside it, is tested down to this share (0.3 % of the contrast),
+const WEAKEST: f32 = 1e-5;
+/// and where it is so many times as strong as what is left around it when the crossings of a board are taken away: of the peaks of
+/// white noise one in two hundred is.
+const ABOVE_REST: f32 = 4.0;
+/// What is around a peak: a tile of this side, in px. A board of squares of 10 px has less than a crossing for each so many px^2,
+/// noise has two peaks.
+const TILE_PX: usize = 64;
+const CROSSING_PX2: usize = 100;
+/// A corner this share of a step away from two borders of the picture still has 0.6 of its window in it.
+const IN_SIGHT: f64 = 0.25;
 /// Peaks that are tested, at most: a picture of noise has one in every 50 px.
 const MOST_PEAKS: usize = 50_000;
 
@@ -34,6 +47,19 @@ impl Candidates<'_> {
     /// How many crossings were found.
     pub fn crossings(&self) -> usize {
         self.list.len()
+    }
+
+    /// Whether a corner at a position, a step of so many px away from others, would be in sight: with its ring, and with more than
+    /// half of its window however that is cut.
+    pub(super) fn shows(&self, position: DVec2, step_px: f64) -> bool {
+        let reach = RADIUS_PX.max(IN_SIGHT * step_px);
+        let size = DVec2::new(self.image.width() as f64, self.image.height() as f64);
+        (position - reach).min_element() >= 0.0
+            && (size - position - reach).min_element() > 0.0
+            && self.valid.as_ref().is_none_or(|valid| {
+                let places = [DVec2::ZERO, DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
+                places.into_iter().map(|d| position + d * reach).all(|p| valid.get(p.x as usize, p.y as usize))
+            })
     }
 }
 
@@ -129,10 +155,14 @@ fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, rejected: &m
         .take(STRONGEST)
         .collect();
     let Some(&middle) = strongest.get(strongest.len() / 2) else { return Vec::new() };
-    let count = peaks.partition_point(|p| p.strength >= LEAST_STRENGTH * middle);
 
-    // Test the ring around every peak that is strong enough.
-    let tested: Vec<(Peak, Option<Ring>)> = peaks[..count].par_iter().map(test_peak).collect();
+    // Test the ring around every peak that is strong, or stands out of what is around it.
+    let strong = peaks.partition_point(|p| p.strength >= STRONG * middle);
+    peaks.truncate(peaks.partition_point(|p| p.strength >= WEAKEST * middle));
+    let rest = rests(&peaks);
+    let stands_out = |peak: &Peak| rest.get(&tile(peak)).is_none_or(|rest| peak.strength >= ABOVE_REST * rest);
+    let worth = peaks.par_iter().enumerate().filter(|(k, peak)| *k < strong || stands_out(peak));
+    let tested: Vec<(Peak, Option<Ring>)> = worth.map(|(_, peak)| test_peak(peak)).collect();
 
     // Keep the crossings whose ring lies inside the picture and the mask.
     let size = DVec2::new(prepared.width() as f64, prepared.height() as f64);
@@ -143,10 +173,31 @@ fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, rejected: &m
             && (size - position - RADIUS_PX).min_element() >= 0.0
             && valid.is_none_or(|v| v.get(position.x as usize, position.y as usize));
         match ring {
+            // Of weak peaks most are texture, which is not worth a word.
+            None if peak.strength < STRONG * middle => {}
             None => rejected.push(Rejected { position_px: position, reason: Reason::Ring }),
             Some(_) if !inside => rejected.push(Rejected { position_px: position, reason: Reason::Cut }),
             Some(ring) => candidates.push(Candidate { position, ring }),
         }
     }
     candidates
+}
+
+fn tile(peak: &Peak) -> [usize; 2] {
+    // A cast cuts off what is below 0.
+    [peak.position.x as usize / TILE_PX, peak.position.y as usize / TILE_PX]
+}
+
+/// The strength of the strongest peak of each tile that is beyond the number of a board's crossings; none where there are fewer.
+fn rests(strongest_first: &[Peak]) -> BTreeMap<[usize; 2], f32> {
+    let mut counts: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+    let mut rests = BTreeMap::new();
+    for peak in strongest_first {
+        let count = counts.entry(tile(peak)).or_default();
+        *count += 1;
+        if *count == TILE_PX * TILE_PX / CROSSING_PX2 {
+            rests.insert(tile(peak), peak.strength);
+        }
+    }
+    rests
 }

@@ -42,13 +42,14 @@ pub enum Reason {
     Cut,
     /// The next lines are nearer than six blurs, and blur into its window.
     Blurred,
-    /// Its contrast is far below that of the grid.
+    /// Its contrast is far below what the corners beside it lead to.
     LowContrast,
     /// The fit ended at another place.
     Moved,
-    /// It makes a kink in its grid lines.
+    /// It makes a kink in its grid lines, or hangs on the grid by a single neighbour though the places beside it are in sight.
     OffLattice,
-    /// The picture there is unlike two crossing edges: hidden in part, or a seam runs through it.
+    /// The picture there is far less like two crossing edges than around it: hidden in part, a seam runs through it, or the board's rim
+    /// meets an edge behind it.
     Residual,
     /// The fit came to no end.
     NotConverged,

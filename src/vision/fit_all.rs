@@ -5,12 +5,13 @@ use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, fit};
 use super::corner_model::{Effort, Model};
 use super::detection::{Corner, Detection, Polarity, Reason, Rejected};
-use super::lattice_growth::{Lattice, Lattices, NEIGHBOURS, from_zero, is_broad, normalise};
+use super::lattice_growth::{Lattice, NEIGHBOURS, is_broad};
 use super::lattice_lines::{CornerSite, Grid};
+use super::neighbours::{Neighbourhood, hanging};
+use super::numbering::{from_zero, normalise};
 use super::pixel_sums::WindowFrame;
 use super::settings::{Blur, Settings};
 use super::window::gather;
-use crate::num::stats::quantile;
 use glam::{DVec2, IVec2};
 use rayon::prelude::*;
 
@@ -40,23 +41,17 @@ const NARROW_STEP_PX: f64 = 1e-5;
 const LAST_STEPS: [usize; 3] = [6, 16, 12];
 /// A fit that ends further than this from its candidate, in px, has found something else.
 const MOST_MOVE_PX: f64 = 3.0;
-/// The weakest contrast against the median of the lattice.
-const LEAST_CONTRAST: f64 = 0.4;
 /// A second difference along a line may differ from its neighbours' by this many px or this share of a step.
 const MOST_KINK: (f64, f64) = (0.6, 0.12);
-/// The largest residual against the median of the lattice, and against the corner's own amplitude.
-const MOST_RESIDUAL: (f64, f64) = (3.0, 0.012);
+/// The last fits are made so often at most: again without a corner that turned out to be none, since the bends of its lines were
+/// taken from it too.
+const LAST_ROUNDS: usize = 2;
 
-/// Measures the corners of the largest lattice.
-pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Settings) -> Detection {
-    // Take the largest lattice, and reject the candidates outside it.
-    let mut rejected = candidates.rejected.clone();
-    let largest = take_largest(candidates, lattices, &mut rejected);
-    if largest.is_empty() {
-        return Detection { corners: Vec::new(), rejected, sigma_px: None };
-    }
+/// Measures the corners of one lattice. The answer turns down corners of that lattice only.
+pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, settings: &Settings) -> Detection {
+    let mut rejected = Vec::new();
     let positions: Vec<DVec2> = candidates.list.iter().map(|c| c.position).collect();
-    let lattice = normalise(&largest, |k| positions[k]);
+    let lattice = normalise(lattice, |k| positions[k]);
     let mut grid = Grid::new(lattice, positions);
 
     // Estimate the blur from some corners.
@@ -69,6 +64,7 @@ pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Setti
     // Fit all corners in small windows, and drop those that make kinks in their lines.
     first_fits(candidates, &mut grid, &mut rejected, start_sigma, settings);
     prune_kinks(&mut grid, &mut rejected);
+    prune_hanging(candidates, &mut grid, &mut rejected);
 
     // Estimate a blur far narrower than a pixel again: it shows in few pixels, and hangs on the bends, which are known
     // now.
@@ -78,7 +74,15 @@ pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Setti
     }
 
     // Fit the corners that are left in full windows.
-    let last = last_fits(candidates, &mut grid, &mut rejected, start_sigma, settings);
+    let mut last = Vec::new();
+    for _ in 0..LAST_ROUNDS {
+        let before = rejected.len();
+        last = last_fits(candidates, &mut grid, &mut rejected, start_sigma, settings);
+        prune_hanging(candidates, &mut grid, &mut rejected);
+        if rejected[before..].iter().all(|r| !matches!(r.reason, Reason::Residual | Reason::OffLattice)) {
+            break;
+        }
+    }
     if grid.lattice.len() < settings.min_corners || !is_broad(&grid.lattice) {
         rejected.extend(
             grid.lattice.values().map(|&k| Rejected { position_px: grid.positions[k], reason: Reason::NoGrid }),
@@ -93,18 +97,6 @@ pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Setti
     let corners =
         lattice.iter().filter_map(|(&index, k)| Some(corner(index, grid.positions[*k], fits.get(k)?))).collect();
     Detection { corners, rejected, sigma_px }
-}
-
-/// The largest lattice; the candidates outside it are rejected.
-fn take_largest(candidates: &Candidates<'_>, lattices: Lattices, rejected: &mut Vec<Rejected>) -> Lattice {
-    let mut lattices = lattices.0.into_iter();
-    let largest = lattices.next().unwrap_or_default();
-    let mut reasons = vec![Some(Reason::NoGrid); candidates.list.len()];
-    lattices.flat_map(Lattice::into_values).for_each(|k| reasons[k] = Some(Reason::OtherGrid));
-    largest.values().for_each(|&k| reasons[k] = None);
-    let outside = candidates.list.iter().zip(reasons);
-    rejected.extend(outside.filter_map(|(c, reason)| Some(Rejected { position_px: c.position, reason: reason? })));
-    largest
 }
 
 /// Whether a fit ended too far from its candidate.
@@ -135,11 +127,10 @@ fn first_fits(
         }
 
         // Drop the corners that moved too far or whose contrast is weak, and choose the powers of the lines anew.
-        prune(grid, rejected, &first, |fit, typical| {
-            let contrast = fit.model.light[3].abs();
+        prune(grid, rejected, &first, |cell, fit, around| {
             if moved(fit) {
                 Some(Reason::Moved)
-            } else if contrast < LEAST_CONTRAST * typical.contrast {
+            } else if around.is_faint(cell) {
                 Some(Reason::LowContrast)
             } else {
                 None
@@ -177,13 +168,12 @@ fn last_fits(
     });
 
     // Drop the corners whose fit did not converge, moved too far, or leaves too large a residual.
-    prune(grid, rejected, &last, |fit, typical| {
-        let limit = (MOST_RESIDUAL.0 * typical.residual).max(MOST_RESIDUAL.1 * fit.model.light[3].abs());
+    prune(grid, rejected, &last, |cell, fit, around| {
         if fit.last_step_px > 0.05 {
             Some(Reason::NotConverged)
         } else if moved(fit) {
             Some(Reason::Moved)
-        } else if fit.residual > limit {
+        } else if around.is_unlike(cell) {
             Some(Reason::Residual)
         } else {
             None
@@ -241,29 +231,32 @@ fn fit_one(
     fit(&window, model, effort).ok_or(Reason::NotConverged)
 }
 
-/// Medians over a lattice.
-struct Typical {
-    contrast: f64,
-    residual: f64,
-}
-
 /// Takes the fitted positions over and drops the corners whose fit failed or breaks a rule.
 fn prune(
     grid: &mut Grid,
     rejected: &mut Vec<Rejected>,
     outcomes: &[Outcome],
-    rule: impl Fn(&CornerFit, &Typical) -> Option<Reason>,
+    rule: impl Fn([i32; 2], &CornerFit, &Neighbourhood) -> Option<Reason>,
 ) {
-    let fits = || outcomes.iter().filter_map(|(_, _, _, fit)| fit.as_ref().ok());
-    let median = |f: fn(&CornerFit) -> f64| quantile(&fits().map(f).collect::<Vec<_>>(), 0.5).unwrap_or(0.0);
-    let typical = Typical { contrast: median(|f| f.model.light[3].abs()), residual: median(|f| f.residual) };
+    let fits = outcomes.iter().filter_map(|(cell, _, _, fit)| Some((*cell, fit.as_ref().ok()?)));
+    let around = Neighbourhood::new(fits, grid.contrasts());
     for (cell, k, half, outcome) in outcomes {
-        match outcome.as_ref().map_err(|&reason| reason).and_then(|fit| rule(fit, &typical).map_or(Ok(fit), Err)) {
+        match outcome.as_ref().map_err(|&reason| reason).and_then(|fit| rule(*cell, fit, &around).map_or(Ok(fit), Err))
+        {
             Ok(fit) => grid.take(*cell, *k, fit, *half),
             Err(reason) => {
                 rejected.push(Rejected { position_px: grid.positions[*k], reason });
                 grid.lattice.remove(cell);
             }
+        }
+    }
+}
+
+/// Drops corners that hang on the lattice by a single neighbour.
+fn prune_hanging(candidates: &Candidates<'_>, grid: &mut Grid, rejected: &mut Vec<Rejected>) {
+    for cell in hanging(&grid.lattice, |cell| grid.expected(cell).is_some_and(|(at, px)| candidates.shows(at, px))) {
+        if let Some(k) = grid.lattice.remove(&cell) {
+            rejected.push(Rejected { position_px: grid.positions[k], reason: Reason::OffLattice });
         }
     }
 }

@@ -3,10 +3,9 @@
 
 use super::candidate::Candidate;
 use super::candidates::Candidates;
-use super::detection::{Corner, Polarity};
 use super::settings::Settings;
 use crate::raster::Raster;
-use glam::{DMat2, DVec2, IVec2};
+use glam::{DVec2, IVec2};
 use std::collections::{BTreeMap, VecDeque};
 
 /// A neighbour lies within this share of a step of where it is predicted.
@@ -196,92 +195,6 @@ fn predict(candidates: &[Candidate], lattice: &Lattice, cell: IVec2, direction: 
             .find_map(|aside| Some(here + at(cell + aside + direction)? - at(cell + aside)?))?,
     };
     Some((from, predicted))
-}
-
-/// A corner that a detector, this or another, has put on a lattice.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LatticeCorner {
-    /// Column and row in one consistent lattice.
-    pub index: [i32; 2],
-    /// Position, in px: pixel (i, j) covers `[i, i+1) x [j, j+1)`.
-    pub position_px: DVec2,
-    /// Which diagonal is bright, where the detector says.
-    pub polarity: Option<Polarity>,
-}
-
-impl From<&Corner> for LatticeCorner {
-    fn from(corner: &Corner) -> Self {
-        Self { index: corner.index, position_px: corner.position_px, polarity: Some(corner.polarity) }
-    }
-}
-
-/// The lattice as [`detect`](crate::vision::detect) numbers it: +column along +x and +row along +y as nearly as possible, the
-/// smallest of each 0. Other programs count rows before columns, or from another corner of the board.
-pub fn upright(seen: &[LatticeCorner]) -> Vec<LatticeCorner> {
-    let lattice: Lattice = seen.iter().enumerate().map(|(k, corner)| (corner.index, k)).collect();
-    let axes = axes(&lattice, |k| seen[k].position_px);
-    let polarity = |k: usize| match seen[k].polarity? {
-        Polarity::Main if axes.swaps_diagonals() => Some(Polarity::Anti),
-        Polarity::Anti if axes.swaps_diagonals() => Some(Polarity::Main),
-        same => Some(same),
-    };
-    let turned = from_zero(&axes.turned(&lattice));
-    turned.into_iter().map(|(index, k)| LatticeCorner { index, polarity: polarity(k), ..seen[k] }).collect()
-}
-
-/// Where the columns and rows of an upright lattice run in a lattice.
-struct LatticeAxes {
-    column: IVec2,
-    row: IVec2,
-}
-
-impl LatticeAxes {
-    fn turned(&self, lattice: &Lattice) -> Lattice {
-        let turned = |cell: IVec2| [cell.dot(self.column), cell.dot(self.row)];
-        lattice.iter().map(|(&cell, &k)| (turned(IVec2::from_array(cell)), k)).collect()
-    }
-
-    /// Whether the square between +column and +row is one that was beside it.
-    fn swaps_diagonals(&self) -> bool {
-        let between = self.column + self.row;
-        between.x != between.y
-    }
-}
-
-/// The lattice turned by a multiple of 90 deg (never mirrored) so that +column runs along +x and +row along +y as
-/// nearly as possible, from column and row 0.
-pub(super) fn normalise(lattice: &Lattice, position: impl Fn(usize) -> DVec2) -> Lattice {
-    from_zero(&axes(lattice, position).turned(lattice))
-}
-
-/// The axes that agree most with +x and +y in the picture.
-fn axes(lattice: &Lattice, position: impl Fn(usize) -> DVec2) -> LatticeAxes {
-    let mean_step = |direction: IVec2| {
-        lattice
-            .iter()
-            .filter_map(|(&cell, &k)| {
-                let next = lattice.get(&(IVec2::from_array(cell) + direction).to_array())?;
-                Some(position(*next) - position(k))
-            })
-            .sum::<DVec2>()
-    };
-    let steps = DMat2::from_cols(mean_step(IVec2::X), mean_step(IVec2::Y));
-    let handed = if steps.determinant() < 0.0 { -1 } else { 1 };
-    // The image of +column and +row under each of the four turns; the best agrees most with +x and +y.
-    let turns = [IVec2::X, IVec2::Y, IVec2::NEG_X, IVec2::NEG_Y].map(|column| {
-        let row = IVec2::new(-column.y, column.x) * handed;
-        let along = |axis: IVec2| (steps * axis.as_dvec2()).normalize_or_zero();
-        (column, row, along(column).x + along(row).y)
-    });
-    let (column, row, _) = turns.into_iter().fold(turns[0], |best, turn| if turn.2 > best.2 { turn } else { best });
-    LatticeAxes { column, row }
-}
-
-/// The lattice moved so that its smallest column and row are 0.
-pub(super) fn from_zero(lattice: &Lattice) -> Lattice {
-    let least = |axis: usize| lattice.keys().map(|cell| cell[axis]).min().unwrap_or(0);
-    let first = [least(0), least(1)];
-    lattice.iter().map(|(&[i, j], &k)| ([i - first[0], j - first[1]], k)).collect()
 }
 
 /// A spatial index of the candidates.

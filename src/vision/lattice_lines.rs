@@ -88,6 +88,22 @@ impl Grid {
         self.fitted[number] = Some(FittedCorner { model: fit.model.about_corner(), covariance_px2, half_px });
     }
 
+    /// The contrasts of the corners that were fitted.
+    pub(super) fn contrasts(&self) -> impl Iterator<Item = ([i32; 2], f64)> {
+        self.lattice.iter().filter_map(|(&cell, &k)| Some((cell, 2.0 * self.fitted[k]?.model.light[3].abs())))
+    }
+
+    /// Where the corner of a cell beside a corner of the lattice should be, and how long the step to it is, in px.
+    pub(super) fn expected(&self, cell: [i32; 2]) -> Option<(DVec2, f64)> {
+        let cell = IVec2::from_array(cell);
+        NEIGHBOURS.into_iter().find_map(|back| {
+            let from = cell + back;
+            let here = self.positions[*self.lattice.get(&from.to_array())?];
+            let step = self.step(from, back.abs())? * f64::from(-back.x - back.y);
+            Some((here + step, step.length()))
+        })
+    }
+
     /// The lattice line through a cell, as positions show it without directions. Where it is too short to show its
     /// bend, the parallel lines beside it show theirs.
     fn straight_line(&self, cell: IVec2, direction: IVec2) -> Option<LatticeLine> {

@@ -40,7 +40,11 @@ mod corner_pixel_model;
 mod edge_spread;
 mod lattice_lines;
 mod corner_fit;
-pub(crate) mod fit_all;
+mod fit_all;
+mod neighbours;
+mod boards;
+mod numbering;
+mod board_size;
 mod ring_test;
 mod lattice_growth;
 mod settings;
@@ -55,9 +59,11 @@ pub use settings::{Blur, LEAST_VISIBLE, Settings, UnevenLight};
 
 use crate::raster::Raster;
 
+pub use board_size::{BoardSize, SizedBoard, board_of_size};
+pub use boards::{measure, measure_all};
 pub use candidates::{Candidates, find_candidates};
-pub use fit_all::measure;
-pub use lattice_growth::{LatticeCorner, Lattices, grow, upright};
+pub use lattice_growth::{Lattices, grow};
+pub use numbering::{LatticeCorner, turned_like, upright};
 
 /// Finds and measures the corners of the largest checkerboard in a picture of linear radiance.
 ///
@@ -71,4 +77,15 @@ pub fn detect(image: &Raster<f32>, mask: Option<&Raster<bool>>, settings: &Setti
     let candidates = find_candidates(image, mask);
     let lattices = grow(&candidates, settings);
     measure(&candidates, lattices, settings)
+}
+
+/// Finds and measures the corners of every checkerboard in a picture, that of most corners first; the first is there even where there
+/// is none, as in [`detect()`].
+///
+/// # Panics
+/// When the mask has another size than the picture.
+pub fn detect_all(image: &Raster<f32>, mask: Option<&Raster<bool>>, settings: &Settings) -> Vec<Detection> {
+    let candidates = find_candidates(image, mask);
+    let lattices = grow(&candidates, settings);
+    measure_all(&candidates, &lattices, settings)
 }

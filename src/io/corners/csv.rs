@@ -2,7 +2,7 @@
 //! may leave out), a line of column names, a line a corner.
 
 use super::rules::{CENTRE, MOST_CORNERS, MOST_VIEWS, same_count, too_many};
-use super::view::{CornerView, ListedCorner, Quality, polarity_name, polarity_of};
+use super::view::{CornerView, IndexOrigin, ListedCorner, Quality, polarity_name, polarity_of};
 use crate::error::Error;
 use glam::{DMat2, DVec2};
 use std::fmt::Write;
@@ -14,13 +14,16 @@ const HEADER: &str = "half,column,row,x_px,y_px";
 const QUALITY: &str = ",var_x_px2,cov_xy_px2,var_y_px2,contrast,residual,polarity";
 /// Begins the line that names the convention.
 const COMMENT: &str = "# pixel centre: ";
+/// Begins the line that says what columns and rows count from.
+const ORIGIN: &str = "# index origin: ";
 /// Begins the line that says how many corners follow.
 const COUNT: &str = "# corners: ";
 
 pub(super) fn to_text(views: &[CornerView]) -> String {
     let full = views.iter().flat_map(|v| &v.corners).all(|c| c.quality.is_some());
     let count: usize = views.iter().map(|v| v.corners.len()).sum();
-    let mut text = format!("{COMMENT}{CENTRE}\n{COUNT}{count}\n{HEADER}{}\n", if full { QUALITY } else { "" });
+    let origin = IndexOrigin::of_all(views).map_or(String::new(), |origin| format!("{ORIGIN}{}\n", origin.name()));
+    let mut text = format!("{COMMENT}{CENTRE}\n{origin}{COUNT}{count}\n{HEADER}{}\n", if full { QUALITY } else { "" });
     for (view, corner) in views.iter().flat_map(|v| v.corners.iter().map(move |c| (v, c))) {
         let p = corner.position_px;
         // Writing to a String cannot fail.
@@ -85,6 +88,15 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
     }
     let end = || CsvField { text: "", span: text.len()..text.len() };
     let mut header = lines.next().unwrap_or_else(end);
+    let index_origin = match header.text.strip_prefix(ORIGIN) {
+        None => None,
+        Some(name) => {
+            let help = "write one of them, or leave the line out";
+            let origin = IndexOrigin::of(name).map_err(|rule| source.problem(header.span.clone(), rule, help))?;
+            header = lines.next().unwrap_or_else(end);
+            Some(origin)
+        }
+    };
     let count = match header.text.strip_prefix(COUNT) {
         None => None,
         Some(digits) => {
@@ -120,7 +132,10 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
                     "give the corners of one picture",
                 ));
             }
-            None => views.push(CornerView { name, corners: vec![corner], rejected: Vec::new(), blur_px: None }),
+            None => {
+                let rejected = Vec::new();
+                views.push(CornerView { name, index_origin, corners: vec![corner], rejected, blur_px: None });
+            }
         }
     }
     same_count(count, &views, place)?;

@@ -1,7 +1,7 @@
 //! Corners as JSON.
 
 use super::rules::{CENTRE, MOST_CORNERS, MOST_VIEWS, broken, too_many};
-use super::view::{CornerView, ListedCorner, Quality, polarity_name, polarity_of};
+use super::view::{CornerView, IndexOrigin, ListedCorner, Quality, polarity_name, polarity_of};
 use crate::error::Error;
 use glam::{DMat2, DVec2};
 use serde::de::{MapAccess, Visitor};
@@ -13,6 +13,8 @@ use std::fmt;
 #[serde(deny_unknown_fields)]
 struct File {
     pixel_centre: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    index_origin: Option<String>,
     halves: Vec<ViewFile>,
 }
 
@@ -84,7 +86,11 @@ pub(super) fn to_text(views: &[CornerView]) -> String {
         rejected: v.rejected.iter().cloned().collect(),
         blur_px: v.blur_px,
     };
-    let file = File { pixel_centre: CENTRE.to_owned(), halves: views.iter().map(half).collect() };
+    let file = File {
+        pixel_centre: CENTRE.to_owned(),
+        index_origin: IndexOrigin::of_all(views).map(|origin| origin.name().to_owned()),
+        halves: views.iter().map(half).collect(),
+    };
     let text = serde_json::to_string_pretty(&file).expect("names and numbers can be written as JSON");
     text + "\n"
 }
@@ -117,12 +123,15 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
     if file.halves.iter().map(|h| h.corners.len()).sum::<usize>() > MOST_CORNERS {
         return Err(too_many(place));
     }
+    let index_origin = file.index_origin.map(|name| IndexOrigin::of(&name)).transpose();
+    let index_origin = index_origin.map_err(|rule| broken(place, rule))?;
     file.halves
         .into_iter()
         .map(|half| {
             let name = half.half;
             let corners = half.corners.into_iter().map(|e| listed(e, &name, place)).collect::<Result<_, _>>()?;
-            Ok(CornerView { name, corners, rejected: half.rejected.into_iter().collect(), blur_px: half.blur_px })
+            let rejected = half.rejected.into_iter().collect();
+            Ok(CornerView { name, index_origin, corners, rejected, blur_px: half.blur_px })
         })
         .collect()
 }

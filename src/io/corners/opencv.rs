@@ -7,13 +7,15 @@
 
 use super::pixel_centre::{PixelCentre, move_centre};
 use super::rules::{HELP, MOST_CORNERS, OPENCV_CENTRE, broken, same_count, too_many};
-use super::view::{CornerView, ListedCorner, Quality};
+use super::view::{CornerView, IndexOrigin, ListedCorner, Quality};
 use crate::error::Error;
 use crate::io::file_storage::{Entries, Fault, RawMatrix, YamlMap, number};
 use crate::vision::Polarity;
 use glam::{DMat2, DVec2};
 
 const CENTRE_KEY: &str = "pixel_centre";
+/// What indices count from; another program may leave it out.
+const ORIGIN_KEY: &str = "index_origin";
 /// How many corners all views have together; another program may leave it out.
 const COUNT_KEY: &str = "corners";
 /// Values of a row of `<view>_quality`.
@@ -27,6 +29,9 @@ pub(super) fn to_text(views: &[CornerView]) -> String {
     let full = views.iter().flat_map(|v| &v.corners).all(|c| c.quality.is_some());
     let mut map = YamlMap::default();
     map.string(CENTRE_KEY, OPENCV_CENTRE);
+    if let Some(origin) = IndexOrigin::of_all(views) {
+        map.string(ORIGIN_KEY, origin.name());
+    }
     map.scalar(COUNT_KEY, &count.to_string());
     for view in views {
         let name = &view.name;
@@ -66,8 +71,10 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
     }
     let names: Vec<String> =
         matrices.iter().filter_map(|matrix| Some(matrix.key.strip_suffix("_corners")?.to_owned())).collect();
-    let views: Vec<CornerView> =
-        names.into_iter().map(|name| view(name, &mut matrices, place)).collect::<Result<_, Error>>()?;
+    let stated = scalars.get(ORIGIN_KEY).map(|name| IndexOrigin::of(name.trim_matches('"')));
+    let index_origin = stated.transpose().map_err(|rule| broken(place, rule))?;
+    let with_origin = |name: String| Ok(CornerView { index_origin, ..view(name, &mut matrices, place)? });
+    let views: Vec<CornerView> = names.into_iter().map(with_origin).collect::<Result<_, Error>>()?;
     // A file of our own that was cut at the end of a line may lack only the quality of its last view.
     let with_quality = |v: &&CornerView| v.corners.iter().any(|c| c.quality.is_some());
     let without = views.iter().find(|v| !v.corners.is_empty() && !with_quality(v));
@@ -130,6 +137,7 @@ fn view(name: String, matrices: &mut Vec<RawMatrix>, place: &str) -> Result<Corn
         })
     });
     Ok(CornerView {
+        index_origin: None,
         corners: listed.collect::<Result<_, _>>()?,
         rejected: Vec::new(),
         blur_px: None,

@@ -20,6 +20,7 @@ fn views() -> Vec<CornerView> {
     };
     let view = |name: &str, corners: Vec<ListedCorner>| CornerView {
         name: name.to_owned(),
+        index_origin: None,
         corners,
         rejected: Vec::new(),
         blur_px: None,
@@ -37,6 +38,7 @@ fn what_is_written_reads_back() {
         for format in FORMATS {
             let back = parse(&to_text(&views, format), format, "a").unwrap();
             for (a, b) in views.iter().zip(&back) {
+                assert_eq!(a.index_origin, b.index_origin, "{format:?}");
                 assert_eq!((a.name.as_str(), a.corners.len()), (b.name.as_str(), b.corners.len()), "{format:?}");
                 for (a, b) in a.corners.iter().zip(&b.corners) {
                     assert_eq!((a.index, a.quality), (b.index, b.quality), "{format:?}");
@@ -46,6 +48,21 @@ fn what_is_written_reads_back() {
                 }
             }
         }
+    }
+}
+
+/// What indices count from is written where it is known of all views; another word is refused.
+#[test]
+fn the_origin_of_the_indices_reads_back_or_is_refused() {
+    for format in FORMATS {
+        let mut views = views();
+        views.iter_mut().for_each(|view| view.index_origin = Some(IndexOrigin::Board));
+        let text = to_text(&views, format);
+        assert!(parse(&text, format, "a").unwrap().iter().all(|v| v.index_origin == Some(IndexOrigin::Board)));
+        let error = parse(&text.replace("board", "table"), format, "a").unwrap_err();
+        assert!(error.rule.contains("\"table\"") && error.rule.contains("\"lattice\""), "{format:?}: {error}");
+        views[0].index_origin = None;
+        assert!(parse(&to_text(&views, format), format, "a").unwrap().iter().all(|v| v.index_origin.is_none()));
     }
 }
 

@@ -27,11 +27,46 @@ pub struct ListedCorner {
     pub quality: Option<Quality>,
 }
 
+/// What the column and row of a corner count from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum IndexOrigin {
+    /// The first column and row of the lattice that was found in that view, which may be any of the board's.
+    Lattice,
+    /// The inner corner of the board's top left square.
+    Board,
+}
+
+impl IndexOrigin {
+    const ALL: [Self; 2] = [Self::Lattice, Self::Board];
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Lattice => "lattice",
+            Self::Board => "board",
+        }
+    }
+
+    /// The origin of that name, or what must be in its place.
+    pub(super) fn of(name: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|origin| origin.name() == name).ok_or_else(|| {
+            format!("the origin of the indices is {name:?}, and must be \"lattice\" (each view's own) or \"board\"")
+        })
+    }
+
+    /// What all views of a file count from; `None` where they differ or one does not say.
+    pub(super) fn of_all(views: &[CornerView]) -> Option<Self> {
+        let first = views.first()?.index_origin;
+        first.filter(|_| views.iter().all(|view| view.index_origin == first))
+    }
+}
+
 /// One view of the board: a half of the picture, or the whole of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CornerView {
     /// `left`, `right` or `whole`: lower-case letters.
     pub name: String,
+    /// What their indices count from, where that is known.
+    pub index_origin: Option<IndexOrigin>,
     /// Its corners.
     pub corners: Vec<ListedCorner>,
     /// How many candidates were turned down for each reason; kept in JSON only.
@@ -55,6 +90,7 @@ impl CornerView {
         };
         Self {
             name: name.to_owned(),
+            index_origin: Some(IndexOrigin::Lattice),
             corners: detection.corners.iter().map(listed).collect(),
             rejected: detection.counts().into_iter().map(|(reason, n)| (reason.name().to_owned(), n)).collect(),
             blur_px: detection.sigma_px,
