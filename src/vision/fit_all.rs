@@ -8,6 +8,7 @@ use super::detection::{Corner, Detection, Polarity, Reason, Rejected};
 use super::lattice_growth::{Lattice, Lattices, NEIGHBOURS, from_zero, is_broad, normalise};
 use super::lattice_lines::{CornerSite, Grid};
 use super::pixel_sums::WindowFrame;
+use super::scatter::hold_against_lattice;
 use super::settings::{Blur, Settings};
 use super::window::gather;
 use crate::num::stats::quantile;
@@ -53,7 +54,7 @@ pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Setti
     let mut rejected = candidates.rejected.clone();
     let largest = take_largest(candidates, lattices, &mut rejected);
     if largest.is_empty() {
-        return Detection { corners: Vec::new(), rejected, sigma_px: None };
+        return Detection { corners: Vec::new(), rejected, sigma_px: None, lean_px: 0.0 };
     }
     let positions: Vec<DVec2> = candidates.list.iter().map(|c| c.position).collect();
     let lattice = normalise(&largest, |k| positions[k]);
@@ -83,16 +84,25 @@ pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Setti
         rejected.extend(
             grid.lattice.values().map(|&k| Rejected { position_px: grid.positions[k], reason: Reason::NoGrid }),
         );
-        return Detection { corners: Vec::new(), rejected, sigma_px: None };
+        return Detection { corners: Vec::new(), rejected, sigma_px: None, lean_px: 0.0 };
     }
+
+    // Add the doubt of the bends that were carried over from the lattice.
+    let doubted = |cell: [i32; 2], half: f64, fit: CornerFit| {
+        let doubt_px2 = grid.doubt_px2(cell, &fit.model, half);
+        CornerFit { covariance_px2: fit.covariance_px2 + doubt_px2, ..fit }
+    };
 
     // Number the corners from column and row 0.
     let fits: std::collections::BTreeMap<usize, CornerFit> =
-        last.into_iter().filter_map(|(_, k, _, fit)| Some((k, fit.ok()?))).collect();
+        last.into_iter().filter_map(|(cell, k, half, fit)| Some((k, doubted(cell, half, fit.ok()?)))).collect();
     let lattice = from_zero(&grid.lattice);
-    let corners =
+    let mut corners: Vec<Corner> =
         lattice.iter().filter_map(|(&index, k)| Some(corner(index, grid.positions[*k], fits.get(k)?))).collect();
-    Detection { corners, rejected, sigma_px }
+
+    // Hold their covariances against the lattice.
+    hold_against_lattice(&mut corners, grid.lean_px != 0.0);
+    Detection { corners, rejected, sigma_px, lean_px: grid.lean_px }
 }
 
 /// The largest lattice; the candidates outside it are rejected.
@@ -145,6 +155,7 @@ fn first_fits(
                 None
             }
         });
+        grid.find_lean();
         grid.choose_powers();
     }
 }

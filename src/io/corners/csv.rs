@@ -120,7 +120,7 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
                     "give the corners of one picture",
                 ));
             }
-            None => views.push(CornerView { name, corners: vec![corner], rejected: Vec::new(), blur_px: None }),
+            None => views.push(CornerView::bare(name, vec![corner])),
         }
     }
     same_count(count, &views, place)?;
