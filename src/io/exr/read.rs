@@ -2,7 +2,7 @@
 
 use super::channel::{Channel, ChannelSamples};
 use crate::error::Error;
-use crate::io::CurveSource;
+use crate::io::curve_source::CurveSource;
 use crate::io::inputs::unreadable;
 use crate::io::memory::{MOST_EXPANSION, check_length, check_memory, length};
 use crate::io::metadata::{Metadata, checked_size};

@@ -3,7 +3,7 @@
 use super::directory::TiffFile;
 use super::layout::{TiffLayout, only_one};
 use crate::error::Error;
-use crate::io::CurveSource;
+use crate::io::curve_source::CurveSource;
 use crate::io::inputs::unreadable;
 use crate::io::memory::{check_length, check_memory, length};
 use crate::io::metadata::Metadata;
