@@ -57,7 +57,7 @@ pub struct TransferChoice {
     pub curve: Curve,
     /// Median over the corners of residual over contrast under it.
     pub residual: f64,
-    /// The next best of linear, sRGB and a power, and the same of it.
+    /// The next best of linear, sRGB and a power; the chosen one where no other shows three quarters of its corners.
     pub next: Curve,
     /// Residual over contrast under that one.
     pub next_residual: f64,
@@ -73,6 +73,12 @@ impl TransferChoice {
 
     /// The choice in words.
     pub fn words(&self) -> String {
+        if self.next == self.curve {
+            return format!(
+                "the file states no transfer curve; read as {}, the only one of those tried that shows most corners of the board",
+                self.curve.name()
+            );
+        }
         let sure =
             if self.is_sure() { "" } else { "; the picture does not tell them apart surely: state it with --transfer" };
         format!(
