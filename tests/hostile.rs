@@ -224,6 +224,8 @@ fn corner_files() {
         corners: corners.to_vec(),
         rejected: vec![("flat".to_owned(), 3)],
         blur_px: Some([0.7, 0.8]),
+        lean_px: None,
+        transfer: None,
     };
     for format in [corners::CornerFormat::Csv, corners::CornerFormat::Json, corners::CornerFormat::OpenCv] {
         let seeds = [vec![view("left", &corners), view("right", &corners)], vec![view("whole", &bare)], Vec::new()];

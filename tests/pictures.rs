@@ -2,7 +2,7 @@
 
 use biprism::io::exr::{Channel, read_channels};
 use biprism::io::read;
-use biprism::io::{Metadata, Notes};
+use biprism::io::{CurveSource, Metadata, Notes};
 use biprism::io::{exr, png};
 use biprism::raster::transfer::{Transfer, luminance};
 use biprism::raster::{MAX_PIXELS, MAX_SIDE_PX, Raster};
@@ -93,11 +93,23 @@ fn a_transfer_curve_is_never_guessed() {
     assert_eq!(found, picture(|i, j| libm::pow(value(8, i, j, 0), 1.0 / 0.45455)));
     assert_eq!(metadata.transfer, "power 2.2000");
 
-    // A statement beats the file, and that is on record.
-    let (found, metadata) = read_as("grey8.png", Some(Transfer::Srgb));
+    // A statement against the file's own chunk is refused, unless it is forced, and that is on record.
+    let against = refusal("grey8.png", Some(Transfer::Srgb));
+    assert!(against.contains("stated as sRGB") && against.contains("gAMA chunk says linear"), "{against}");
+    let (found, metadata) = read(&fixture("grey8.png"), CurveSource::Forced(Transfer::Srgb)).unwrap();
     assert_eq!(found, picture(|i, j| Transfer::Srgb.decode(value(8, i, j, 0))));
     assert!(metadata.transfer_source.contains("against the gAMA chunk: linear"), "{}", metadata.transfer_source);
     assert!(refusal("y_half.exr", Some(Transfer::Srgb)).contains("linear light"));
+
+    // Values without a curve may be taken as they are; those with one are light all the same, and a curve that is asked
+    // for by a code of its own is not taken for none.
+    let stored = |name: &str| read(&fixture(name), CurveSource::FileOrStored);
+    for name in ["grey8_silent.png", "rgb8_icc.png"] {
+        assert!(stored(name).unwrap().1.is_as_stored(), "{name}");
+    }
+    assert_eq!(stored("grey8_silent.png").unwrap().0, picture(|i, j| value(8, i, j, 0)));
+    assert!(!stored("grey8_power.png").unwrap().1.is_as_stored());
+    assert!(stored("grey8_cicp_pq.png").is_err());
 }
 
 #[test]

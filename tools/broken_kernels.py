@@ -341,7 +341,7 @@ ROWS = [
         "if system.receives_mirror_images() {", "if false {",
         ("suite::effects_told::symmetric_scenes_have_symmetric_pictures",), together="more effects"),
     Row("src/io/picture_file.rs",
-        "metadata.gamma().filter(|_| stated.is_none())", "None::<f64>",
+        "metadata.gamma().filter(|_| curve.stated().is_none())", "None::<f64>",
         ("suite::effects_told::a_gamma_is_undone_before_corners_are_sought",), together="more effects"),
     Row("src/effect/diffraction/cells.rs",
         "const REACH: f64 = 4.2;", "const REACH: f64 = 0.6;", ("suite::film::a_rendered_board_is_its_fourier_series",),

@@ -18,3 +18,4 @@ pub mod not_judged;
 pub mod photograph;
 pub mod estimate;
 pub mod fit_shift;
+pub mod transfer_choice;

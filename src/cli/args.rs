@@ -1,7 +1,6 @@
 //! The arguments, as clap reads them.
 
 use crate::accuracy::COARSEST_TARGET_PX;
-use crate::raster::transfer::Transfer;
 use crate::scene::DESIGN_DEGREE;
 use crate::scene::{DesignedSurface, Objective, Rear};
 use crate::vision::BoardSize;
@@ -124,22 +123,28 @@ pub struct RenderArgs {
     pub json: bool,
 }
 
-/// The transfer curve of a PNG that does not state its own.
+/// The transfer curve of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum TransferArg {
-    /// Value = radiance.
+    /// The file's own, and where it states none, the one under which the corners fit best.
+    Auto,
+    /// Value = radiance: most machine cameras, with gamma left at 1.
     Linear,
-    /// The sRGB curve.
+    /// The sRGB curve: a phone's or a photo camera's JPEG.
     Srgb,
 }
 
-impl From<TransferArg> for Transfer {
-    fn from(arg: TransferArg) -> Self {
-        match arg {
-            TransferArg::Linear => Self::Linear,
-            TransferArg::Srgb => Self::Srgb,
-        }
-    }
+/// How a picture's values become light.
+#[derive(Debug, clap::Args)]
+pub struct CurveArgs {
+    /// Transfer curve, where the file does not state its own. Without it, or with `auto`: the file's, or else the one of linear,
+    /// sRGB and a fitted power under which the corners fit best, which is told. Most machine cameras write linear values, phones
+    /// and photo cameras sRGB. A curve that the file contradicts is refused.
+    #[arg(long)]
+    pub transfer: Option<TransferArg>,
+    /// Take the stated curve even where the file states another.
+    #[arg(long, requires = "transfer")]
+    pub force_transfer: bool,
 }
 
 /// What the surfaces of a freeform prism are to be.
@@ -213,9 +218,9 @@ impl From<RearArg> for Rear {
 pub struct CornersArgs {
     /// Picture: PNG, EXR, TIFF, JPEG, BMP or PNM; or a corner file (.csv, .json, .yml) to be written in another format.
     pub picture: PathBuf,
-    /// Transfer curve of a picture that does not state its own.
-    #[arg(long)]
-    pub transfer: Option<TransferArg>,
+    /// How its values become light.
+    #[command(flatten)]
+    pub curve: CurveArgs,
     /// The scene that says camera, prism and board of the picture; `-` is stdin. Corners are then numbered by the board's
     /// columns and rows, and those whose places it does not tell are left out and counted.
     #[arg(long)]
@@ -247,9 +252,9 @@ pub struct MeasureArgs {
     /// The scene that says camera, prism and board of the picture; `-` is stdin.
     #[arg(long)]
     pub scene: PathBuf,
-    /// Transfer curve of a picture that does not state its own.
-    #[arg(long)]
-    pub transfer: Option<TransferArg>,
+    /// How its values become light.
+    #[command(flatten)]
+    pub curve: CurveArgs,
     /// The picture was rendered from this very scene: compare with the exact corners too.
     #[arg(long)]
     pub own: bool,

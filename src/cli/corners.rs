@@ -3,11 +3,12 @@
 use super::args::CornersArgs;
 use super::outcome::Outcome;
 use super::progress::Progress;
-use super::{files, output};
+use super::{files, light, output};
 use crate::analysis::corners_on_board;
 use crate::analysis::listed_corners::lattices;
+use crate::analysis::transfer_choice::TransferChoice;
 use crate::error::Error;
-use crate::io::corners::{self, CornerFormat, CornerView, to_text};
+use crate::io::corners::{self, CornerFormat, CornerView, TransferFound, to_text};
 use crate::io::inputs;
 use crate::raster::Raster;
 use crate::system::InLight;
@@ -29,16 +30,17 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
         let rule = "a corner file holds no picture, in which --board and --all-boards look for boards";
         return Err(Error::new(args.picture.display(), rule, "give the picture, or leave the option out"));
     }
-    let (listed, picture) = match given {
+    let (listed, light) = match given {
         true => (corners::read(&args.picture)?, None),
-        false => (Vec::new(), Some(crate::io::read(&args.picture, args.transfer.map(Into::into))?.0)),
+        false => (Vec::new(), Some(light::read(&args.picture, &args.curve, !args.whole)?)),
     };
+    let (picture, choice) = light.map_or((None, None), |light| (Some(light.picture), light.choice));
     if let Some(path) = &args.out {
         inputs::check_outputs(std::slice::from_ref(path))?;
         path.parent().map_or(Ok(()), files::folder)?;
     }
     let mut told = Vec::new();
-    let views = match (&args.scene, picture) {
+    let mut views = match (&args.scene, picture) {
         (Some(path), picture) => by_scene(args, path, picture.as_ref(), listed, &progress)?,
         (None, Some(picture)) => {
             progress.begin("picture", "detect");
@@ -50,6 +52,9 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
     };
     drop(progress);
     told.iter().for_each(|note| output::stderr(note));
+    if let Some(choice) = &choice {
+        views.iter_mut().for_each(|view| view.transfer = Some(found(choice)));
+    }
     let text = to_text(&views, format);
     match &args.out {
         Some(path) => files::text(path, &text)?,
@@ -64,6 +69,18 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
             view.rejected.iter().filter(|(_, n)| *n > 0).map(|(reason, n)| format!("{n} {reason}")).collect();
         let aside = if rejected.is_empty() { "none".to_owned() } else { rejected.join(", ") };
         output::stderr(&format!("{}: {} corners; turned down: {aside}", view.name, view.corners.len()));
+        if let Some(lean) = view.lean_px.filter(|lean| *lean != 0.0) {
+            let (side, why) = if lean > 0.0 {
+                ("dark", "bright parts are clipped, ink is lost, or the curve is too bright")
+            } else {
+                ("bright", "black parts are clipped, ink has spread, or the curve is too dark")
+            };
+            output::stderr(&format!(
+                "note: {}: edges lie {:.2} px towards {side}: {why}; corners stay where they are",
+                view.name,
+                lean.abs()
+            ));
+        }
     }
     Ok(outcome(args, &views))
 }
@@ -215,5 +232,17 @@ fn listed(name: &str, first_column: usize, boards: Vec<Detection>, told: &mut Ve
 fn counted(view: &CornerView) -> Value {
     let rejected: serde_json::Map<String, Value> =
         view.rejected.iter().map(|(reason, n)| (reason.clone(), json!(n))).collect();
-    json!({ "half": view.name, "corners": view.corners.len(), "rejected": rejected, "blur_px": view.blur_px })
+    json!({ "half": view.name, "corners": view.corners.len(), "rejected": rejected, "blur_px": view.blur_px,
+        "lean_px": view.lean_px, "transfer": view.transfer })
+}
+
+/// What a file says of a curve that was found.
+fn found(choice: &TransferChoice) -> TransferFound {
+    TransferFound {
+        curve: choice.curve.name(),
+        residual: choice.residual,
+        next: choice.next.name(),
+        next_residual: choice.next_residual,
+        standard_errors: choice.standard_errors,
+    }
 }

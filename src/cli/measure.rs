@@ -2,9 +2,10 @@
 
 use super::args::MeasureArgs;
 use super::expect::expectations;
+use super::light::Light;
 use super::outcome::Outcome;
 use super::progress::Progress;
-use super::{files, output};
+use super::{files, light, output};
 use crate::analysis::budget;
 use crate::analysis::fit_shift::fit_shifts;
 use crate::analysis::judge::measure;
@@ -92,7 +93,7 @@ fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Error> {
     if CornerFormat::of(&args.picture).is_ok() {
         return corners::read(&args.picture).map(Input::Corners);
     }
-    let (picture, mut metadata) = crate::io::read(&args.picture, args.transfer.map(Into::into))?;
+    let Light { picture, mut metadata, .. } = light::read(&args.picture, &args.curve, true)?;
     files::check_size(&args.picture, &picture, scene)?;
     Ok(Input::Picture(picture, metadata.texts.remove("biprism")))
 }

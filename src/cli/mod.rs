@@ -18,6 +18,7 @@ mod design;
 mod expect;
 mod files;
 mod golden;
+mod light;
 mod machine;
 mod measure;
 mod progress;

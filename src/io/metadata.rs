@@ -1,5 +1,6 @@
 //! Picture metadata: what a file says besides its pixels, and the sizes that it may have.
 
+use super::curve_source::AS_STORED;
 use crate::error::Error;
 use crate::raster::{MAX_PIXELS, MAX_SIDE_PX};
 use serde::Serialize;
@@ -35,6 +36,11 @@ pub struct Metadata {
 }
 
 impl Metadata {
+    /// Whether the values are as they are stored, since the file states no curve ([`super::CurveSource::FileOrStored`]).
+    pub fn is_as_stored(&self) -> bool {
+        self.transfer_source == AS_STORED
+    }
+
     /// The gamma by which the program's own notes say that a sensor has coded the light.
     pub(super) fn gamma(&self) -> Option<f64> {
         let notes: serde_json::Value = serde_json::from_str(self.texts.get(KEY)?).ok()?;

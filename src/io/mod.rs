@@ -4,6 +4,7 @@
 pub mod inputs;
 pub mod atomic;
 pub(crate) mod metadata;
+mod curve_source;
 mod open;
 pub(crate) mod picture_file;
 mod photo;
@@ -25,5 +26,6 @@ pub mod corners;
 pub mod calibration;
 mod lines;
 
+pub use curve_source::CurveSource;
 pub use metadata::{GAMMA, Metadata, Notes};
 pub use picture_file::read;

@@ -1,12 +1,13 @@
 //! What other programs and cameras write: JPEG and BMP through the `image` library, to linear light.
 
+use super::curve_source::CurveSource;
 use super::inputs::unreadable;
 use super::jpeg::{self, JpegOutline};
 use super::memory::{PICTURE_BYTES, check_length, check_memory, length};
 use super::metadata::{Metadata, checked_size};
 use crate::error::Error;
 use crate::raster::Raster;
-use crate::raster::transfer::{Transfer, luminance};
+use crate::raster::transfer::luminance;
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, Read, Seek};
@@ -28,16 +29,13 @@ pub(super) fn read_from(
     path: &Path,
     mut source: impl BufRead + Seek,
     format: ImageFormat,
-    stated: Option<Transfer>,
+    curve: CurveSource,
 ) -> Result<(Raster<f32>, Metadata), Error> {
     let help = "check that the file is whole, or convert it to PNG";
     let damaged = |error: image::ImageError| {
         Error::new(path.display(), format!("the {} cannot be read: {error}", name(format)), help)
     };
-    let Some(transfer) = stated else {
-        let rule = format!("a {} does not say how its values became of light", name(format));
-        return Err(Error::new(path.display(), rule, "state it: --transfer srgb for a photograph, or linear"));
-    };
+    let (transfer, transfer_source) = curve.of_silent(path, name(format))?;
     // Look at the file before the library takes memory for it.
     let needs = PhotoNeeds::of(path, &mut source, format)?;
 
@@ -68,7 +66,7 @@ pub(super) fn read_from(
         format: name(format),
         samples: format!("8 bit {}", if colour.has_color() { "RGB" } else { "grey" }),
         transfer: transfer.name().to_owned(),
-        transfer_source: "the caller".to_owned(),
+        transfer_source: transfer_source.to_owned(),
         from_colour: colour.has_color(),
         pitch_mm: None,
         texts: BTreeMap::new(),

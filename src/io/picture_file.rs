@@ -1,27 +1,30 @@
 //! A picture from a file of any format that is known by its first bytes.
 
+use super::curve_source::CurveSource;
 use super::metadata::Metadata;
 use super::open::{open, unreadable};
 use super::{exr, photo, png, pnm, tiff};
 use crate::error::Error;
 use crate::raster::Raster;
-use crate::raster::transfer::{Transfer, decoded};
+use crate::raster::transfer::decoded;
 use std::io::{Read, Seek};
 use std::path::Path;
 
 /// Reads a PNG, an EXR or a photograph (TIFF, JPEG, BMP, PNM), known by its first bytes and not by its name, as linear light.
 ///
-/// `stated` says which curve a PNG has. It is needed where the file does not say, and beats the file where both speak;
-/// [`Metadata::transfer_source`] keeps which was used. An EXR is linear by definition. What a file of this program says in
+/// `curve` says where its transfer curve comes from: a stated one is needed where the file does not say, and where both speak
+/// they must agree, unless it is forced; [`Metadata::transfer_source`] keeps which was used. An EXR is linear by definition. What a file of this program says in
 /// its notes of a sensor's gamma is undone, unless a curve is stated; of colours, after they were reduced to luminance.
 ///
 /// # Errors
 /// A file that is missing, of another format, damaged, too short for its pixels, outside the limits of
 /// [`crate::raster::MAX_SIDE_PX`], [`crate::raster::MAX_PIXELS`] and [`super::memory::PICTURE_BYTES`] (all of which its header
-/// is asked for before memory is taken), not opaque, not finite, or that leaves the transfer curve to be guessed.
-pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Error> {
-    let (picture, metadata) = read_as_stored(path, stated)?;
-    match metadata.gamma().filter(|_| stated.is_none()) {
+/// is asked for before memory is taken), not opaque, not finite, that leaves the transfer curve to be guessed, or
+/// that states another curve than the caller.
+pub fn read(path: &Path, curve: impl Into<CurveSource>) -> Result<(Raster<f32>, Metadata), Error> {
+    let curve = curve.into();
+    let (picture, metadata) = without_notes(path, curve)?;
+    match metadata.gamma().filter(|_| curve.stated().is_none()) {
         Some(gamma) => {
             let (transfer, transfer_source) = (format!("power {gamma}"), "the file's notes".to_owned());
             Ok((decoded(&picture, gamma), Metadata { transfer, transfer_source, ..metadata }))
@@ -31,7 +34,7 @@ pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metad
 }
 
 /// [`read`] without a look at the notes.
-fn read_as_stored(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Error> {
+fn without_notes(path: &Path, curve: CurveSource) -> Result<(Raster<f32>, Metadata), Error> {
     let mut file = open(path)?;
     let mut start = Vec::new();
     (&mut file)
@@ -40,15 +43,15 @@ fn read_as_stored(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>,
         .and_then(|_| file.rewind())
         .map_err(|error| unreadable(path, &error))?;
     if start == png::SIGNATURE {
-        png::read_from(path, file, stated)
+        png::read_from(path, file, curve)
     } else if start.starts_with(&exr::SIGNATURE) {
-        exr::read_from(path, file, stated)
+        exr::read_from(path, file, curve)
     } else if pnm::is_pnm(&start) {
-        pnm::read_from(path, file, stated)
+        pnm::read_from(path, file, curve)
     } else if tiff::is_tiff(&start) {
-        tiff::read_from(path, file, stated)
+        tiff::read_from(path, file, curve)
     } else if let Some(format) = photo::format(&start) {
-        photo::read_from(path, file, format, stated)
+        photo::read_from(path, file, format, curve)
     } else {
         let found =
             if start.is_empty() { "is empty".to_owned() } else { format!("begins with the bytes {start:02x?}") };

@@ -1,11 +1,12 @@
 //! Netpbm's pictures (PBM, PGM, PPM as text or binary, PAM) to linear light, row by row.
 
+use super::curve_source::CurveSource;
 use super::inputs::unreadable;
 use super::memory::{check_length, check_memory, length};
 use super::metadata::{Metadata, checked_size};
 use crate::error::Error;
 use crate::raster::Raster;
-use crate::raster::transfer::{Transfer, luminance};
+use crate::raster::transfer::luminance;
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, ErrorKind, Seek};
 use std::path::Path;
@@ -69,13 +70,10 @@ impl PnmHeader {
 pub(super) fn read_from(
     path: &Path,
     mut source: impl BufRead + Seek,
-    stated: Option<Transfer>,
+    curve: CurveSource,
 ) -> Result<(Raster<f32>, Metadata), Error> {
     let failed = |error: io::Error| unreadable(path, &error);
-    let Some(transfer) = stated else {
-        let rule = "a PNM does not say how its values became of light";
-        return Err(Error::new(path.display(), rule, "state it: --transfer srgb for a photograph, or linear"));
-    };
+    let (transfer, transfer_source) = curve.of_silent(path, "PNM")?;
     // Read and check the header.
     let file_bytes = length(&mut source).map_err(failed)?;
     let header = header(&mut source).map_err(|rule| damaged(path, rule))?;
@@ -111,7 +109,7 @@ pub(super) fn read_from(
         format: "PNM",
         samples: format!("{bits} bit {}", if channels == 3 { "RGB" } else { "grey" }),
         transfer: transfer.name().to_owned(),
-        transfer_source: "the caller".to_owned(),
+        transfer_source: transfer_source.to_owned(),
         from_colour: channels == 3,
         pitch_mm: None,
         texts: BTreeMap::new(),

@@ -26,9 +26,12 @@ pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Setti
         other.flat_map(|(_, lattice)| lattice.values().copied())
     };
     match best {
-        None => {
-            Detection { corners: Vec::new(), rejected: outside(candidates, &lattices, others(None)), sigma_px: None }
-        }
+        None => Detection {
+            corners: Vec::new(),
+            rejected: outside(candidates, &lattices, others(None)),
+            sigma_px: None,
+            lean_px: 0.0,
+        },
         Some((number, found)) => {
             let mut rejected = outside(candidates, &lattices, others(Some(number)));
             rejected.extend(found.rejected);
@@ -49,7 +52,7 @@ pub fn measure_all(candidates: &Candidates<'_>, lattices: &Lattices, settings: &
     // What a lattice that is no board after all turned down is told with the first.
     let rest: Vec<Rejected> = found.drain(boards.min(found.len())..).flat_map(|lost| lost.rejected).collect();
     match found.first_mut() {
-        None => found.push(Detection { corners: Vec::new(), rejected, sigma_px: None }),
+        None => found.push(Detection { corners: Vec::new(), rejected, sigma_px: None, lean_px: 0.0 }),
         Some(first) => {
             rejected.append(&mut first.rejected);
             rejected.extend(rest);

@@ -28,6 +28,12 @@ const IN_SIGHT: f64 = 0.25;
 /// Peaks that are tested, at most: a picture of noise has one in every 50 px.
 const MOST_PEAKS: usize = 50_000;
 
+/// Peaks among which those of split crossings are sought.
+const MOST_PAIRED: usize = 4000;
+/// Two peaks of one crossing are not further apart than this, in px, and the weaker has this share of the other's strength.
+const NECK_PX: f64 = 8.0;
+const ALIKE: f32 = 0.6;
+
 /// A picture and the crossings found in it.
 #[derive(Debug)]
 pub struct Candidates<'a> {
@@ -138,12 +144,59 @@ fn fill(row: &mut [f32], counts: &[bool]) {
     }
 }
 
+/// Puts the middle of two peaks in the place of both where the ring passes there and not at both of them.
+///
+/// Where all edges lie some px towards dark (or bright), since light is clipped or ink spread, two squares of a colour meet in a
+/// neck: the saddle's response is as strong at either of its ends, and the corner lies between them.
+fn join_split(peaks: &mut Vec<Peak>, passes: impl Fn(DVec2) -> bool) {
+    // List the strongest from left to right.
+    let count = peaks.len().min(MOST_PAIRED);
+    let mut order: Vec<usize> = (0..count).collect();
+    order.sort_by(|&a, &b| peaks[a].position.x.total_cmp(&peaks[b].position.x));
+
+    // Join each with the first behind it that belongs to it.
+    let mut joined = vec![false; peaks.len()];
+    let mut middles = Vec::new();
+    for (place, &a) in order.iter().enumerate() {
+        let one = peaks[a];
+        let near = order[place + 1..].iter().take_while(|&&b| peaks[b].position.x - one.position.x < NECK_PX);
+        let belongs = |&&b: &&usize| {
+            let other = peaks[b];
+            let alike = one.strength.min(other.strength) > ALIKE * one.strength.max(other.strength);
+            let middle = 0.5 * (one.position + other.position);
+            !joined[a]
+                && !joined[b]
+                && alike
+                && one.position.distance(other.position) < NECK_PX
+                && !(passes(one.position) && passes(other.position))
+                && passes(middle)
+        };
+        if let Some(&b) = near.clone().find(belongs) {
+            let other = peaks[b];
+            (joined[a], joined[b]) = (true, true);
+            middles.push(Peak {
+                position: 0.5 * (one.position + other.position),
+                strength: one.strength.max(other.strength),
+            });
+        }
+    }
+
+    // Put the middles in their places by strength.
+    if !middles.is_empty() {
+        let mut number = 0..;
+        peaks.retain(|_| number.next().is_none_or(|k: usize| !joined[k]));
+        peaks.append(&mut middles);
+        peaks.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+    }
+}
+
 /// The crossings of two edges: peaks of the saddle response that pass the ring test.
 fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, rejected: &mut Vec<Rejected>) -> Vec<Candidate> {
     // Find the peaks of the saddle response, strongest first.
     let mut peaks = peaks(prepared);
     peaks.truncate(MOST_PEAKS);
     let ring_test = RingTest::new();
+    join_split(&mut peaks, |position| ring_test.test(prepared, position).is_some());
     let test_peak = |peak: &Peak| (*peak, ring_test.test(prepared, peak.position));
 
     // Set the scale by the strongest crossings, not the strongest peaks: a hot pixel is a strong peak.

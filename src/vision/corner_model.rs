@@ -22,6 +22,8 @@ pub(super) struct Model {
     pub(super) curvature: [f64; 2],
     /// Blur across each edge, in px.
     pub(super) sigma_px: [f64; 2],
+    /// By how many px both edges lie towards dark: each is a step where the other one crosses it.
+    pub(super) lean_px: f64,
     /// m0, mx, my, A0, Ax, Ay; with A0 = 0 a fit finds its own start.
     pub(super) light: [f64; LIGHT],
     /// Whether the light varies on the board, before the blur, or behind it.
@@ -29,6 +31,12 @@ pub(super) struct Model {
 }
 
 impl Model {
+    /// What an edge's lean adds to the distance from it on the positive side of the other edge, in px; behind that it is the
+    /// opposite.
+    pub(super) fn step_px(&self) -> f64 {
+        if self.lean_px == 0.0 { 0.0 } else { self.lean_px * self.light[3].signum() }
+    }
+
     /// The same model, with positions from its corner.
     pub(super) fn about_corner(&self) -> Self {
         let [m0, mx, my, a0, ax, ay] = self.light;

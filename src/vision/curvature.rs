@@ -13,6 +13,10 @@ const MOST_POWER: usize = 8;
 const TERMS: usize = MOST_POWER + 1;
 /// A position is not believed to be better than this, in px: what a fit without noise leaves.
 const LEAST_SIGMA_PX: f64 = 2e-5;
+/// What lies so many standard deviations out is no chance.
+const CHANCE: f64 = 3.0;
+/// The power of a line at most where the lean of its edges is sought.
+const LEAN_POWER: usize = 4;
 /// However many lines there are, a higher power must leave less than this share of what a lower one leaves.
 const MOST_LUCK: f64 = 0.6;
 
@@ -45,6 +49,9 @@ pub(super) struct Tangent {
     pub(super) sigma_px: f64,
     /// Half of the edge that was fitted, in px.
     pub(super) half_px: f64,
+    /// By how much the edge turns, in rad, where all edges lie 1 px towards dark: it is a step then, down at one corner and
+    /// up at the next ([`lean`]).
+    pub(super) turn_per_px: f64,
 }
 
 /// The way along the line from node to node, arc by arc where both ends know their direction, from `own`.
@@ -110,6 +117,11 @@ pub(super) fn powers_of(nodes: usize) -> std::ops::RangeInclusive<usize> {
     }
 }
 
+/// The standard deviation of an edge's direction, in rad: a line fitted over 2 h turns by sqrt(3) / h where it shifts by 1.
+fn turn_sigma(tangent: &Tangent) -> f64 {
+    3f64.sqrt() * tangent.sigma_px.max(LEAST_SIGMA_PX) / tangent.half_px
+}
+
 /// The equations of a line of fitted nodes.
 ///
 /// In the frame of the tangent at the node `own` the line is y = f(t) with the way t, and a node at t says f = y. Its edge
@@ -118,6 +130,8 @@ pub(super) fn powers_of(nodes: usize) -> std::ops::RangeInclusive<usize> {
 struct BendRows {
     /// Coefficients of the powers of u = (t - middle) / scale, over the standard deviation, and the value.
     rows: Vec<([f64; TERMS], f64)>,
+    /// What a turn of each node's edge by one radian adds to its second row.
+    turns: Vec<f64>,
     middle: f64,
     scale: f64,
 }
@@ -144,8 +158,7 @@ impl BendRows {
         let pair = |(i, ((node, tangent), t)): (usize, ((&LineCorner, &Tangent), &f64))| {
             let powers = powers((t - middle) / scale);
             let sigma = tangent.sigma_px.max(LEAST_SIGMA_PX);
-            // A line fitted over 2 h turns by sqrt(3) / h where it shifts by 1.
-            let turn = 3f64.sqrt() * sigma / tangent.half_px;
+            let turn = turn_sigma(tangent);
             let tenth = 0.1 * tangent.half_px * tangent.half_px;
             let (first, third) = (1.0 + tenth * bends(i) * bends(i), tenth / (scale * scale));
             let slope =
@@ -155,11 +168,14 @@ impl BendRows {
                 (std::array::from_fn(slope), along.perp_dot(tangent.unit) / turn),
             ]
         };
-        Some(Self { rows: nodes.iter().zip(&tangents).zip(&way).enumerate().flat_map(pair).collect(), middle, scale })
+        let turns = tangents.iter().map(|t| 1.0 / turn_sigma(t)).collect();
+        let rows = nodes.iter().zip(&tangents).zip(&way).enumerate().flat_map(pair).collect();
+        Some(Self { rows, turns, middle, scale })
     }
 
-    /// The coefficients of the least squares over the powers up to `power`; the others are 0.
-    fn solve(&self, power: usize) -> Option<[f64; TERMS]> {
+    /// The coefficients of the least squares over the powers up to `power`, and the factor of the normal matrix; the others
+    /// are 0.
+    fn solve(&self, power: usize) -> Option<([f64; TERMS], nalgebra::Cholesky<f64, nalgebra::Const<TERMS>>)> {
         let mut normal = SMatrix::<f64, TERMS, TERMS>::identity();
         let mut right = SMatrix::<f64, TERMS, 1>::zeros();
         for i in 0..=power {
@@ -169,9 +185,61 @@ impl BendRows {
                 (normal[(i, j)], normal[(j, i)]) = (sum, sum);
             }
         }
-        let solved = normal.cholesky()?.solve(&right);
-        Some(std::array::from_fn(|i| solved[i]))
+        let factor = normal.cholesky()?;
+        let solved = factor.solve(&right);
+        Some((std::array::from_fn(|i| solved[i]), factor))
     }
+
+    /// The sum of the squares that coefficients leave, in standard deviations.
+    fn left(&self, c: &[f64; TERMS]) -> f64 {
+        let squares = self.rows.iter().map(|(row, value)| {
+            let left = row.iter().zip(c).map(|(a, b)| a * b).sum::<f64>() - value;
+            left * left
+        });
+        squares.sum()
+    }
+
+    /// The bend of coefficients at the node `own`, and how it depends on each.
+    fn bend(&self, c: &[f64; TERMS]) -> (f64, [f64; TERMS]) {
+        let here = powers(-self.middle / self.scale);
+        let sum = |order: usize| (0..TERMS).map(|k| c[k] * derivative(&here, k, order)).sum::<f64>();
+        let square = self.scale * self.scale;
+        let first = sum(1) / self.scale;
+        let over = 1.0 / (square * libm::pow(1.0 + first * first, 1.5));
+        (sum(2) * over, std::array::from_fn(|k| derivative(&here, k, 2) * over))
+    }
+}
+
+/// By how many px the edges along a line lie towards dark, from their directions: `None` where the line is too short.
+///
+/// Light that is clipped, ink that spreads or a wrong transfer curve shift every edge to one side. At a corner dark and bright
+/// change sides, so the edge is a step there, and the straight line through it turns by 1.5 / h a px of shift: with one sign
+/// at this corner and the other at the next. No smooth line does so; the shift is one more unknown beside its powers.
+pub(super) fn lean(nodes: &[LineCorner], own: usize) -> Option<f64> {
+    const MOST: usize = 6;
+    if nodes.len() < 3 {
+        return None;
+    }
+    let rows = BendRows::new(nodes, own)?;
+    let power = LEAN_POWER.min(nodes.len() - 1);
+    let turn = |i: usize| {
+        if i % 2 == 0 { 0.0 } else { rows.turns[i / 2] * nodes[i / 2].tangent.map_or(0.0, |t| t.turn_per_px) }
+    };
+
+    // Solve for the powers and the lean at once.
+    let mut normal = SMatrix::<f64, MOST, MOST>::identity();
+    let mut right = SMatrix::<f64, MOST, 1>::zeros();
+    normal[(power + 1, power + 1)] = 0.0;
+    (0..=power).for_each(|i| normal[(i, i)] = 0.0);
+    for (number, (row, value)) in rows.rows.iter().enumerate() {
+        let column = |i: usize| if i <= power { row[i] } else { turn(number) };
+        for i in 0..=power + 1 {
+            right[i] += column(i) * value;
+            (0..=power + 1).for_each(|j| normal[(i, j)] += column(i) * column(j));
+        }
+    }
+    let shift = normal.cholesky()?.solve(&right)[power + 1];
+    shift.is_finite().then_some(shift)
 }
 
 /// For each of [`powers_of`] the sum of the squares, in standard deviations, that a polynomial of that power leaves of a
@@ -179,12 +247,8 @@ impl BendRows {
 pub(super) fn left_by_power(nodes: &[LineCorner], own: usize) -> Option<Vec<[f64; 2]>> {
     let rows = BendRows::new(nodes, own)?;
     let left = |power: usize| {
-        let c = rows.solve(power)?;
-        let squares = rows.rows.iter().map(|(row, value)| {
-            let left = row.iter().zip(&c).map(|(a, b)| a * b).sum::<f64>() - value;
-            left * left
-        });
-        Some([squares.sum(), (rows.rows.len() - power - 1) as f64])
+        let (c, _) = rows.solve(power)?;
+        Some([rows.left(&c), (rows.rows.len() - power - 1) as f64])
     };
     powers_of(nodes.len()).map(left).collect()
 }
@@ -212,12 +276,32 @@ fn luck(freedom: f64) -> f64 {
 /// The bend at the node `own`, in 1/px, of the polynomial of least squares; `None` where some node was not fitted.
 pub(super) fn bend(nodes: &[LineCorner], own: usize, power: usize) -> Option<f64> {
     let rows = BendRows::new(nodes, own)?;
-    let c = rows.solve(power)?;
-    let here = powers(-rows.middle / rows.scale);
-    let sum = |order: usize| (0..TERMS).map(|k| c[k] * derivative(&here, k, order)).sum::<f64>();
-    let (first, second) = (sum(1) / rows.scale, sum(2) / (rows.scale * rows.scale));
-    let curvature = second / libm::pow(1.0 + first * first, 1.5);
+    let (curvature, _) = rows.bend(&rows.solve(power)?.0);
     curvature.is_finite().then_some(curvature)
+}
+
+/// How far that bend may be off, in 1/px, as a standard deviation: by what the nodes err, and by the next higher power, as far
+/// as that says more than their errors do.
+pub(super) fn bend_doubt(nodes: &[LineCorner], own: usize, power: usize) -> Option<f64> {
+    let rows = BendRows::new(nodes, own)?;
+    let at = |power: usize| {
+        let (c, factor) = rows.solve(power)?;
+        let (bend, by) = rows.bend(&c);
+        let by = SMatrix::<f64, TERMS, 1>::from_fn(|k, _| if k <= power { by[k] } else { 0.0 });
+        let freedom = (rows.rows.len() - power - 1) as f64;
+        // The errors are as told, unless they leave more than chance would.
+        let mean = rows.left(&c) / freedom.max(1.0);
+        let scale = if mean > 1.0 + CHANCE * (2.0 / freedom.max(1.0)).sqrt() { mean } else { 1.0 };
+        Some((bend, by.dot(&factor.solve(&by)), scale))
+    };
+    let (bend, variance, scale) = at(power)?;
+    let higher = if power < MOST_POWER && rows.rows.len() > power + 2 { at(power + 1) } else { None };
+    let more = higher.map_or(0.0, |(other, wider, scale)| {
+        let change = other - bend;
+        (change * change - CHANCE * CHANCE * scale * (wider - variance).max(0.0)).max(0.0)
+    });
+    let doubt = (variance * scale + more).sqrt();
+    doubt.is_finite().then_some(doubt)
 }
 
 /// 1, u, u^2, ..
@@ -245,7 +329,7 @@ mod tests {
         let node = |i: usize| {
             let (sin, cos) = libm::sincos(0.1 * i as f64 + 0.004 * (i * i) as f64);
             let outward = DVec2::new(cos, sin);
-            let tangent = Tangent { unit: outward.perp(), sigma_px: 1e-3, half_px: 20.0 };
+            let tangent = Tangent { unit: outward.perp(), sigma_px: 1e-3, half_px: 20.0, turn_per_px: 0.0 };
             LineCorner { position: MIDDLE + 500.0 * outward, tangent: Some(tangent) }
         };
         (0..9).map(node).collect()
@@ -288,7 +372,7 @@ mod tests {
         let noisy: Vec<LineCorner> = (0..9)
             .map(|i| LineCorner {
                 position: DVec2::new(50.0 * f64::from(i), if i % 2 == 0 { 1e-3 } else { -1e-3 }),
-                tangent: Some(Tangent { unit: DVec2::X, sigma_px: 1e-3, half_px: 20.0 }),
+                tangent: Some(Tangent { unit: DVec2::X, sigma_px: 1e-3, half_px: 20.0, turn_per_px: 0.0 }),
             })
             .collect();
         assert_eq!(least_power(&left_by_power(&noisy, 4).unwrap()), 0);

@@ -106,6 +106,10 @@ pub struct Detection {
     /// The standard deviation of the blur across the column lines' and the row lines' edges, in px; 0 is sharp. `None`
     /// where there is no grid.
     pub sigma_px: Option<[f64; 2]>,
+    /// By how many px every edge lies towards its dark side, as its lattice lines show it; below 0: towards the bright one,
+    /// and 0 where they show none. A corner stays where it is; what does this is light that is clipped, ink that spread, or
+    /// another transfer curve than the picture's.
+    pub lean_px: f64,
 }
 
 impl Detection {

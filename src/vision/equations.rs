@@ -30,6 +30,8 @@ struct Ready {
     tangents: [DVec2; 2],
     /// What blur and pixel add to the distance from an edge that is bent, or lies in light that is not even, in px.
     shifts_px: [f64; 2],
+    /// [`Model::step_px`]
+    step_px: f64,
 }
 
 impl Ready {
@@ -47,7 +49,42 @@ impl Ready {
             let spread = PIXEL_VARIANCE + if model.light_is_blurred { blur } else { 0.0 };
             0.5 * model.curvature[k] * (blur + PIXEL_VARIANCE) + spread * share.dot(normals[k])
         });
-        Self { normals, tangents: normals.map(DVec2::perp), shifts_px }
+        Self { normals, tangents: normals.map(DVec2::perp), shifts_px, step_px: model.step_px() }
+    }
+
+    /// The pattern, and its derivatives by the two distances.
+    #[inline(always)]
+    fn pattern(&self, profiles: &[Profile; 2], sides: &[EdgeSide; 2], crossing: &CornerPixelModel) -> CornerPattern {
+        if self.step_px == 0.0 { crossing.pattern(sides) } else { self.leaning(profiles, sides, crossing) }
+    }
+
+    /// The pattern where both edges lean: the squares of the positive sign are larger by `step_px` on every side, or the others.
+    ///
+    /// Where they are larger, the pattern is 1 but for the two squares of the other sign, each the product of its two edges. The
+    /// correction where both edges are near is that of the crossing without lean.
+    #[inline(never)]
+    fn leaning(&self, profiles: &[Profile; 2], sides: &[EdgeSide; 2], crossing: &CornerPixelModel) -> CornerPattern {
+        // Take the correction.
+        let plain = crossing.pattern(sides);
+        let [e0, e1] = [sides[0].edge, sides[1].edge];
+        let product = [e0.slope * e1.value, e0.value * e1.slope];
+
+        // Add the share of the two squares that are smaller, and its derivatives by both distances: share and slope of one
+        // edge on the side of `sign`, moved inwards.
+        let step = self.step_px.abs();
+        let part = |k: usize, sign: f64| {
+            let edge = profiles[k].at(sign * sides[k].distance - step);
+            [0.5 * (1.0 + edge.value), 0.5 * sign * edge.slope]
+        };
+        // Where the positive sign is larger, the smaller squares have the distances' signs apart.
+        let other = if self.step_px > 0.0 { -1.0 } else { 1.0 };
+        let [a0, a1, b0, b1] = [part(0, 1.0), part(1, other), part(0, -1.0), part(1, -other)];
+        let share = a0[0] * a1[0] + b0[0] * b1[0];
+        let by = [a0[1] * a1[0] + b0[1] * b1[0], a0[0] * a1[1] + b0[0] * b1[1]];
+        CornerPattern {
+            value: plain.value - e0.value * e1.value + other * (2.0 * share - 1.0),
+            by_distance: [0, 1].map(|k| plain.by_distance[k] - product[k] + 2.0 * other * by[k]),
+        }
     }
 }
 
@@ -85,6 +122,7 @@ pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2],
             tangent: ready.tangents[k],
             curvature: model.curvature[k],
             shift_px: ready.shifts_px[k],
+            step_px: ready.step_px,
             free_blur: active == PARAMETERS,
         };
         add_strip(&mut sum, strip, model, &edge, k, active);
@@ -124,7 +162,7 @@ fn differentiate(
     crossing: &CornerPixelModel,
     columns: &mut [[f64; CHUNK]; PARAMETERS + 1],
 ) {
-    let Ready { normals, tangents, shifts_px } = ready;
+    let Ready { normals, tangents, shifts_px, .. } = ready;
     let [s0, s1] = model.sigma_px;
 
     // Couple each edge's bend with the other's blur: E over a Gaussian x of x^2 sign(d + x) is s^2 E + s^4 E'', of which the
@@ -153,7 +191,7 @@ fn differentiate(
 
         // Evaluate the pattern, and its derivatives by the two distances.
         let (e0, e1) = (side0.edge, side1.edge);
-        let CornerPattern { value, by_distance } = crossing.pattern(&[side0, side1]);
+        let CornerPattern { value, by_distance } = ready.pattern(profiles, &[side0, side1], crossing);
         let pattern = value + bent[0] * e0.slope * e1.bend + bent[1] * e0.bend * e1.slope;
 
         // Write the derivatives by light, corner, directions and blurs, and the difference.

@@ -10,6 +10,7 @@ use super::lattice_lines::{CornerSite, Grid};
 use super::neighbours::{Neighbourhood, hanging};
 use super::numbering::{from_zero, normalise};
 use super::pixel_sums::WindowFrame;
+use super::scatter::hold_against_lattice;
 use super::settings::{Blur, Settings};
 use super::window::gather;
 use glam::{DVec2, IVec2};
@@ -87,16 +88,25 @@ pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, se
         rejected.extend(
             grid.lattice.values().map(|&k| Rejected { position_px: grid.positions[k], reason: Reason::NoGrid }),
         );
-        return Detection { corners: Vec::new(), rejected, sigma_px: None };
+        return Detection { corners: Vec::new(), rejected, sigma_px: None, lean_px: 0.0 };
     }
+
+    // Add the doubt of the bends that were carried over from the lattice.
+    let doubted = |cell: [i32; 2], half: f64, fit: CornerFit| {
+        let doubt_px2 = grid.doubt_px2(cell, &fit.model, half);
+        CornerFit { covariance_px2: fit.covariance_px2 + doubt_px2, ..fit }
+    };
 
     // Number the corners from column and row 0.
     let fits: std::collections::BTreeMap<usize, CornerFit> =
-        last.into_iter().filter_map(|(_, k, _, fit)| Some((k, fit.ok()?))).collect();
+        last.into_iter().filter_map(|(cell, k, half, fit)| Some((k, doubted(cell, half, fit.ok()?)))).collect();
     let lattice = from_zero(&grid.lattice);
-    let corners =
+    let mut corners: Vec<Corner> =
         lattice.iter().filter_map(|(&index, k)| Some(corner(index, grid.positions[*k], fits.get(k)?))).collect();
-    Detection { corners, rejected, sigma_px }
+
+    // Hold their covariances against the lattice.
+    hold_against_lattice(&mut corners, grid.lean_px != 0.0);
+    Detection { corners, rejected, sigma_px, lean_px: grid.lean_px }
 }
 
 /// Whether a fit ended too far from its candidate.
@@ -136,6 +146,7 @@ fn first_fits(
                 None
             }
         });
+        grid.find_lean();
         grid.choose_powers();
     }
 }

@@ -2,11 +2,14 @@
 
 use super::corner_fit::CornerFit;
 use super::corner_model::Model;
-use super::curvature::{LatticeLine, LineCorner, Tangent, bend, least_power, left_by_power, line, powers_of};
+use super::curvature::{
+    LatticeLine, LineCorner, Tangent, bend, bend_doubt, lean, least_power, left_by_power, line, powers_of,
+};
 use super::edge_spread::EdgeShape;
 use super::lattice_growth::{Lattice, NEIGHBOURS};
 use super::pixel_sums::WindowFrame;
 use super::settings::UnevenLight;
+use crate::num::stats::quantile;
 use glam::{DMat2, DVec2, IVec2};
 
 /// Corners on a line from which on its own bend is believed, where only their positions are known.
@@ -19,6 +22,15 @@ const MOST: usize = 9;
 const VOTERS: usize = 80;
 /// What is left of a step, in px, after it was taken: its square over this.
 const STEP_RANGE_PX: f64 = 0.3;
+/// A step of 1 px in the middle of an edge of 2 h turns the straight line through it by this over h.
+const STEP_TURN: f64 = 1.5;
+/// The standard error of a median of n normal deviates is this times their interquartile range over the root of n.
+const MEDIAN_ERROR: f64 = 0.93;
+/// Standard errors from which on the lean of edges is believed, lines from which on it is sought, and the least in px:
+/// below it a corner errs by less than the bend of its lines would.
+const SURE: f64 = 4.0;
+const LEAST_LINES: usize = 6;
+const LEAST_LEAN_PX: f64 = 1e-3;
 
 /// A corner as it was last fitted.
 #[derive(Debug, Clone, Copy)]
@@ -40,6 +52,8 @@ pub(super) struct Grid {
     fitted: Vec<Option<FittedCorner>>,
     /// The power of the polynomial along a line of so many fitted corners.
     powers: [usize; MOST + 1],
+    /// By how many px all edges lie towards dark, from the directions along the lines; 0 where these do not tell it.
+    pub(super) lean_px: f64,
 }
 
 /// The lattice around one corner.
@@ -50,6 +64,8 @@ pub(super) struct CornerSite {
     lines: [LatticeLine; 2],
     /// The light as the last fit found it, or zeros.
     light: [f64; 6],
+    /// By how many px the edges lie towards dark.
+    lean_px: f64,
     /// How far the corner would move when the new bends took the place of those that it was fitted with, in px, and its
     /// standard deviation; `None` where it was not fitted.
     pub(super) due_px: Option<[f64; 2]>,
@@ -58,7 +74,31 @@ pub(super) struct CornerSite {
 impl Grid {
     pub(super) fn new(lattice: Lattice, positions: Vec<DVec2>) -> Self {
         let powers = std::array::from_fn(|nodes| *powers_of(nodes).start());
-        Self { lattice, fitted: vec![None; positions.len()], positions, powers }
+        Self { lattice, fitted: vec![None; positions.len()], positions, powers, lean_px: 0.0 }
+    }
+
+    /// Finds by how much all edges lean towards dark, as the lines of both families show it ([`lean`]): a straight edge
+    /// through what is a step says nothing of the line's bend, so [`Self::nodes`] turns the directions back.
+    ///
+    /// It counts where the lines agree on it: their median must be four of its own standard errors away from 0.
+    pub(super) fn find_lean(&mut self) {
+        // Take what each line says, from its first corner on, beyond what the directions were freed of already.
+        let mut leans = Vec::new();
+        for &cell in self.lattice.keys() {
+            for direction in [IVec2::X, IVec2::Y] {
+                let cell = IVec2::from_array(cell);
+                if !self.lattice.contains_key(&(cell - direction).to_array()) {
+                    leans.extend(self.nodes(cell, direction).and_then(|(nodes, own)| lean(&nodes, own)));
+                }
+            }
+        }
+
+        // Believe their median where its standard error, from the middle half, says so.
+        let [low, middle, high] = [0.25, 0.5, 0.75].map(|q| quantile(&leans, q).unwrap_or(0.0));
+        let middle = middle + self.lean_px;
+        let error = MEDIAN_ERROR * (high - low) / (leans.len().max(1) as f64).sqrt();
+        let sure = leans.len() >= LEAST_LINES && middle.abs() >= LEAST_LEAN_PX.max(SURE * error);
+        self.lean_px = if sure { middle } else { 0.0 };
     }
 
     /// Chooses the powers of the polynomials along lines, from what the lines through some corners leave: alike for all
@@ -76,6 +116,13 @@ impl Grid {
             }
         }
         self.powers = std::array::from_fn(|nodes| powers_of(nodes).start() + least_power(&left[nodes]));
+
+        // Where edges lean, part of it is left in the directions, unlike from corner to corner: no power may follow that.
+        if self.lean_px != 0.0 {
+            for (nodes, power) in self.powers.iter_mut().enumerate() {
+                *power = (*power).min(powers_of(nodes).start().max(&nodes.saturating_sub(1)).to_owned());
+            }
+        }
     }
 
     /// Takes over a fit in a window of `half` steps.
@@ -142,7 +189,13 @@ impl Grid {
                 let (sin, cos) = libm::sincos(f.model.normal_rad[axis]);
                 let normal = DVec2::new(cos, sin);
                 let variance = normal.dot(f.covariance_px2 * normal);
-                Tangent { unit: normal.perp(), sigma_px: variance.max(0.0).sqrt(), half_px: f.half_px[axis] }
+                // Towards dark is to one side before the corner and to the other behind it, by the other edge and by which
+                // diagonal is bright.
+                let (sin, cos) = libm::sincos(f.model.normal_rad[1 - axis]);
+                let side = DVec2::new(cos, sin).dot(normal.perp()) * f.model.light[3];
+                let turn_per_px = STEP_TURN * side.signum() / f.half_px[axis];
+                let unit = (normal.perp() - normal * ((f.model.lean_px - self.lean_px) * turn_per_px)).normalize();
+                Tangent { unit, sigma_px: variance.max(0.0).sqrt(), half_px: f.half_px[axis], turn_per_px }
             });
             Some(LineCorner { position: self.positions[number], tangent })
         };
@@ -204,6 +257,38 @@ impl Grid {
         curvature.is_finite().then_some(LatticeLine { tangent, curvature, corners: 1 })
     }
 
+    /// How far the lattice lines' bends at a cell may be off, as standard deviations in 1/px; 0 where they do not tell.
+    fn bend_doubts(&self, cell: IVec2) -> [f64; 2] {
+        [IVec2::X, IVec2::Y].map(|direction| {
+            let doubt = self.nodes(cell, direction).and_then(|(nodes, own)| {
+                let power = self.powers[nodes.len()];
+                (nodes.len() >= OWN_LINE).then(|| bend_doubt(&nodes, own, power)).flatten()
+            });
+            doubt.unwrap_or(0.0)
+        })
+    }
+
+    /// What the doubt of the bends adds to the covariance of the corner at a cell, in px^2: an edge that was fitted with a bend
+    /// off by b over t - h .. t + h is off by b h^2 / 6.
+    pub(super) fn doubt_px2(&self, cell: [i32; 2], model: &Model, half: f64) -> DMat2 {
+        let cell = IVec2::from_array(cell);
+        let doubts = self.bend_doubts(cell);
+        let normals = model.normal_rad.map(|angle| {
+            let (sin, cos) = libm::sincos(angle);
+            DVec2::new(cos, sin)
+        });
+        let off = |axis: usize, direction: IVec2| {
+            let half_px = half * self.step(cell, direction).map_or(0.0, DVec2::length);
+            let shift = doubts[axis] * half_px * half_px / 6.0;
+            // The corner slides along the other edge.
+            let other = normals[1 - axis].perp();
+            let way = other * (shift / other.dot(normals[axis]));
+            DMat2::from_cols(way * way.x, way * way.y)
+        };
+        let sum = off(0, IVec2::X) + off(1, IVec2::Y);
+        if sum.is_finite() { sum } else { DMat2::ZERO }
+    }
+
     /// Half the way from the corner before to the corner after.
     pub(super) fn step(&self, cell: IVec2, direction: IVec2) -> Option<DVec2> {
         let at = |c: IVec2| self.lattice.get(&c.to_array()).map(|&k| self.positions[k]);
@@ -228,7 +313,9 @@ impl Grid {
             // An edge fitted with a wrong bend is off by a sixth of what the bend's error makes at the window's end.
             let off = |k: usize| (lines[k].curvature - f.model.curvature[k]) * f.half_px[k] * f.half_px[k] / 6.0;
             let sigma = (0.5 * (f.covariance_px2.x_axis.x + f.covariance_px2.y_axis.y)).sqrt();
-            [off(0).abs().max(off(1).abs()), sigma]
+            // Another lean moves the two directions, and the bends with them, by some tenth of its change.
+            let lean = 0.1 * (self.lean_px - f.model.lean_px).abs();
+            [off(0).abs().max(off(1).abs()).max(lean), sigma]
         });
         // Less than a square pixel of lattice, or edges that nearly coincide, hold no corner.
         let open = lines[0].tangent.perp_dot(lines[1].tangent).abs() > 0.1;
@@ -237,6 +324,7 @@ impl Grid {
             steps,
             lines,
             light: self.fitted[number].map_or([0.0; 6], |f| f.model.light),
+            lean_px: self.lean_px,
             due_px,
         })
     }
@@ -259,6 +347,7 @@ impl CornerSite {
             normal_rad: [normal(&self.lines[0]), normal(&self.lines[1])],
             curvature: self.lines.map(|l| l.curvature),
             sigma_px,
+            lean_px: self.lean_px,
             light: self.light,
             light_is_blurred: light == UnevenLight::OnBoard,
         }
@@ -272,7 +361,7 @@ impl CornerSite {
             let bend = 0.5 * self.lines[k].curvature.abs() * far * far;
             // A line without corners on both sides may point a few degrees off.
             let turn = if self.lines[k].corners < 3 { 0.15 * far } else { 0.0 };
-            EdgeShape::new(normals[k], sigma_px[k]).reach() + bend + turn + margin_px
+            EdgeShape::new(normals[k], sigma_px[k]).reach() + bend + turn + self.lean_px.abs() + margin_px
         });
         WindowFrame { centre: self.centre, steps: self.steps, normals, bands_px, half }
     }

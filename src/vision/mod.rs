@@ -52,6 +52,7 @@ mod detection;
 mod window;
 mod corner_model;
 mod pixel_sums;
+mod scatter;
 mod candidate;
 
 pub use detection::{Corner, Detection, Polarity, Reason, Rejected};

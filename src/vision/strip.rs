@@ -103,6 +103,8 @@ pub(super) struct EdgeModel<'a> {
     pub(super) curvature: f64,
     /// Added to every distance, in px.
     pub(super) shift_px: f64,
+    /// Added to it on the positive side of the other edge, and taken away on the negative one, in px.
+    pub(super) step_px: f64,
     /// Whether the blur is solved for.
     pub(super) free_blur: bool,
 }
@@ -164,7 +166,8 @@ fn add_chunk(sums: &mut StripSums, [x, y, value, weight, sign]: &[Column; 5], mo
         let (dx, dy) = (x[i] - model.corner.x, y[i] - model.corner.y);
         let t = edge.tangent.x * dx + edge.tangent.y * dy;
         along[i] = t;
-        distance[i] = edge.normal.x * dx + edge.normal.y * dy + 0.5 * edge.curvature * t * t + edge.shift_px;
+        let shift = edge.shift_px + edge.step_px * sign[i];
+        distance[i] = edge.normal.x * dx + edge.normal.y * dy + 0.5 * edge.curvature * t * t + shift;
     }
 
     // Evaluate the edge response.

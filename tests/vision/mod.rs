@@ -7,3 +7,4 @@ mod clean;
 mod judge;
 mod noise;
 mod photograph;
+mod twins;

@@ -132,10 +132,7 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
                     "give the corners of one picture",
                 ));
             }
-            None => {
-                let rejected = Vec::new();
-                views.push(CornerView { name, index_origin, corners: vec![corner], rejected, blur_px: None });
-            }
+            None => views.push(CornerView { index_origin, ..CornerView::bare(name, vec![corner]) }),
         }
     }
     same_count(count, &views, place)?;

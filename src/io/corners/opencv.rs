@@ -136,13 +136,7 @@ fn view(name: String, matrices: &mut Vec<RawMatrix>, place: &str) -> Result<Corn
             quality,
         })
     });
-    Ok(CornerView {
-        index_origin: None,
-        corners: listed.collect::<Result<_, _>>()?,
-        rejected: Vec::new(),
-        blur_px: None,
-        name: name.clone(),
-    })
+    Ok(CornerView::bare(name.clone(), listed.collect::<Result<_, _>>()?))
 }
 
 /// The values of a matrix of so many a row.

@@ -18,13 +18,7 @@ fn views() -> Vec<CornerView> {
         position_px: DVec2::new(100.0 / 3.0 * k, 7.25),
         quality: Some(quality(k)),
     };
-    let view = |name: &str, corners: Vec<ListedCorner>| CornerView {
-        name: name.to_owned(),
-        index_origin: None,
-        corners,
-        rejected: Vec::new(),
-        blur_px: None,
-    };
+    let view = |name: &str, corners: Vec<ListedCorner>| CornerView::bare(name.to_owned(), corners);
     vec![view("left", vec![corner(0, 1.0), corner(1, 2.0)]), view("right", vec![corner(0, 30.1)])]
 }
 

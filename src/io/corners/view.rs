@@ -2,6 +2,7 @@
 
 use crate::vision::{Corner, Detection, Polarity};
 use glam::{DMat2, DVec2};
+use serde::{Deserialize, Serialize};
 
 /// How well a corner was measured; a file of another program may not say.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,9 +74,34 @@ pub struct CornerView {
     pub rejected: Vec<(String, usize)>,
     /// The blur across both families of lines, in px; kept in JSON only.
     pub blur_px: Option<[f64; 2]>,
+    /// By how many px edges lie towards dark ([`Detection::lean_px`]); kept in JSON only.
+    pub lean_px: Option<f64>,
+    /// The transfer curve that was found for the picture, where its file states none; kept in JSON only.
+    pub transfer: Option<TransferFound>,
+}
+
+/// A transfer curve that was found from the picture's corners.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TransferFound {
+    /// Its name: `linear`, `sRGB` or `power 2.20` (light = value^2.20).
+    pub curve: String,
+    /// Median of residual over contrast under it.
+    pub residual: f64,
+    /// The next best curve.
+    pub next: String,
+    /// The same under that one.
+    pub next_residual: f64,
+    /// By how many standard errors both are told apart; at most 999.
+    pub standard_errors: f64,
 }
 
 impl CornerView {
+    /// Corners of which no more is known than these.
+    pub(super) fn bare(name: String, corners: Vec<ListedCorner>) -> Self {
+        Self { name, index_origin: None, corners, rejected: Vec::new(), blur_px: None, lean_px: None, transfer: None }
+    }
+
     /// What was detected in the columns of a picture from `first_column` on.
     pub fn new(name: &str, first_column: usize, detection: &Detection) -> Self {
         let listed = |c: &Corner| ListedCorner {
@@ -94,6 +120,8 @@ impl CornerView {
             corners: detection.corners.iter().map(listed).collect(),
             rejected: detection.counts().into_iter().map(|(reason, n)| (reason.name().to_owned(), n)).collect(),
             blur_px: detection.sigma_px,
+            lean_px: detection.sigma_px.map(|_| detection.lean_px),
+            transfer: None,
         }
     }
 }

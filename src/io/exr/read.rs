@@ -2,6 +2,7 @@
 
 use super::channel::{Channel, ChannelSamples};
 use crate::error::Error;
+use crate::io::curve_source::CurveSource;
 use crate::io::inputs::unreadable;
 use crate::io::memory::{MOST_EXPANSION, check_length, check_memory, length};
 use crate::io::metadata::{Metadata, checked_size};
@@ -24,7 +25,7 @@ use std::path::Path;
 /// # Errors
 /// Those of [`crate::io::picture_file::read`], and channels of other names only, which are then named.
 pub fn read(path: &Path) -> Result<(Raster<f32>, Metadata), Error> {
-    read_from(path, open(path)?, None)
+    read_from(path, open(path)?, CurveSource::File)
 }
 
 /// Reads the channels of the given names, in that order, from the first part that has them all. f16 values become
@@ -44,9 +45,9 @@ pub fn read_channels(path: &Path, names: &[&str]) -> Result<Vec<Channel>, Error>
 pub(in crate::io) fn read_from(
     path: &Path,
     source: impl Read + Seek,
-    stated: Option<Transfer>,
+    curve: CurveSource,
 ) -> Result<(Raster<f32>, Metadata), Error> {
-    if stated == Some(Transfer::Srgb) {
+    if curve.stated() == Some(Transfer::Srgb) {
         let rule = "the transfer curve is stated as sRGB, and OpenEXR holds linear light";
         return Err(Error::new(path.display(), rule, "leave the transfer curve out, or state linear"));
     }

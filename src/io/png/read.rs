@@ -1,6 +1,7 @@
 //! PNG files of any depth and colour type to linear light.
 
 use crate::error::Error;
+use crate::io::curve_source::{AS_STORED, CurveSource, SAY};
 use crate::io::inputs::unreadable;
 use crate::io::memory::{MOST_EXPANSION, check_length, check_memory, length};
 use crate::io::metadata::{Metadata, checked_size};
@@ -17,6 +18,8 @@ const ONE_TEXT_BYTES: usize = 2 << 20;
 /// Bytes of all texts together, at most.
 const TEXT_BYTES: usize = 16 << 20;
 
+/// What to do where the caller and the file disagree.
+const AGAINST: &str = "leave --transfer out, or, if the chunk is wrong, say --force-transfer besides";
 /// The exponent of a gAMA curve must lie between this and its inverse; real ones are near 2.2.
 const MAX_EXPONENT: f64 = 10.0;
 
@@ -24,15 +27,15 @@ const MAX_EXPONENT: f64 = 10.0;
 ///
 /// # Errors
 /// Those of [`crate::io::picture_file::read`].
-pub fn read(path: &Path, stated: Option<Transfer>) -> Result<(Raster<f32>, Metadata), Error> {
-    read_from(path, open(path)?, stated)
+pub fn read(path: &Path, curve: impl Into<CurveSource>) -> Result<(Raster<f32>, Metadata), Error> {
+    read_from(path, open(path)?, curve.into())
 }
 
 /// The same from an open file; `path` only names it.
 pub(in crate::io) fn read_from(
     path: &Path,
     mut source: impl BufRead + Seek,
-    stated: Option<Transfer>,
+    curve: CurveSource,
 ) -> Result<(Raster<f32>, Metadata), Error> {
     let damaged = |error: DecodingError| damaged(path, &error);
     let file_bytes = length(&mut source).map_err(|error| unreadable(path, &error))?;
@@ -55,7 +58,7 @@ pub(in crate::io) fn read_from(
         let rule = format!("the PNG's palette has {} bytes, and a colour has 3, of at most 256 colours", palette.len());
         return Err(Error::new(path.display(), rule, "export the picture anew"));
     }
-    let curve = TransferCurve::choose(path, reader.info(), stated)?;
+    let curve = TransferCurve::choose(path, reader.info(), curve)?;
     let (color, _) = reader.output_color_type();
     let data = light(path, &mut reader, (width, height), &curve, file_bytes)?;
     // Reads on to the end, so that a file that breaks off is noticed.
@@ -182,23 +185,43 @@ enum CurveForm {
 impl TransferCurve {
     /// The curve that the caller states, or else the one that the file states, in the order of precedence of the PNG
     /// specification (third edition, 4.3): cICP, iCCP, sRGB, gAMA.
-    fn choose(path: &Path, info: &Info<'_>, stated: Option<Transfer>) -> Result<Self, Error> {
+    fn choose(path: &Path, info: &Info<'_>, curve: CurveSource) -> Result<Self, Error> {
         let from_file = Self::of_file(info);
-        if let Some(transfer) = stated {
-            let source = match &from_file {
-                Ok(Some(file)) if file.name != transfer.name() => {
-                    format!("stated by the caller, against the {}: {}", file.source, file.name)
+        let known = |transfer: Transfer, source: String| {
+            Ok(Self { form: CurveForm::Known(transfer), name: transfer.name().to_owned(), source })
+        };
+        if let Some(transfer) = curve.stated() {
+            return match &from_file {
+                Ok(Some(file)) if !file.agrees(transfer) => {
+                    let Self { name, source, .. } = file;
+                    if curve == CurveSource::Stated(transfer) {
+                        let rule =
+                            format!("the curve is stated as {}, and the file's {source} says {name}", transfer.name());
+                        return Err(Error::new(path.display(), rule, AGAINST));
+                    }
+                    known(transfer, format!("stated by the caller, against the {source}: {name}"))
                 }
-                _ => "stated by the caller".to_owned(),
+                _ => known(transfer, "stated by the caller".to_owned()),
             };
-            return Ok(Self { form: CurveForm::Known(transfer), name: transfer.name().to_owned(), source });
+        }
+        let silent = info.coding_independent_code_points.is_none() && info.icc_profile.is_some();
+        if curve == CurveSource::FileOrStored && (silent || matches!(from_file, Ok(None))) {
+            return known(Transfer::Linear, AS_STORED.to_owned());
         }
         let rule = match from_file {
             Ok(Some(curve)) => return Ok(curve),
             Ok(None) => "the file does not say how its values stand for light (no sRGB, gAMA or cICP chunk)".to_owned(),
             Err(rule) => rule,
         };
-        Err(Error::new(path.display(), rule, "state it with --transfer linear or --transfer srgb"))
+        Err(Error::new(path.display(), rule, SAY))
+    }
+
+    /// Whether it is a stated one, as nearly as a gAMA chunk tells sRGB: by 0.45455 (PNG, third edition, 11.3.2.5).
+    fn agrees(&self, stated: Transfer) -> bool {
+        match self.form {
+            CurveForm::Known(transfer) => transfer == stated,
+            CurveForm::Power(exponent) => stated == Transfer::Srgb && (exponent - 2.2).abs() < 0.005,
+        }
     }
 
     /// What the file says; nothing, or the rule that keeps it from being understood.

@@ -3,11 +3,12 @@
 use super::directory::TiffFile;
 use super::layout::{TiffLayout, only_one};
 use crate::error::Error;
+use crate::io::curve_source::CurveSource;
 use crate::io::inputs::unreadable;
 use crate::io::memory::{check_length, check_memory, length};
 use crate::io::metadata::Metadata;
 use crate::raster::Raster;
-use crate::raster::transfer::{Transfer, luminance};
+use crate::raster::transfer::luminance;
 use std::collections::BTreeMap;
 use std::io::{Read, Seek};
 use std::path::Path;
@@ -17,12 +18,9 @@ use std::path::Path;
 pub(in crate::io) fn read_from(
     path: &Path,
     mut source: impl Read + Seek,
-    stated: Option<Transfer>,
+    curve: CurveSource,
 ) -> Result<(Raster<f32>, Metadata), Error> {
-    let Some(transfer) = stated else {
-        let rule = "a TIFF does not say how its values became of light";
-        return Err(Error::new(path.display(), rule, "state it: --transfer linear or --transfer srgb"));
-    };
+    let (transfer, transfer_source) = curve.of_silent(path, "TIFF")?;
     // Read the header, and check memory and length.
     let bytes = length(&mut source).map_err(|error| unreadable(path, &error))?;
     let (mut file, first) = TiffFile::open(path, source, bytes)?;
@@ -48,7 +46,7 @@ pub(in crate::io) fn read_from(
         format: "TIFF",
         samples: format!("{} bit {}", 8 * layout.sample_bytes, if colour { "RGB" } else { "grey" }),
         transfer: transfer.name().to_owned(),
-        transfer_source: "the caller".to_owned(),
+        transfer_source: transfer_source.to_owned(),
         from_colour: colour,
         pitch_mm: None,
         texts: BTreeMap::new(),
