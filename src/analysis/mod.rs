@@ -17,3 +17,7 @@ pub mod not_judged;
 pub mod photograph;
 pub mod estimate;
 pub mod fit_shift;
+pub mod relay;
+pub mod convergence;
+pub mod reprojection_study;
+pub mod layout;

@@ -14,3 +14,4 @@ pub mod quadrature;
 pub mod simd;
 pub mod stats;
 pub mod gauss;
+pub mod zernike;

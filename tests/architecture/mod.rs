@@ -32,7 +32,7 @@ const ROOMS: [(&str, &[&str]); 22] = [
         "analysis",
         &[
             "error", "accuracy", "progress", "num", "geom", "optics", "surface", "raster", "vision", "metrics", "io",
-            "effect", "scene", "design", "system", "render",
+            "effect", "scene", "design", "prism", "system", "render",
         ],
     ),
     ("golden", &["error", "num", "raster", "metrics", "io", "scene", "system", "render", "analysis"]),
