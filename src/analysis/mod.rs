@@ -19,3 +19,7 @@ pub mod photograph;
 pub mod estimate;
 pub mod fit_shift;
 pub mod transfer_choice;
+pub mod relay;
+pub mod convergence;
+pub mod reprojection_study;
+pub mod layout;

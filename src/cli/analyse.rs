@@ -4,6 +4,7 @@ use super::args::{AnalyseArgs, StabilityArgs, Study};
 use super::outcome::Outcome;
 use super::output::stdout;
 use super::progress::Progress;
+use super::study::{design, relay};
 use crate::analysis::stability::{self, Case};
 use crate::error::Error;
 use crate::progress::Observer;
@@ -14,6 +15,12 @@ use std::time::Instant;
 pub(super) fn run(args: &AnalyseArgs) -> Result<Outcome, Error> {
     match &args.study {
         Study::Stability(args) => stability(args),
+        Study::Spot(args) => relay::spot(args),
+        Study::FieldCurvature(args) => relay::field_curvature(args),
+        Study::Mtf(args) => relay::mtf(args),
+        Study::Reprojection(args) => design::reprojection(args),
+        Study::Convergence(args) => design::convergence(args),
+        Study::Layout(args) => design::layout(args),
     }
 }
 

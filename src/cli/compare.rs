@@ -14,15 +14,17 @@ use crate::system::doubts;
 use std::path::{Path, PathBuf};
 
 /// A prism to be judged: its name, its scene, and where that comes from.
-struct ToJudge {
-    name: String,
-    scene: Scene,
-    path: PathBuf,
+pub(super) struct ToJudge {
+    pub(super) name: String,
+    pub(super) scene: Scene,
+    pub(super) path: PathBuf,
 }
 
 pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     // Read the scenes, and look whether all files may be written.
-    let candidates = candidates(args)?;
+    let asked = |scene: Scene| accuracy::asked(scene, args.target_px);
+    let candidates = candidates(&args.scenes)?.into_iter().map(|one| ToJudge { scene: asked(one.scene), ..one });
+    let candidates: Vec<ToJudge> = candidates.collect();
     outputs(&args.out, &candidates)?;
 
     // Judge prism by prism.
@@ -61,26 +63,24 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
 }
 
 /// The prisms of the one scene, or that of each; without a scene those of the design paper and the exact one.
-fn candidates(args: &CompareArgs) -> Result<Vec<ToJudge>, Error> {
-    let at = |path: Option<&Path>| Ok(accuracy::asked(files::scene(path)?, args.target_px));
-    if args.scenes.is_empty() {
-        let paper = prisms(&at(None)?)?.into_iter().map(|(name, scene)| (name, scene, "scenes/paper.toml"));
-        let exact = accuracy::asked(files::exact_scene()?, args.target_px);
-        let all = paper.chain([("exact".to_owned(), exact, "scenes/exact.toml")]);
+pub(super) fn candidates(scenes: &[PathBuf]) -> Result<Vec<ToJudge>, Error> {
+    if scenes.is_empty() {
+        let paper = prisms(&files::scene(None)?)?.into_iter().map(|(name, scene)| (name, scene, "scenes/paper.toml"));
+        let all = paper.chain([("exact".to_owned(), files::exact_scene()?, "scenes/exact.toml")]);
         return Ok(all.map(|(name, scene, path)| ToJudge { name, scene, path: PathBuf::from(path) }).collect());
     }
-    if let [path] = &args.scenes[..] {
-        let named = prisms(&at(Some(path))?)?.into_iter();
+    if let [path] = scenes {
+        let named = prisms(&files::scene(Some(path))?)?.into_iter();
         return Ok(named.map(|(name, scene)| ToJudge { name, scene, path: path.clone() }).collect());
     }
-    if args.scenes.iter().filter(|path| files::is_stdin(path)).count() > 1 {
+    if scenes.iter().filter(|path| files::is_stdin(path)).count() > 1 {
         let help = "name files, and stdin once";
         return Err(Error::new("the scenes", "`-` is there more than once, and stdin is read only once", help));
     }
-    let scenes = args.scenes.iter().map(|path| at(Some(path))).collect::<Result<Vec<_>, Error>>()?;
-    let stems: Vec<String> = args.scenes.iter().map(|path| stem(path)).collect();
-    let named = named_apart(&stems.iter().map(String::as_str).collect::<Vec<_>>(), scenes)?.into_iter();
-    Ok(named.zip(&args.scenes).map(|((name, scene), path)| ToJudge { name, scene, path: path.clone() }).collect())
+    let loaded = scenes.iter().map(|path| files::scene(Some(path))).collect::<Result<Vec<_>, Error>>()?;
+    let stems: Vec<String> = scenes.iter().map(|path| stem(path)).collect();
+    let named = named_apart(&stems.iter().map(String::as_str).collect::<Vec<_>>(), loaded)?.into_iter();
+    Ok(named.zip(scenes).map(|((name, scene), path)| ToJudge { name, scene, path: path.clone() }).collect())
 }
 
 /// The name of a file without its ending, of letters, digits, `_` and `-`, with a letter or `_` in front.

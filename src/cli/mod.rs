@@ -23,6 +23,7 @@ mod machine;
 mod measure;
 mod progress;
 mod render;
+mod study;
 mod trace;
 mod output;
 mod outcome;

@@ -17,3 +17,4 @@ pub mod stats;
 pub mod gauss;
 pub mod geodesic;
 pub mod scalar;
+pub mod zernike;

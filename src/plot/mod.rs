@@ -26,5 +26,6 @@ pub mod colour_bar;
 mod frame;
 pub mod chart;
 pub mod field;
+pub mod plan;
 #[cfg(test)]
 pub(crate) mod examine;

@@ -73,6 +73,13 @@ impl Prism {
         Self { poses, sides, symmetric: false, ..self }
     }
 
+    /// The same glass with its surfaces continued beyond where they were given, where their formulas go on there.
+    #[must_use]
+    pub fn continued(&self) -> Self {
+        let sides = self.sides.each_ref().map(|side| side.each_ref().map(Surface::continued));
+        Self { sides, ..self.clone() }
+    }
+
     /// How well front and back go through the points that they were fitted to; `None` where they were not.
     pub fn fits(&self) -> Option<&[FitResiduals; 2]> {
         self.fits.as_deref()

@@ -13,6 +13,8 @@ pub mod fit;
 pub mod figures;
 pub mod json;
 pub mod number;
+pub mod sheet;
+pub mod study;
 pub mod table;
 pub mod cameras;
 pub mod corner_table;

@@ -94,6 +94,14 @@ impl PolynomialSurface {
         self.domain
     }
 
+    /// The same sheet in a domain that is larger by its own size on every side: continued by its polynomial beyond where it was
+    /// given.
+    #[must_use]
+    pub fn continued(&self) -> Self {
+        let domain = self.domain.grown(self.domain.size().max_element());
+        Self::new(&PolynomialPatch { sag: self.sag.clone(), domain }, self.mirrored)
+    }
+
     /// Whether the sheet is z(-x, y).
     pub fn is_mirrored(&self) -> bool {
         self.mirrored

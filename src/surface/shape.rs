@@ -86,6 +86,17 @@ impl Surface {
         }
     }
 
+    /// The same surface continued beyond where it was given, where its formula goes on there.
+    #[must_use]
+    pub fn continued(&self) -> Self {
+        match self {
+            Self::Freeform(sheet) => Self::Freeform(sheet.continued()),
+            Self::Flawed { base, flaw } => Self::Flawed { base: Box::new(base.continued()), flaw: Arc::clone(flaw) },
+            Self::Moved { base, poses } => Self::Moved { base: Box::new(base.continued()), poses: poses.clone() },
+            Self::Plane { .. } | Self::Mesh { .. } | Self::Revolved(_) => self.clone(),
+        }
+    }
+
     /// The facet of a mesh that a hit is on, and the piece of it (see [`Mesh::parts`]); of a surface that is one, the number
     /// of the hit, and 0.
     pub fn parts(&self, hit: &Hit) -> [u32; 2] {

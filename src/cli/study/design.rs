@@ -1,0 +1,76 @@
+//! `biprism analyse reprojection`, `convergence` and `layout`.
+
+use super::common::{prisms, write};
+use crate::analysis::convergence::{axis_misses, plans};
+use crate::analysis::half_image::HalfFrame;
+use crate::analysis::layout;
+use crate::analysis::reprojection_study::errors;
+use crate::cli::args::{ConvergenceArgs, PrismsArgs, ReprojectionArgs};
+use crate::cli::files;
+use crate::cli::outcome::Outcome;
+use crate::cli::progress::Progress;
+use crate::error::Error;
+use crate::progress::Observer;
+use crate::report::study::convergences::{self, MarchRow};
+use crate::report::study::document::StudyDocument;
+use crate::report::study::layouts::{self, NamedLayout};
+use crate::report::study::reprojections::{self, NamedReprojections};
+use crate::system::Side;
+use crate::vision::half::Half;
+use serde_json::{Map, json};
+use std::path::Path;
+use std::time::Instant;
+
+pub(crate) fn reprojection(args: &ReprojectionArgs) -> Result<Outcome, Error> {
+    let progress = Progress::new(0);
+    let mut found = Vec::new();
+    for prism in prisms(&args.prisms, &progress)? {
+        for (side, word) in prism.sides() {
+            let half = if side == Side::Left { Half::Left } else { Half::Right };
+            let planes = prism.named(errors(&prism.judged.scene, &prism.system, half, args.grid, &args.depth_mm))?;
+            let size_px = HalfFrame::new(&prism.system, half).size_px;
+            found.push(NamedReprojections { prism: prism.judged.name.clone(), half: word, size_px, planes });
+        }
+    }
+    drop(progress);
+    let pairs = [("grid", json!(args.grid)), ("depth_mm", json!(args.depth_mm))];
+    let settings: Map<_, _> = pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    let (sheets, figures) = (reprojections::sheets(&found), reprojections::figures(&found));
+    write(&args.prisms, &StudyDocument { name: "reprojection", settings, sheets, figures })
+}
+
+pub(crate) fn convergence(args: &ConvergenceArgs) -> Result<Outcome, Error> {
+    let scene = files::scene(args.scene.as_deref())?;
+    let plans = plans(args.coarsest_um, args.finest_um.min(args.coarsest_um));
+    let progress = Progress::new(0);
+    let watch = progress.watch(&scene.name);
+    watch.stage_of("marches", plans.len());
+    let mut rows = Vec::new();
+    for plan in plans {
+        let started = Instant::now();
+        let misses = axis_misses(&scene, plan, &args.degree);
+        let misses = files::named(args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")), misses)?;
+        let seconds = started.elapsed().as_secs_f64();
+        rows.extend(misses.into_iter().map(|miss| MarchRow { plan, miss, seconds }));
+        watch.pixels(1);
+    }
+    drop(progress);
+    let pairs = [("degree", json!(args.degree)), ("coarsest_um", json!(args.coarsest_um))];
+    let pairs = pairs.into_iter().chain([("finest_um", json!(args.finest_um))]);
+    let settings: Map<_, _> = pairs.map(|(key, value)| (key.to_owned(), value)).collect();
+    let (sheets, figures) = (vec![convergences::sheet(&rows)], convergences::figures(&scene.name, &rows));
+    let files = PrismsArgs { scenes: Vec::new(), out: args.out.clone(), json: args.json };
+    write(&files, &StudyDocument { name: "convergence", settings, sheets, figures })
+}
+
+pub(crate) fn layout(args: &PrismsArgs) -> Result<Outcome, Error> {
+    let progress = Progress::new(0);
+    let mut found = Vec::new();
+    for prism in prisms(args, &progress)? {
+        let layout = prism.named(layout::layout(&prism.system))?;
+        found.push(NamedLayout { prism: prism.judged.name.clone(), layout });
+    }
+    drop(progress);
+    let (sheets, figures) = (vec![layouts::sheet(&found)], layouts::figures(&found));
+    write(args, &StudyDocument { name: "layout", settings: Map::new(), sheets, figures })
+}

@@ -1,0 +1,5 @@
+//! Studies of prisms: what the verbs under `analyse` have in common, and one file a kind.
+
+mod common;
+pub(super) mod design;
+pub(super) mod relay;

@@ -1,0 +1,78 @@
+//! `biprism analyse spot`, `field-curvature` and `mtf`.
+
+use super::common::{StudiedPrism, prisms, write};
+use crate::analysis::relay::lens::RelayLens;
+use crate::analysis::relay::study::{RelayHalf, RelaySettings};
+use crate::cli::args::RelayArgs;
+use crate::cli::outcome::Outcome;
+use crate::cli::progress::Progress;
+use crate::error::Error;
+use crate::report::study::contrasts::{self, NamedContrasts};
+use crate::report::study::document::StudyDocument;
+use crate::report::study::foci::{self, NamedFoci};
+use crate::report::study::spots::{self, NamedSpots};
+use crate::system::Side;
+use serde_json::{Map, Value, json};
+
+pub(crate) fn spot(args: &RelayArgs) -> Result<Outcome, Error> {
+    let found = halves(args, |prism, half, side| Ok(NamedSpots { prism, half: side, study: half.spot()? }))?;
+    let lens = settings(args).lens;
+    let (sheets, figures) = (spots::sheets(&lens, &found), spots::figures(&lens, &found));
+    write(&args.prisms, &StudyDocument { name: "spot", settings: words(args), sheets, figures })
+}
+
+pub(crate) fn field_curvature(args: &RelayArgs) -> Result<Outcome, Error> {
+    let named = |prism, half: &RelayHalf, side| {
+        Ok(NamedFoci { prism, half: side, focus_mm: half.focus_mm, lines: half.foci()? })
+    };
+    let found = halves(args, named)?;
+    let (sheets, figures) = (vec![foci::sheet(&found)], foci::figures(&found));
+    write(&args.prisms, &StudyDocument { name: "field_curvature", settings: words(args), sheets, figures })
+}
+
+pub(crate) fn mtf(args: &RelayArgs) -> Result<Outcome, Error> {
+    let found = halves(args, |prism, half, side| Ok(NamedContrasts { prism, half: side, study: half.mtf()? }))?;
+    let (sheets, figures) = (contrasts::sheets(&found), contrasts::figures(&found));
+    write(&args.prisms, &StudyDocument { name: "mtf", settings: words(args), sheets, figures })
+}
+
+/// What `study` finds of every half of every prism.
+fn halves<T>(
+    args: &RelayArgs,
+    study: impl Fn(String, &RelayHalf, &'static str) -> Result<T, Error>,
+) -> Result<Vec<T>, Error> {
+    let progress = Progress::new(0);
+    let prisms = prisms(&args.prisms, &progress)?;
+    let one = |prism: &StudiedPrism, (side, word): (Side, &'static str)| {
+        progress.begin(&prism.judged.name, "rays");
+        let half = RelayHalf::new(&prism.system, side, settings(args));
+        prism.named(half.and_then(|half| study(prism.judged.name.clone(), &half, word)))
+    };
+    prisms
+        .iter()
+        .flat_map(|prism| prism.sides().into_iter().map(move |side| (prism, side)))
+        .map(|(p, s)| one(p, s))
+        .collect()
+}
+
+fn settings(args: &RelayArgs) -> RelaySettings {
+    RelaySettings {
+        lens: RelayLens { na: args.na, magnification: args.magnification, wavelength_mm: args.wavelength_nm * 1e-6 },
+        focus_mm: args.focus_mm,
+        object_mm: args.object_mm,
+        field_mm: args.field_mm,
+    }
+}
+
+/// What was asked, for the JSON.
+fn words(args: &RelayArgs) -> Map<String, Value> {
+    let pairs = [
+        ("na", json!(args.na)),
+        ("magnification", json!(args.magnification)),
+        ("wavelength_nm", json!(args.wavelength_nm)),
+        ("focus_mm", json!(args.focus_mm)),
+        ("object_mm", json!(args.object_mm)),
+        ("field_mm", json!(args.field_mm)),
+    ];
+    pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}

@@ -1,0 +1,9 @@
+//! Studies as sheets and figures.
+
+pub mod document;
+pub mod spots;
+pub mod foci;
+pub mod contrasts;
+pub mod reprojections;
+pub mod convergences;
+pub mod layouts;
