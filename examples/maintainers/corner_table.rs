@@ -128,6 +128,8 @@ fn run(folder: Option<&Path>) -> Result<(), Error> {
                 corners: corners.iter().map(listed).collect(),
                 rejected: Vec::new(),
                 blur_px: None,
+                lean_px: None,
+                transfer: None,
             };
             let own = CornerView::new("whole", 0, &detect(&decoded, None, &Settings::default()));
             for (ending, view) in [("true", truth), ("own", own)] {
