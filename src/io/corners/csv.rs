@@ -76,16 +76,7 @@ impl Source<'_> {
 pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
     let source = Source { text, place };
     let mut lines = lines(text);
-    let first = lines.next().unwrap_or(CsvField { text: "", span: 0..0 });
-    let stated = first.text.strip_prefix(COMMENT);
-    if stated != Some(CENTRE) {
-        let rule = match stated {
-            Some(other) => format!("the pixel centre is {other:?}, and must be {CENTRE:?}"),
-            None => format!("the first line is {:?}, and must name where a pixel's centre lies", first.text),
-        };
-        let help = format!("begin the file with \"{COMMENT}{CENTRE}\", with positions in that convention");
-        return Err(source.problem(first.span, rule, help));
-    }
+    check_centre(&source, lines.next().unwrap_or(CsvField { text: "", span: 0..0 }))?;
     let end = || CsvField { text: "", span: text.len()..text.len() };
     let mut header = lines.next().unwrap_or_else(end);
     let index_origin = match header.text.strip_prefix(ORIGIN) {
@@ -142,6 +133,20 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
         return Err(source.problem(last..text.len(), rule, "end it with a line break if the file is whole"));
     }
     Ok(views)
+}
+
+/// The first line must name the convention of the positions.
+fn check_centre(source: &Source<'_>, first: CsvField<'_>) -> Result<(), Error> {
+    let stated = first.text.strip_prefix(COMMENT);
+    if stated != Some(CENTRE) {
+        let rule = match stated {
+            Some(other) => format!("the pixel centre is {other:?}, and must be {CENTRE:?}"),
+            None => format!("the first line is {:?}, and must name where a pixel's centre lies", first.text),
+        };
+        let help = format!("begin the file with \"{COMMENT}{CENTRE}\", with positions in that convention");
+        return Err(source.problem(first.span, rule, help));
+    }
+    Ok(())
 }
 
 /// The lines without their ends.
