@@ -12,8 +12,8 @@ use biprism::vision::half::Half;
 use glam::{DVec2, DVec3};
 use std::fs;
 
-/// The design paper's prism by the exact design with polynomials of degree 9.
-const EXACT: &str = "kind = \"freeform\"\nindex = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545\n\
+/// The design paper's prism by the exact design with polynomials of degree 9, each half by its own rear surface.
+const EXACT: &str = "kind = \"freeform\"\nindex = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545\nsolid = false\n\
     [prism.design]\nobjective = \"epipolar\"\ndegree = 9\nstep_px = 8.0";
 /// Glass that bends no ray, before which the camera is its own virtual camera: one centre, its axis the sensor's middle.
 const NO_OPTICS: &str = "kind = \"flat\"\nindex = 1.0\nridge_distance_mm = 78.472\nthickness_mm = 8.545\nfacet_angle_deg = 5.0\n\

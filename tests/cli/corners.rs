@@ -14,7 +14,8 @@ fn a_picture_is_measured_as_its_own_by_its_own_instrument_alone() {
     let told = biprism(folder.path(), &own);
     assert!(told.status.success(), "{}", text(&told.stderr));
     // One picture has one depth, and the table says so once.
-    assert_eq!(text(&told.stdout).matches("too few depths of the board: 1").count(), 1, "{}", text(&told.stdout));
+    let table = text(&told.stdout);
+    assert_eq!(table.matches("\n-: too few depths of the board: 1").count(), 1, "{table}");
     for (part, from, to) in [
         ("camera", "focal_length_mm = 35.0", "focal_length_mm = 35.001"),
         ("prism", "index = 1.48", "index = 1.4801"),

@@ -8,3 +8,4 @@ mod judge;
 mod noise;
 mod photograph;
 mod twins;
+mod world;
