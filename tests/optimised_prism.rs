@@ -13,7 +13,10 @@ fn designed(keys: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper.toml");
     let text = std::fs::read_to_string(path).expect("it is there");
     let settings = format!("step_px = 8.0\n{keys}");
-    let text = text.replace("[prism.design]\norder = \"x-then-y\"\ndegree = 5", &format!("solid = false\n[prism.design]\n{settings}"));
+    let text = text.replace(
+        "[prism.design]\norder = \"x-then-y\"\ndegree = 5",
+        &format!("solid = false\n[prism.design]\n{settings}"),
+    );
     assert!(text.contains(&settings) && text.contains("solid = false"));
     scene::parse(&text, "designed", None).unwrap_or_else(|problem| panic!("{problem}"))
 }

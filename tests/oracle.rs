@@ -116,7 +116,9 @@ fn the_prism_of_the_tables_is_the_designed_one() {
     let numbers = |path: &Path| -> Vec<f64> {
         let text = std::fs::read_to_string(path).expect("it is there");
         // What the prism is meant to be is no part of the tables.
-        let law = text.find("[prism.law]").map_or(0..0, |at| at..at + text[at..].find("[prism.front]").expect("it comes next"));
+        let law = text
+            .find("[prism.law]")
+            .map_or(0..0, |at| at..at + text[at..].find("[prism.front]").expect("it comes next"));
         let text = text[..law.start].to_owned() + &text[law.end..];
         let words = text.split(|c: char| !(c.is_ascii_alphanumeric() || "+-.".contains(c)));
         words.filter_map(|word| word.parse().ok()).collect()

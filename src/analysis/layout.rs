@@ -33,7 +33,7 @@ pub struct SurfaceLine {
 
 /// What is drawn of an instrument.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Layout {
+pub struct InstrumentLayout {
     /// Rays of the middle row, and of the middle columns of both halves.
     pub ways: [Vec<RayWay>; 2],
     /// Lines of the surfaces in the middle plane y = 0 of the prism, and in the planes x = const of its halves' middle rays.
@@ -48,7 +48,7 @@ pub struct Layout {
 ///
 /// # Errors
 /// When no ray passes the prism.
-pub fn layout(system: &System) -> Result<Layout, Error> {
+pub fn layout(system: &System) -> Result<InstrumentLayout, Error> {
     let [width, height] = system.camera().size_px().map(|n| n as f64);
     let along = |k: usize| k as f64 / (RAYS - 1) as f64;
     let inside = |share: f64| (share - 0.5) * 0.999_999 + 0.5;
@@ -67,7 +67,7 @@ pub fn layout(system: &System) -> Result<Layout, Error> {
     if system.prism().is_some() && surfaces.iter().all(Vec::is_empty) {
         return Err(Error::new("the drawing", "no ray passes the prism", "look at the scene with `biprism check`"));
     }
-    Ok(Layout {
+    Ok(InstrumentLayout {
         ways,
         surfaces,
         board_mm: [corner(-0.5, -0.5), corner(0.5, -0.5), corner(0.5, 0.5), corner(-0.5, 0.5)],

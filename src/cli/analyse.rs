@@ -1,10 +1,10 @@
 //! `biprism analyse`: studies that print what they find.
 
-use super::args::{AnalyseArgs, StabilityArgs, Study};
 use super::outcome::Outcome;
 use super::output::stdout;
 use super::progress::Progress;
 use super::study::{design, relay};
+use super::study_args::{AnalyseArgs, StabilityArgs, Study};
 use crate::analysis::stability::{self, Case};
 use crate::error::Error;
 use crate::progress::Observer;

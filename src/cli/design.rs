@@ -1,6 +1,6 @@
 //! `biprism design`: the freeform prism of a scene, as scene text, as points and as a body, with what a cutter asks.
 
-use super::args::DesignArgs;
+use super::design_args::DesignArgs;
 use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, output};

@@ -7,6 +7,8 @@
 mod accuracy;
 mod analyse;
 pub mod args;
+pub mod design_args;
+pub mod study_args;
 mod check;
 mod plan;
 mod picture_time;

@@ -3,14 +3,15 @@
 use super::designed_law::DesignedLaw;
 use super::fit::{SurfaceFit, fit, given};
 use super::march::march;
-use super::optimise::{MetLaw, cloud, met_law, optimised};
+use super::optimise::{MetLaw, cloud, fitted as fitted_by_polynomials, met_law, optimised};
 use super::point_grid::{PointGrid, TargetLaw};
 use super::revolved::Revolved;
 use super::virtual_camera::{VirtualCamera, virtual_camera};
 use crate::error::Error;
 use crate::num::ode::Integrator;
 use crate::scene::{
-    BiprismSpec, CameraSpec, DesignSettings, GlassSpec, Method, Objective, PolynomialSpec, PrismLaw, PrismSpec, Scene,
+    BiprismSpec, CameraSpec, DesignSettings, DesignedSurface, GlassSpec, Method, Objective, PolynomialSpec, PrismLaw,
+    PrismSpec, Scene,
 };
 use crate::surface::shape::RevolvedPatch;
 use glam::DVec3;
@@ -190,6 +191,9 @@ pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<Freefo
     let back = fit(&fitted.back_mm(), degree, Some(camera.back_mm.truncate()))?;
     let law = DesignedLaw::from(&prism_law(&camera, cloud.law));
     let met = met_law(&input.camera, &camera, settings, [&front.patch, &back.patch], law);
+    if settings.objective != Objective::March && settings.surface == DesignedSurface::Polynomial {
+        met.as_ref().map_or(Ok(()), |met| fitted_by_polynomials(settings, met.rms_px()))?;
+    }
     Ok(FreeformDesign { camera, front, back, optical_path_spread_mm: longest - shortest, cloud, met })
 }
 

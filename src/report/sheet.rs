@@ -57,7 +57,7 @@ impl From<String> for Cell {
 
 /// Figures as rows and columns.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sheet {
+pub struct StudySheet {
     /// Name: the key in the JSON, and the file's name where it is one.
     pub name: &'static str,
     /// What it shows, in a few words: the heading of the table.
@@ -70,7 +70,7 @@ pub struct Sheet {
     pub detail: bool,
 }
 
-impl Sheet {
+impl StudySheet {
     /// A sheet without rows.
     pub fn new(name: &'static str, heading: impl Into<String>, columns: &[(&'static str, &'static str)]) -> Self {
         let columns = columns.iter().map(|&(key, meaning)| Column { key, meaning }).collect();
@@ -149,8 +149,9 @@ impl Sheet {
 mod tests {
     use super::*;
 
-    fn sheet() -> Sheet {
-        let mut sheet = Sheet::new("s", "Heading", &[("prism", "whose"), ("rms_um", "how much"), ("n", "how many")]);
+    fn sheet() -> StudySheet {
+        let mut sheet =
+            StudySheet::new("s", "Heading", &[("prism", "whose"), ("rms_um", "how much"), ("n", "how many")]);
         sheet.push(vec!["flat, \"old\"".into(), 59.137_860_47.into(), 1024.into()]);
         sheet.push(vec!["b".into(), Some(f64::NAN).into(), 7.into()]);
         sheet

@@ -2,6 +2,7 @@
 
 use super::body_keys::BodyFile;
 use super::camera_keys;
+use super::design_model::*;
 use super::design_rules;
 use super::document::Document;
 use super::effects;

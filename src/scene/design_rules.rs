@@ -1,7 +1,8 @@
 //! What the keys of `[prism.design]` ask of each other, and where a baseline puts the ridge.
 
+use super::design_model::{DesignSettings, Objective, Rear};
 use super::limits::{LONGEST_MM, SHORTEST_MM};
-use super::model::{BiprismSpec, CameraSpec, DesignSettings, Objective, Rear};
+use super::model::{BiprismSpec, CameraSpec};
 use super::source::ValueSource;
 use crate::error::Error;
 use crate::optics::snell::straightening_facet_rad;

@@ -24,18 +24,19 @@ mod tidy;
 mod check;
 mod physics;
 mod design_rules;
+mod design_model;
 mod model;
 mod camera;
 mod camera_keys;
 mod surface_files;
 mod surface_keys;
 
+pub use design_model::{DesignGoal, DesignSettings, DesignedSurface, MarchOrder, Method, Objective, Rear};
 pub use law::PrismLaw;
 pub(crate) use limits::DESIGN_DEGREE;
 pub use model::{
-    Analysis, BiprismSpec, BoardPose, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignGoal, DesignSettings,
-    DesignedSurface, Encoding, Expect, GlassSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec,
-    PolynomialSpec, PrismSpec, Rear, RevolvedSpec, Scene,
+    Analysis, BiprismSpec, BoardPose, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, Encoding, Expect, GlassSpec,
+    MeshSpec, PointCloudSpec, PolynomialSpec, PrismSpec, RevolvedSpec, Scene,
 };
 
 pub use crate::num::curve::ChebyshevCurve;

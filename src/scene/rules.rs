@@ -1,5 +1,6 @@
 //! What two values of a scene say of each other, beyond the range of each; the rules of effects stand in `effects::rules`.
 
+use super::design_model::*;
 use super::limits::{LEAST_AXIS_DEG, MARCHED_POINTS};
 use super::model::*;
 use super::source::ValueSource;

@@ -4,4 +4,5 @@ mod compare;
 mod compare_scenes;
 mod corners;
 mod render;
+mod studies;
 mod trace;

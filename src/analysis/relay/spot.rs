@@ -7,7 +7,7 @@ use glam::DVec2;
 /// The size of a spot in the plane that is in focus on the side of the prism, in mm there: times the magnification it is that of
 /// the image.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Spot {
+pub struct PencilSpot {
     /// The plane, in mm along z of the world.
     pub focus_mm: f64,
     /// Root mean square distance from the centroid.
@@ -20,7 +20,7 @@ pub struct Spot {
     pub points_mm: Vec<DVec2>,
 }
 
-impl Spot {
+impl PencilSpot {
     /// The spot of `rays` in the plane `focus_mm`, with the `chief` ray.
     pub fn new(rays: &[PencilRay], chief: &Ray, focus_mm: f64) -> Self {
         let middle = at_plane(chief, focus_mm);

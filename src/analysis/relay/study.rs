@@ -4,7 +4,7 @@ use super::field_curvature::{Foci, foci};
 use super::lens::{RelayLens, disc};
 use super::mtf::{Contrast, contrast};
 use super::pencil::{Pencil, PencilRay};
-use super::spot::{Spot, best_focus_mm};
+use super::spot::{PencilSpot, best_focus_mm};
 use super::wave_error::{NoWave, WaveError};
 use crate::analysis::half_image::{HalfFrame, virtual_camera};
 use crate::error::Error;
@@ -51,9 +51,9 @@ pub struct RelayHalf<'a> {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpotStudy {
     /// With the lens focused as asked.
-    pub focused: Spot,
+    pub focused: PencilSpot,
     /// With the lens where the spot is smallest.
-    pub best: Spot,
+    pub best: PencilSpot,
     /// Planes and the root mean square about the centroid in them, in mm.
     pub through_focus: Vec<[f64; 2]>,
     /// Over the field.
@@ -155,11 +155,11 @@ impl<'a> RelayHalf<'a> {
     pub fn spot(&self) -> Result<SpotStudy, Error> {
         let (rays, chief) = self.rays(&self.pencil(DVec2::ZERO))?;
         let best_mm = best_focus_mm(&rays).ok_or_else(parallel)?;
-        let at = |focus: f64| Spot::new(&rays, &chief, focus);
+        let at = |focus: f64| PencilSpot::new(&rays, &chief, focus);
         let field = |beside_mm: DVec2| {
             let (rays, chief) = self.rays(&self.pencil(beside_mm))?;
             let best_focus_mm = best_focus_mm(&rays).ok_or_else(parallel)?;
-            let rms = |focus: f64| Spot::new(&rays, &chief, focus).rms_mm;
+            let rms = |focus: f64| PencilSpot::new(&rays, &chief, focus).rms_mm;
             Ok(FieldSpot { beside_mm, rms_mm: rms(self.focus_mm), best_focus_mm, best_rms_mm: rms(best_focus_mm) })
         };
         Ok(SpotStudy {

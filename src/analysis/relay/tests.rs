@@ -4,7 +4,7 @@ use super::field_curvature::foci;
 use super::lens::{RelayLens, disc, perfect_contrast};
 use super::mtf::{contrast, diffraction};
 use super::pencil::Pencil;
-use super::spot::{Spot, best_focus_mm};
+use super::spot::{PencilSpot, best_focus_mm};
 use super::wave_error::WaveError;
 use crate::scene::{self, PrismSpec, Scene};
 use crate::system::{self, Prism, Side, System};
@@ -59,13 +59,13 @@ fn spots_are_those_of_another_program() {
         let rays = pencil.pupil(LENS.na, &disc(16)).expect("all pass");
         let chief = pencil.aimed(DVec2::ZERO, pencil.middle()).expect("it passes").exit;
         let scale = 1e3 * LENS.magnification;
-        let spot = Spot::new(&rays, &chief, 0.0);
+        let spot = PencilSpot::new(&rays, &chief, 0.0);
         for (found, wanted) in [spot.rms_mm, spot.rms_about_chief_mm, spot.radius_mm].into_iter().zip(fixed) {
             close(found * scale, wanted, 1e-7);
         }
         let focus = best_focus_mm(&rays).expect("they are not parallel");
         assert!((focus - best[0]).abs() < 1e-7 * best[0].abs().max(1e-2), "{focus}");
-        close(Spot::new(&rays, &chief, focus).rms_mm * scale, best[1], 1e-7);
+        close(PencilSpot::new(&rays, &chief, focus).rms_mm * scale, best[1], 1e-7);
     }
 }
 

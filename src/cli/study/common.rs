@@ -1,9 +1,9 @@
 //! The prisms of a study, and its files.
 
-use crate::cli::args::PrismsArgs;
 use crate::cli::compare::{ToJudge, candidates};
 use crate::cli::outcome::Outcome;
 use crate::cli::progress::Progress;
+use crate::cli::study_args::PrismsArgs;
 use crate::cli::{files, output};
 use crate::error::Error;
 use crate::plot::svg;

@@ -3,9 +3,9 @@
 use super::common::{StudiedPrism, prisms, write};
 use crate::analysis::relay::lens::RelayLens;
 use crate::analysis::relay::study::{RelayHalf, RelaySettings};
-use crate::cli::args::RelayArgs;
 use crate::cli::outcome::Outcome;
 use crate::cli::progress::Progress;
+use crate::cli::study_args::RelayArgs;
 use crate::error::Error;
 use crate::report::study::contrasts::{self, NamedContrasts};
 use crate::report::study::document::StudyDocument;

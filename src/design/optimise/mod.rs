@@ -20,6 +20,7 @@ pub(super) use cloud::cloud;
 pub(super) use figures::met_law;
 pub use figures::{LawFigures, MetLaw, SpotFigures};
 pub(super) use optimised::optimised;
+pub(super) use refusals::fitted;
 
 #[cfg(test)]
 mod derivative_tests;

@@ -69,6 +69,25 @@ pub(super) fn check(settings: &DesignSettings, found: &FoundPrism) -> Result<(),
     ))
 }
 
+/// Refuses polynomials through an exact prism that leave `left_px` of its law.
+///
+/// # Errors
+/// An [`Error`] that names the residual.
+pub(in crate::design) fn fitted(settings: &DesignSettings, left_px: f64) -> Result<(), Error> {
+    if left_px <= MOST_PX {
+        return Ok(());
+    }
+    Err(Error::new(
+        "the prism's design",
+        format!(
+            "polynomials of degree {} leave {left_px:.3} px RMS of `prism.design.objective` = \"{}\", and may leave {MOST_PX}",
+            settings.degree,
+            named(settings.objective)
+        ),
+        "raise `prism.design.degree`, or write surface = \"revolved\" for the surfaces themselves",
+    ))
+}
+
 /// Refuses what is left of a law that could be met.
 fn residual(settings: &DesignSettings, found: &FoundPrism) -> Result<(), Error> {
     // Of a merit with spots a part is theirs, as the user weighs it.

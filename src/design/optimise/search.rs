@@ -49,7 +49,26 @@ pub(super) fn search(start: &Start) -> Option<FoundPrism> {
             (low, high) => low.or(high)?,
         }
     };
-    climb(start, found, degree)
+    let found = climb(start, found, degree)?;
+    Some(match from_law_alone(start) {
+        Some(other) if other.norm_px < found.norm_px => other,
+        _ => found,
+    })
+}
+
+/// Where spots count, the surfaces of the law alone let go: what is found is then no worse by the merit than they are.
+fn from_law_alone(start: &Start) -> Option<FoundPrism> {
+    if start.settings.goal.spot_weight == 0.0 {
+        return None;
+    }
+    let mut plain = *start;
+    plain.settings.goal.spot_weight = 0.0;
+    let found = search(&plain)?;
+    let merit = start.merit(start.settings.degree);
+    let mut x = found.x.as_slice().to_vec();
+    // The focus comes last, and starts in the middle of its range.
+    (x.len() <= merit.layout.len()).then(|| x.resize(merit.layout.len(), 0.0))?;
+    Some(FoundPrism { floor_reached: found.floor_reached, ..descended(merit, DVector::from_vec(x))? })
 }
 
 /// The flat prism, let go over surfaces of a degree.

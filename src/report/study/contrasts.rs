@@ -6,7 +6,7 @@ use crate::analysis::relay::study::MtfStudy;
 use crate::plot::axis::{Scale, significant};
 use crate::plot::chart::{self, AxisInput, ChartInput, ChartSeries, Front, Look, Point};
 use crate::plot::drawing::Drawing;
-use crate::report::sheet::{Cell, Sheet};
+use crate::report::sheet::{Cell, StudySheet};
 
 /// The contrast of one half of one prism.
 #[derive(Debug, Clone)]
@@ -30,10 +30,10 @@ const CONTRAST: [(&str, &str); 6] = [
 ];
 
 /// The sheets.
-pub fn sheets(all: &[NamedContrasts]) -> Vec<Sheet> {
+pub fn sheets(all: &[NamedContrasts]) -> Vec<StudySheet> {
     let lead = [("prism", "the prism's name"), ("half", "the half of the prism")];
     let of = |name, heading: &str, more: &[(&'static str, &'static str)]| {
-        Sheet::new(name, heading, &[&lead[..], more, &CONTRAST[..]].concat())
+        StudySheet::new(name, heading, &[&lead[..], more, &CONTRAST[..]].concat())
     };
     let mut curves = of(
         "mtf",
@@ -46,7 +46,7 @@ pub fn sheets(all: &[NamedContrasts]) -> Vec<Sheet> {
         "Contrast over the field",
         &[("beside_x_mm", "where the object is, along x, mm"), ("beside_y_mm", "the same along y, mm")],
     );
-    let mut waves = Sheet::new(
+    let mut waves = StudySheet::new(
         "wave_error",
         "Wave error over the pupil",
         &[

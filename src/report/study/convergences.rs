@@ -5,7 +5,7 @@ use crate::analysis::convergence::{AxisMiss, MarchPlan};
 use crate::num::ode::Integrator;
 use crate::plot::axis::Scale;
 use crate::plot::chart::{self, AxisInput, ChartInput, ChartSeries, Front, Look, Point};
-use crate::report::sheet::{Cell, Sheet};
+use crate::report::sheet::{Cell, StudySheet};
 
 /// One march with one fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,8 +29,8 @@ fn name(integrator: Integrator) -> &'static str {
 }
 
 /// The rows, each with the order that it shows against the one before, of twice or so its step.
-pub fn sheet(rows: &[MarchRow]) -> Sheet {
-    let mut sheet = Sheet::new(
+pub fn sheet(rows: &[MarchRow]) -> StudySheet {
+    let mut sheet = StudySheet::new(
         "convergence",
         "Mean distance from O' to where the rays behind the prism meet the axis",
         &[

@@ -1,7 +1,7 @@
 //! A study as it is written: its sheets, its figures, and what it was asked.
 
 use crate::plot::drawing::Drawing;
-use crate::report::sheet::Sheet;
+use crate::report::sheet::StudySheet;
 use serde_json::{Map, Value, json};
 
 /// A figure of a study.
@@ -23,7 +23,7 @@ pub struct StudyDocument {
     /// What it was asked, by name.
     pub settings: Map<String, Value>,
     /// The figures as numbers.
-    pub sheets: Vec<Sheet>,
+    pub sheets: Vec<StudySheet>,
     /// The figures as pictures.
     pub figures: Vec<StudyFigure>,
 }
@@ -31,7 +31,7 @@ pub struct StudyDocument {
 impl StudyDocument {
     /// The tables for a person, one below the other.
     pub fn tables(&self) -> String {
-        self.sheets.iter().filter(|sheet| !sheet.detail).map(Sheet::table).collect::<Vec<_>>().join("\n")
+        self.sheets.iter().filter(|sheet| !sheet.detail).map(StudySheet::table).collect::<Vec<_>>().join("\n")
     }
 
     /// As JSON: `biprism-study/1`.

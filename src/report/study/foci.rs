@@ -4,7 +4,7 @@ use super::document::StudyFigure;
 use crate::analysis::relay::field_curvature::Foci;
 use crate::plot::axis::Scale;
 use crate::plot::chart::{self, AxisInput, ChartInput, ChartSeries, Front, Look, Point};
-use crate::report::sheet::{Cell, Sheet};
+use crate::report::sheet::{Cell, StudySheet};
 use glam::DVec2;
 
 /// The foci of one half of one prism.
@@ -21,8 +21,8 @@ pub struct NamedFoci {
 }
 
 /// The sheet.
-pub fn sheet(all: &[NamedFoci]) -> Sheet {
-    let mut sheet = Sheet::new(
+pub fn sheet(all: &[NamedFoci]) -> StudySheet {
+    let mut sheet = StudySheet::new(
         "field_curvature",
         "Foci over the field, from the plane in focus",
         &[

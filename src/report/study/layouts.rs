@@ -1,11 +1,11 @@
 //! The layout of an instrument as a drawing to scale.
 
 use super::document::StudyFigure;
-use crate::analysis::layout::{Layout, RayWay};
+use crate::analysis::layout::{InstrumentLayout, RayWay};
 use crate::geom::Rect;
 use crate::plot::colour::{GREY, INK, Rgb, SERIES};
 use crate::plot::plan::{self, PlanLine, PlanPanel};
-use crate::report::sheet::{Cell, Sheet};
+use crate::report::sheet::{Cell, StudySheet};
 use crate::surface::face::Face;
 use crate::system::Side;
 use glam::{DVec2, DVec3};
@@ -16,12 +16,12 @@ pub struct NamedLayout {
     /// The prism's name.
     pub prism: String,
     /// What is drawn.
-    pub layout: Layout,
+    pub layout: InstrumentLayout,
 }
 
 /// The points of all rays that are drawn.
-pub fn sheet(all: &[NamedLayout]) -> Sheet {
-    let mut sheet = Sheet::new(
+pub fn sheet(all: &[NamedLayout]) -> StudySheet {
+    let mut sheet = StudySheet::new(
         "layout",
         "Points of the rays that are drawn",
         &[
@@ -73,7 +73,7 @@ fn figure(one: &NamedLayout) -> StudyFigure {
     StudyFigure { name: format!("layout_{}", one.prism), drawing: plan::draw(&title, &panels, 1800), title }
 }
 
-fn everything(layout: &Layout) -> impl Iterator<Item = DVec3> + '_ {
+fn everything(layout: &InstrumentLayout) -> impl Iterator<Item = DVec3> + '_ {
     let rays = layout.ways.iter().flatten().flat_map(|way| way.points_mm.iter().copied());
     rays.chain(layout.board_mm)
 }
@@ -90,7 +90,7 @@ fn bounds(points: impl Iterator<Item = DVec2>, spare: f64) -> Rect {
     Rect { min: min - room, max: max + room }
 }
 
-fn panel(layout: &Layout, plane: usize, name: &str, area: Rect) -> PlanPanel {
+fn panel(layout: &InstrumentLayout, plane: usize, name: &str, area: Rect) -> PlanPanel {
     let colour = |way: &RayWay| -> Rgb {
         match way.side {
             Some(Side::Left) => SERIES[0],

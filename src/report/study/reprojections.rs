@@ -6,7 +6,7 @@ use crate::geom::Rect;
 use crate::num::stats::max_abs;
 use crate::plot::axis::round_below;
 use crate::plot::field::{Arrow, QuiverInput, QuiverPanel, draw_quiver};
-use crate::report::sheet::{Cell, Sheet};
+use crate::report::sheet::{Cell, StudySheet};
 use glam::DVec2;
 
 /// The errors of one half of one prism.
@@ -29,7 +29,7 @@ const LEAD: [(&str, &str); 3] = [
 ];
 
 /// The sizes, and every error.
-pub fn sheets(all: &[NamedReprojections]) -> Vec<Sheet> {
+pub fn sheets(all: &[NamedReprojections]) -> Vec<StudySheet> {
     let sizes = [
         ("rays", "rays of the grid that pass"),
         ("horizontal_mm", "mean of the horizontal part's magnitude, on the plane, mm"),
@@ -48,8 +48,8 @@ pub fn sheets(all: &[NamedReprojections]) -> Vec<Sheet> {
         ("error_x_mm", "pierced less ideal, on the plane, mm"),
         ("error_y_mm", "the same down, mm"),
     ];
-    let mut table = Sheet::new("reprojection", "Reprojection errors", &[&LEAD[..], &sizes[..]].concat());
-    let mut field = Sheet::new("reprojection_vectors", "Error of every ray", &[&LEAD[..], &vectors[..]].concat());
+    let mut table = StudySheet::new("reprojection", "Reprojection errors", &[&LEAD[..], &sizes[..]].concat());
+    let mut field = StudySheet::new("reprojection_vectors", "Error of every ray", &[&LEAD[..], &vectors[..]].concat());
     for one in all {
         for plane in &one.planes {
             let lead = || [Cell::from(one.prism.as_str()), one.half.into(), plane.plane_mm.into()].into_iter();

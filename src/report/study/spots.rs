@@ -2,7 +2,7 @@
 
 use super::document::StudyFigure;
 use crate::analysis::relay::lens::RelayLens;
-use crate::analysis::relay::spot::Spot;
+use crate::analysis::relay::spot::PencilSpot;
 use crate::analysis::relay::study::SpotStudy;
 use crate::geom::Rect;
 use crate::plot::axis::{Scale, significant};
@@ -10,7 +10,7 @@ use crate::plot::chart::{self, AxisInput, ChartInput, ChartSeries, Front, Look, 
 use crate::plot::colour::{ACCENT, GREY, INK, SERIES};
 use crate::plot::drawing::{Drawing, Item, Stroke};
 use crate::plot::text::{self, Align, Font};
-use crate::report::sheet::{Cell, Sheet};
+use crate::report::sheet::{Cell, StudySheet};
 use glam::DVec2;
 use std::f64::consts::TAU;
 
@@ -26,12 +26,12 @@ pub struct NamedSpots {
 }
 
 /// The sheets.
-pub fn sheets(lens: &RelayLens, all: &[NamedSpots]) -> Vec<Sheet> {
+pub fn sheets(lens: &RelayLens, all: &[NamedSpots]) -> Vec<StudySheet> {
     let um = 1e3 * lens.magnification;
     let name = |one: &NamedSpots| -> [Cell; 2] { [one.prism.as_str().into(), one.half.into()] };
-    let mut spots = Sheet::new(
+    let mut spots = StudySheet::new(
         "spot",
-        "Spot in the image of the relay lens",
+        "PencilSpot in the image of the relay lens",
         &[
             ("prism", "the prism's name"),
             ("half", "the half of the prism that the pencil goes through"),
@@ -47,7 +47,7 @@ pub fn sheets(lens: &RelayLens, all: &[NamedSpots]) -> Vec<Sheet> {
             ("airy_um", "radius of a perfect lens' first dark ring in the image: 0.61 lambda M / NA, um"),
         ],
     );
-    let mut through = Sheet::new(
+    let mut through = StudySheet::new(
         "spot_through_focus",
         "Through focus",
         &[
@@ -57,7 +57,7 @@ pub fn sheets(lens: &RelayLens, all: &[NamedSpots]) -> Vec<Sheet> {
             ("rms_um", "root mean square distance from the centroid, um"),
         ],
     );
-    let mut field = Sheet::new(
+    let mut field = StudySheet::new(
         "spot_field",
         "Over the field",
         &[
@@ -71,7 +71,7 @@ pub fn sheets(lens: &RelayLens, all: &[NamedSpots]) -> Vec<Sheet> {
         ],
     );
     for one in all {
-        let row = |lens_is: &str, spot: &Spot| -> Vec<Cell> {
+        let row = |lens_is: &str, spot: &PencilSpot| -> Vec<Cell> {
             let sizes = [spot.rms_mm, spot.rms_about_chief_mm, spot.radius_mm].map(|mm| Cell::from(um * mm));
             let lead = name(one).into_iter().chain([lens_is.into(), spot.focus_mm.into()]);
             lead.chain(sizes).chain([one.study.beyond.into(), lens.airy_radius_um().into()]).collect()
@@ -108,7 +108,7 @@ pub fn figures(lens: &RelayLens, all: &[NamedSpots]) -> Vec<StudyFigure> {
         front: Front::None,
         size_px: [1400, 800],
     });
-    let diagram = "Spot diagrams, with the first dark ring of a perfect lens".to_owned();
+    let diagram = "PencilSpot diagrams, with the first dark ring of a perfect lens".to_owned();
     vec![
         StudyFigure { name: "spot".to_owned(), title: diagram.clone(), drawing: diagrams(&diagram, lens, all) },
         StudyFigure { name: "spot_through_focus".to_owned(), title, drawing },
@@ -150,7 +150,13 @@ fn diagrams(title: &str, lens: &RelayLens, all: &[NamedSpots]) -> Drawing {
     drawing.with_height(libm::ceil(y) as u32)
 }
 
-fn draw_spot(drawing: &mut Drawing, area: &Rect, spot: &Spot, lens: &RelayLens, colour: crate::plot::colour::Rgb) {
+fn draw_spot(
+    drawing: &mut Drawing,
+    area: &Rect,
+    spot: &PencilSpot,
+    lens: &RelayLens,
+    colour: crate::plot::colour::Rgb,
+) {
     let um = 1e3 * lens.magnification;
     let middle = 0.5 * (area.min + area.max);
     let reach = 1.15 * (um * spot.radius_mm).max(lens.airy_radius_um());

@@ -1,0 +1,111 @@
+//! The arguments of `design`.
+
+use crate::scene::{DESIGN_DEGREE, DesignedSurface, Objective, Rear};
+use clap::ValueEnum;
+use std::path::PathBuf;
+
+/// What the surfaces of a freeform prism are to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ObjectiveArg {
+    /// As in the design paper.
+    March,
+    /// Exactly horizontal epipolar lines.
+    Epipolar,
+    /// Exact pinholes whose axes are turned outwards.
+    ToedIn,
+    /// A pinhole each half, parallel to the camera.
+    Pinhole,
+    /// The camera's own pinhole, of a board at one depth.
+    Depth,
+}
+
+impl From<ObjectiveArg> for Objective {
+    fn from(arg: ObjectiveArg) -> Self {
+        match arg {
+            ObjectiveArg::March => Self::March,
+            ObjectiveArg::Epipolar => Self::Epipolar,
+            ObjectiveArg::ToedIn => Self::ToedIn,
+            ObjectiveArg::Pinhole => Self::Pinhole,
+            ObjectiveArg::Depth => Self::Depth,
+        }
+    }
+}
+
+/// What a design becomes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SurfaceArg {
+    /// Polynomials.
+    Polynomial,
+    /// Surfaces of revolution.
+    Revolved,
+}
+
+impl From<SurfaceArg> for DesignedSurface {
+    fn from(arg: SurfaceArg) -> Self {
+        match arg {
+            SurfaceArg::Polynomial => Self::Polynomial,
+            SurfaceArg::Revolved => Self::Revolved,
+        }
+    }
+}
+
+/// The surface of a designed prism that faces the board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum RearArg {
+    /// A freeform of its own for each half.
+    Own,
+    /// One freeform for both halves.
+    Even,
+    /// A plane.
+    Flat,
+}
+
+impl From<RearArg> for Rear {
+    fn from(arg: RearArg) -> Self {
+        match arg {
+            RearArg::Own => Self::Own,
+            RearArg::Even => Self::Even,
+            RearArg::Flat => Self::Flat,
+        }
+    }
+}
+
+/// Arguments of `design`.
+#[derive(Debug, clap::Args)]
+pub struct DesignArgs {
+    /// Scene file with a flat or freeform prism; `-` is stdin.
+    pub scene: PathBuf,
+    /// Folder for prism.toml, cloud.csv, front.ply and back.ply; of surfaces of revolution also prism_polynomial.toml, with the
+    /// polynomials that are fitted to them.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// What the surfaces are to be, instead of the scene's own: `march` as in the design paper, `epipolar` for exactly horizontal
+    /// epipolar lines, `toed-in` for exact pinholes whose axes are turned outwards, `pinhole` for a parallel one, `depth` for one at
+    /// one depth.
+    #[arg(long)]
+    pub objective: Option<ObjectiveArg>,
+    /// The surface that faces the board, instead of the scene's own: `own` for each half, `even` one for both, or `flat`.
+    #[arg(long)]
+    pub rear: Option<RearArg>,
+    /// Total degree of the polynomials, instead of the scene's own.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=DESIGN_DEGREE as u64))]
+    pub degree: Option<u64>,
+    /// What the design becomes, instead of what the scene says: polynomials, or its surfaces of revolution themselves.
+    #[arg(long)]
+    pub surface: Option<SurfaceArg>,
+    /// Also write the prism as one watertight body, .stl or .ply, in cells of 1/128 of a half's width. Read back as `body` it is the
+    /// same prism to 2e-4 px RMS from PLY, and to 0.1 px from STL, whose numbers are f32, of the design paper's camera; beside the
+    /// ridge, where two backs that meet at less than 1 deg are taken for one, to the width of two cells.
+    #[arg(long, value_name = "FILE")]
+    pub solid: Option<PathBuf>,
+    /// March the centre column first, then every row.
+    #[arg(long)]
+    pub y_then_x: bool,
+    /// File to draw the design into, .png or .svg: its profile, the sag of both surfaces and how far they depart from planes, and
+    /// what it leaves of its law.
+    #[arg(long, value_name = "FILE")]
+    pub figure: Option<PathBuf>,
+    /// Print the figures of the design as JSON.
+    #[arg(long)]
+    pub json: bool,
+}

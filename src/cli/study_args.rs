@@ -1,0 +1,152 @@
+//! The arguments of `analyse`.
+
+use crate::scene::DESIGN_DEGREE;
+use clap::Subcommand;
+use std::path::PathBuf;
+
+/// A finite number.
+fn finite(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| "give a number, as in 1.5".to_owned())
+}
+
+/// A finite number above 0.
+fn positive(text: &str) -> Result<f64, String> {
+    finite(text).ok().filter(|value| *value > 0.0).ok_or_else(|| "give a number above 0, as in 1.5".to_owned())
+}
+
+/// Rays along a side of a grid.
+fn grid(text: &str) -> Result<usize, String> {
+    text.parse().ok().filter(|n| (2..=1001).contains(n)).ok_or_else(|| "give a whole number from 2 to 1001".to_owned())
+}
+
+/// A total degree of polynomials.
+fn degree(text: &str) -> Result<usize, String> {
+    let found = text.parse().ok().filter(|n| (1..=DESIGN_DEGREE).contains(n));
+    found.ok_or_else(|| format!("give a whole number from 1 to {DESIGN_DEGREE}"))
+}
+
+/// A sine between 0 and 1.
+fn numerical_aperture(text: &str) -> Result<f64, String> {
+    positive(text)
+        .ok()
+        .filter(|value| *value < 1.0)
+        .ok_or_else(|| "give a number between 0 and 1, as in 0.09".to_owned())
+}
+
+/// Arguments of `analyse`.
+#[derive(Debug, clap::Args)]
+pub struct AnalyseArgs {
+    /// What to study.
+    #[command(subcommand)]
+    pub study: Study,
+}
+
+/// A study.
+#[derive(Debug, Subcommand)]
+pub enum Study {
+    /// Run the catalogue of hard cases: error against an independent oracle, fates, residual and time of each.
+    Stability(StabilityArgs),
+    /// The spot that an ideal lens behind the prism makes of the camera's pinhole, seen backwards through each half (the design
+    /// paper's Fig. 7): through focus and over the field.
+    Spot(RelayArgs),
+    /// Where close neighbours of each pixel's ray meet it (the design paper's Fig. 8): tangential and sagittal foci, distortion.
+    FieldCurvature(RelayArgs),
+    /// The contrast of sinusoidal patterns through the prism and an ideal lens (the design paper's Fig. 9): by diffraction and by
+    /// rays, over frequency, through focus and over the field.
+    Mtf(RelayArgs),
+    /// Where the rays behind the prism pierce a plane, less where those of the virtual camera would (the design paper's Table 1 and
+    /// Fig. 5).
+    Reprojection(ReprojectionArgs),
+    /// How far from the virtual camera's centre the rays of the designed prism meet its axis, over the step of the design (the design
+    /// paper's Fig. 4b), with the time of each.
+    Convergence(ConvergenceArgs),
+    /// Draw the instrument to scale, from above and from the side, with traced rays of both halves (the design paper's Fig. 6).
+    Layout(PrismsArgs),
+}
+
+/// Arguments of `analyse reprojection`.
+#[derive(Debug, clap::Args)]
+pub struct ReprojectionArgs {
+    /// The prisms.
+    #[command(flatten)]
+    pub prisms: PrismsArgs,
+    /// Rays along each side of the grid over the half image, borders included.
+    #[arg(long, default_value_t = 33, value_parser = grid)]
+    pub grid: usize,
+    /// Also in the plane this far beyond the virtual camera, in mm; may be given more than once.
+    #[arg(long, value_parser = positive, value_name = "MM")]
+    pub depth_mm: Vec<f64>,
+}
+
+/// Arguments of `analyse convergence`.
+#[derive(Debug, clap::Args)]
+pub struct ConvergenceArgs {
+    /// Scene file with a freeform prism, `-` is stdin; without it, the design paper's scene.
+    pub scene: Option<PathBuf>,
+    /// Degree of the fitted polynomials; may be given more than once.
+    #[arg(long, default_values_t = [5, 9], value_parser = degree)]
+    pub degree: Vec<usize>,
+    /// The longest step on the sensor, in um; every other is half the one before.
+    #[arg(long, default_value_t = 91.03448275862068, value_parser = positive, value_name = "UM")]
+    pub coarsest_um: f64,
+    /// The shortest step, in um.
+    #[arg(long, default_value_t = 1.0, value_parser = positive, value_name = "UM")]
+    pub finest_um: f64,
+    /// Folder for the figure as PNG and SVG, the JSON and the CSV.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// Print the JSON instead of the table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What the studies of prisms have in common.
+#[derive(Debug, clap::Args)]
+pub struct PrismsArgs {
+    /// Scene files, `-` is stdin; without any, the design paper's scene. Of one scene with a flat or a freeform prism both are
+    /// studied; of several, up to eight, each scene's own prism.
+    pub scenes: Vec<PathBuf>,
+    /// Folder for the figures as PNG and SVG, the JSON and a CSV a table.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// Print the JSON instead of the tables.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `analyse spot`, `field-curvature` and `mtf`.
+#[derive(Debug, clap::Args)]
+pub struct RelayArgs {
+    /// The prisms.
+    #[command(flatten)]
+    pub prisms: PrismsArgs,
+    /// Numerical aperture of the lens on the side of the prism.
+    #[arg(long, default_value_t = 0.09, value_parser = numerical_aperture)]
+    pub na: f64,
+    /// Magnification of the lens.
+    #[arg(long, default_value_t = 0.55, value_parser = positive)]
+    pub magnification: f64,
+    /// Wavelength in vacuum, in nm: of the diffraction. The glass keeps the index of the scene.
+    #[arg(long, default_value_t = 486.1327, value_parser = positive, value_name = "NM")]
+    pub wavelength_nm: f64,
+    /// z of the plane in focus, in mm in the world; without it, the plane of the virtual camera's centre.
+    #[arg(long, allow_hyphen_values = true, value_parser = finite, value_name = "MM")]
+    pub focus_mm: Option<f64>,
+    /// How far beyond the camera's pinhole along +z the object is, in mm.
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = finite, value_name = "MM")]
+    pub object_mm: f64,
+    /// How far beside it the points of the field are, in mm.
+    #[arg(long, default_value_t = 1.0, value_parser = positive, value_name = "MM")]
+    pub field_mm: f64,
+}
+
+/// Arguments of `analyse stability`.
+#[derive(Debug, clap::Args)]
+pub struct StabilityArgs {
+    /// Only the cases whose name or chapter has this word in it.
+    #[arg(long)]
+    pub only: Option<String>,
+    /// Print JSON, with what is hard and where each bound comes from.
+    #[arg(long)]
+    pub json: bool,
+}
