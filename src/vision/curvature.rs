@@ -223,7 +223,7 @@ pub(super) fn lean(nodes: &[LineCorner], own: usize) -> Option<f64> {
     let rows = BendRows::new(nodes, own)?;
     let power = LEAN_POWER.min(nodes.len() - 1);
     let turn = |i: usize| {
-        if i % 2 == 0 { 0.0 } else { rows.turns[i / 2] * nodes[i / 2].tangent.map_or(0.0, |t| t.turn_per_px) }
+        if i.is_multiple_of(2) { 0.0 } else { rows.turns[i / 2] * nodes[i / 2].tangent.map_or(0.0, |t| t.turn_per_px) }
     };
 
     // Solve for the powers and the lean at once.
