@@ -45,6 +45,7 @@ fn rows<N: Differentiable>(t: N, degree: usize) -> [Row<N>; 2] {
 impl AnchoredBasis {
     /// The surfaces of degree `degree` over `glass`, which is symmetric in y, of the mean height `mean_mm`.
     pub(super) fn new(glass: Rect, degree: usize, shape: Rear, mean_mm: f64) -> Self {
+        debug_assert!(glass.min.y == -glass.max.y, "{glass:?}");
         let mut scale = 0.5 * (glass.max - glass.min);
         let mut centre = 0.5 * (glass.max + glass.min);
         if shape != Rear::Own {

@@ -39,12 +39,13 @@ pub(super) fn columns_and_rows(degree: usize) -> [usize; 2] {
 pub(super) const SPOT_RAYS: usize = 12;
 
 /// Points over a disk of radius 1, each of the same share: two hexagons whose squared radii are nodes of Gauss and Legendre, so that
-/// the mean of a polynomial is exact to the fifth degree, that of defocus, astigmatism, coma and their squares among them.
+/// the mean of a polynomial is exact to the fifth degree, that of defocus, astigmatism, coma and their squares among them. They are their
+/// own mirror images, so that the surfaces that they meet are met as far up as down.
 pub(super) fn opening() -> [[f64; 2]; SPOT_RAYS] {
     let rings = gauss_legendre(2);
     std::array::from_fn(|k| {
         let radius = rings[k % 2][0].sqrt();
-        let (sin, cos) = libm::sincos(std::f64::consts::PI * (k as f64 + 0.5) / 6.0);
+        let (sin, cos) = libm::sincos(std::f64::consts::PI * k as f64 / 6.0);
         [radius * cos, radius * sin]
     })
 }

@@ -65,9 +65,13 @@ fn from_law_alone(start: &Start) -> Option<FoundPrism> {
     plain.settings.goal.spot_weight = 0.0;
     let found = search(&plain)?;
     let merit = start.merit(start.settings.degree);
-    let mut x = found.x.as_slice().to_vec();
-    // The focus comes last, and starts in the middle of its range.
-    (x.len() <= merit.layout.len()).then(|| x.resize(merit.layout.len(), 0.0))?;
+
+    // The law's numbers have other ranges; the focus comes last, and starts in the middle of its own.
+    let plain = &found.merit.layout;
+    let mut x = found.x.as_slice()[..plain.law_start()].to_vec();
+    let numbers = plain.free.iter().zip(&merit.layout.free).zip(found.x.as_slice()[plain.law_start()..].iter());
+    x.extend(numbers.map(|(((_, before), (_, now)), s)| now.unknown(before.at(*s))));
+    x.resize(merit.layout.len(), 0.0);
     Some(FoundPrism { floor_reached: found.floor_reached, ..descended(merit, DVector::from_vec(x))? })
 }
 

@@ -112,6 +112,9 @@ impl Start {
             }
         }
         Some(met.map(|rect| {
+            // Rounding apart it is symmetric in y, as the surfaces over it must be.
+            let reach = rect.min.y.abs().max(rect.max.y.abs());
+            let rect = Rect { min: rect.min.with_y(-reach), max: rect.max.with_y(reach) };
             let margin = MARGIN * (rect.max - rect.min);
             Rect { min: rect.min - margin, max: rect.max + margin }
         }))

@@ -13,7 +13,16 @@ pub(super) struct Bounded {
     pub(super) range: f64,
 }
 
+/// A value nearer to the end of a range than this share of it is moved inwards, where an unknown still moves it.
+const INNER_SHARE: f64 = 0.95;
+
 impl Bounded {
+    /// The unknown that stands for `value`.
+    pub(super) fn unknown(self, value: f64) -> f64 {
+        let share = ((value - self.middle) / self.range).clamp(-INNER_SHARE, INNER_SHARE);
+        share / (1.0 - share * share).sqrt()
+    }
+
     pub(super) fn at<N: Differentiable>(self, s: N) -> N {
         let length = (N::constant(1.0) + s * s).sqrt();
         N::constant(self.middle) + (s / length).times(self.range)
