@@ -7,11 +7,9 @@ use super::progress::Progress;
 use super::{files, output};
 use crate::analysis::cost::{CostSettings, cost};
 use crate::error::Error;
-use crate::plot::drawing::Drawing;
-use crate::plot::svg;
 use crate::report::cost::{CostReport, csv, table};
 use crate::report::figures::cost;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
     let scene = files::scene(args.scene.as_deref())?;
@@ -31,20 +29,12 @@ pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
     files::text(&written[0], &json)?;
     files::text(&written[1], &csv::text(&study))?;
     let drawing = cost::pictures(&scene.name, &machine, &study);
-    written.extend(figure(&args.out, "cost", &drawing, &cost::title(&scene.name, &study))?);
+    written.extend(files::figure(&args.out, "cost", &drawing, &cost::title(&scene.name, &study))?);
     if !study.designs.is_empty() {
         let drawing = cost::designs(&scene.name, &machine, &study);
-        written.extend(figure(&args.out, "cost_design", &drawing, &cost::design_title(&scene.name))?);
+        written.extend(files::figure(&args.out, "cost_design", &drawing, &cost::design_title(&scene.name))?);
     }
     output::stdout(&if args.json { json } else { table::text(&scene.name, &machine, &study) })?;
     written.iter().for_each(|path| output::stderr(&format!("wrote {}", path.display())));
     Ok(Outcome::Done)
-}
-
-/// Writes a figure as PNG and as SVG.
-fn figure(folder: &Path, name: &str, drawing: &Drawing, title: &str) -> Result<[PathBuf; 2], Error> {
-    let paths = ["png", "svg"].map(|ending| folder.join(format!("{name}.{ending}")));
-    files::drawing(&paths[0], drawing)?;
-    files::text(&paths[1], &svg::write(drawing, title))?;
-    Ok(paths)
 }

@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::io::{Notes, atomic, inputs, png};
 use crate::plot::canvas;
 use crate::plot::drawing::Drawing;
+use crate::plot::svg;
 use crate::raster::Raster;
 use crate::scene::{self, Scene};
 use crate::system::System;
@@ -112,6 +113,14 @@ pub(super) fn text(path: &Path, text: &str) -> Result<(), Error> {
 /// Draws `drawing` into a PNG at `path`.
 pub(super) fn drawing(path: &Path, drawing: &Drawing) -> Result<(), Error> {
     png::write_rgb(path, &canvas::raster(drawing), &Notes::default())
+}
+
+/// Writes a figure into a folder, as PNG and as SVG.
+pub(super) fn figure(folder: &Path, name: &str, drawing: &Drawing, title: &str) -> Result<[PathBuf; 2], Error> {
+    let paths = ["png", "svg"].map(|ending| folder.join(format!("{name}.{ending}")));
+    self::drawing(&paths[0], drawing)?;
+    text(&paths[1], &svg::write(drawing, title))?;
+    Ok(paths)
 }
 
 /// Says how many pixels of the picture at `path` were clamped, where some were.

@@ -50,7 +50,8 @@ pub struct FreeformDesign {
     pub optical_path_spread_mm: f64,
     /// The points that the surfaces go through: 16 bytes each, so that a caller of many designs may want to drop them.
     pub cloud: PointGrid,
-    /// The law that the rays of the right half follow, and how well; `None` where a ray of the half image does not pass.
+    /// The law that the rays of the right half follow, and how well; `None` of the march, which leaves kappa, and where a ray of
+    /// the half image does not pass.
     pub met: Option<MetLaw>,
 }
 
@@ -76,22 +77,6 @@ impl FreeformDesign {
     pub fn prism(&self, body: GlassSpec) -> PolynomialSpec {
         PolynomialSpec { body, front: self.front.patch.clone(), back: self.back.patch.clone() }
     }
-}
-
-/// What the halves of the picture of a design are meant to be.
-///
-/// # Errors
-/// As [`freeform`].
-pub fn law(input: &DesignInput) -> Result<PrismLaw, Error> {
-    let camera = target(input)?;
-    if input.settings.by_least_squares() {
-        return freeform(input).map(|designed| designed.law());
-    }
-    let law = match input.settings.objective {
-        Objective::March => TargetLaw::Pinhole,
-        objective => Revolved::new(&input.camera, &camera, objective, 0.0)?.law(),
-    };
-    Ok(prism_law(&camera, law))
 }
 
 /// The law by which pixels of `camera` have their directions, as a scene states it.
@@ -137,19 +122,20 @@ fn target(input: &DesignInput) -> Result<VirtualCamera, Error> {
 }
 
 /// The surfaces of revolution of an objective that has them, front and back of the right half, which reach `spare_mm` farther to
-/// all sides than the rays of the design.
+/// all sides than the rays of the design, and what the halves of the picture are meant to be.
 ///
 /// # Errors
 /// As [`freeform`].
 ///
 /// # Panics
 /// Of [`Objective::March`], which has none.
-pub fn revolved_by(input: &DesignInput, spare_mm: f64) -> Result<[RevolvedPatch; 2], Error> {
+pub fn revolved_by(input: &DesignInput, spare_mm: f64) -> Result<([RevolvedPatch; 2], PrismLaw), Error> {
     assert!(input.settings.objective != Objective::March, "the march makes no surfaces of revolution");
     let camera = target(input)?;
     // Seen from O the front is nearer than the back.
     let spare_rad = libm::atan(spare_mm / camera.front_mm.length());
-    Revolved::new(&input.camera, &camera, input.settings.objective, spare_rad)?.patches()
+    let revolved = Revolved::new(&input.camera, &camera, input.settings.objective, spare_rad)?;
+    Ok((revolved.patches()?, prism_law(&camera, revolved.law())))
 }
 
 /// A freeform prism by its objective: that of the design paper, marched from the central ray of the half image, or an exact
@@ -189,10 +175,15 @@ pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<Freefo
     let degree = settings.degree;
     let front = fit(&fitted.front_mm(), degree, Some(camera.front_mm.truncate()))?;
     let back = fit(&fitted.back_mm(), degree, Some(camera.back_mm.truncate()))?;
-    let law = DesignedLaw::from(&prism_law(&camera, cloud.law));
-    let met = met_law(&input.camera, &camera, settings, [&front.patch, &back.patch], law);
-    if settings.objective != Objective::March && settings.surface == DesignedSurface::Polynomial {
-        met.as_ref().map_or(Ok(()), |met| fitted_by_polynomials(settings, met.rms_px()))?;
+    let met = match settings.objective {
+        Objective::March => None,
+        _ => {
+            let law = DesignedLaw::from(&prism_law(&camera, cloud.law));
+            met_law(&input.camera, &camera, settings, [&front.patch, &back.patch], law)
+        }
+    };
+    if let Some(met) = met.as_ref().filter(|_| settings.surface == DesignedSurface::Polynomial) {
+        fitted_by_polynomials(settings, met.rms_px())?;
     }
     Ok(FreeformDesign { camera, front, back, optical_path_spread_mm: longest - shortest, cloud, met })
 }

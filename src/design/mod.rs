@@ -21,5 +21,5 @@ mod optimise;
 mod freeform;
 
 pub use designed_law::DesignedLaw;
-pub use freeform::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform, freeform_by, law, revolved_by};
+pub use freeform::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform, freeform_by, revolved_by};
 pub use optimise::{LawFigures, MetLaw, SpotFigures};

@@ -72,9 +72,7 @@ fn prism(prism: &PrismSpec, camera: &CameraSpec, effects: &Effects) -> Result<Op
                 virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
             };
             if settings.surface == DesignedSurface::Revolved {
-                let mut prism = revolved_with_room(&input, effects)?;
-                prism.body.law = flat.body.law.or(Some(design::law(&input)?));
-                return Ok(Some(revolved(&prism)));
+                return Ok(Some(revolved(&revolved_with_room(&input, effects)?)));
             }
             let designed = design::freeform(&input)?;
             // The march aims at what is assumed of a prism that states nothing.
@@ -125,9 +123,11 @@ pub fn with_room_for(
 /// # Errors
 /// When they do not exist, or end within that room.
 pub fn revolved_with_room(input: &DesignInput, effects: &Effects) -> Result<RevolvedSpec, Error> {
-    let regions = design::revolved_by(input, 0.0)?.map(|patch| RevolvedSurface::new(&patch, false).region());
-    let [front, back] = design::revolved_by(input, spare_mm(regions, &input.prism, &input.camera, effects))?;
-    Ok(RevolvedSpec { body: input.prism.body, front, back })
+    let (designed, law) = design::revolved_by(input, 0.0)?;
+    let regions = designed.map(|patch| RevolvedSurface::new(&patch, false).region());
+    let ([front, back], _) = design::revolved_by(input, spare_mm(regions, &input.prism, &input.camera, effects))?;
+    let body = GlassSpec { law: input.prism.body.law.or(Some(law)), ..input.prism.body };
+    Ok(RevolvedSpec { body, front, back })
 }
 
 /// How far beyond their `domains` front and back of a design must reach, in mm.

@@ -6,7 +6,6 @@ use crate::cli::progress::Progress;
 use crate::cli::study_args::PrismsArgs;
 use crate::cli::{files, output};
 use crate::error::Error;
-use crate::plot::svg;
 use crate::report::study::document::StudyDocument;
 use crate::system::{Side, System};
 
@@ -59,8 +58,7 @@ pub(super) fn write(args: &PrismsArgs, document: &StudyDocument) -> Result<Outco
         files::text(next(), &sheet.csv())?;
     }
     for figure in &document.figures {
-        files::drawing(next(), &figure.drawing)?;
-        files::text(next(), &svg::write(&figure.drawing, &figure.title))?;
+        files::figure(&args.out, &figure.name, &figure.drawing, &figure.title)?;
     }
     output::stdout(&if args.json { json } else { document.tables() })?;
     paths.iter().for_each(|path| output::stderr(&format!("wrote {}", path.display())));
