@@ -1,9 +1,9 @@
 //! The design paper's Table 1 and Fig. 5: where the rays behind the prism pierce a plane, less where the virtual camera's would.
 
-use super::half_image::{HalfFrame, virtual_camera};
+use super::half_image::{HalfFrame, row_shift, virtual_camera};
 use super::judge::grid_sightings;
 use crate::error::Error;
-use crate::metrics::ray_bundle::{PlaneDeviation, on_plane};
+use crate::metrics::ray_bundle::{PixelRay, PlaneDeviation, on_plane};
 use crate::scene::Scene;
 use crate::system::System;
 use crate::vision::half::Half;
@@ -37,13 +37,18 @@ pub fn errors(
     let camera = virtual_camera(system, &frame)
         .map_err(|why| Error::new("the half image", format!("it has no virtual camera: {}", why.reason()), help))?;
     let sightings = grid_sightings(system, &frame, grid);
+    let places_px: Vec<DVec2> = sightings.iter().map(|s| s.image_px).collect();
+
+    // Undo the shift of each row that the prism's law knows.
+    let rows = row_shift(system, &frame);
+    let undone = |s: PixelRay| PixelRay { image_px: rows.map_or(s.image_px, |rows| rows.undone(s.image_px)), ..s };
+    let sightings: Vec<PixelRay> = sightings.into_iter().map(undone).collect();
     let planes = std::iter::once(-scene.camera.focal_length_mm).chain(depths_mm.iter().copied());
     planes
         .map(|plane_mm| {
             let deviation = on_plane(&camera, &sightings, plane_mm)
                 .map_err(|why| Error::new("the rays behind the prism", why.to_string(), help))?;
-            let places_px = sightings.iter().map(|s| s.image_px).collect();
-            Ok(ReprojectionErrors { plane_mm, places_px, deviation })
+            Ok(ReprojectionErrors { plane_mm, places_px: places_px.clone(), deviation })
         })
         .collect()
 }

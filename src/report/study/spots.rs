@@ -31,7 +31,7 @@ pub fn sheets(lens: &RelayLens, all: &[NamedSpots]) -> Vec<StudySheet> {
     let name = |one: &NamedSpots| -> [Cell; 2] { [one.prism.as_str().into(), one.half.into()] };
     let mut spots = StudySheet::new(
         "spot",
-        "PencilSpot in the image of the relay lens",
+        "Spot in the image of the relay lens",
         &[
             ("prism", "the prism's name"),
             ("half", "the half of the prism that the pencil goes through"),
@@ -108,7 +108,7 @@ pub fn figures(lens: &RelayLens, all: &[NamedSpots]) -> Vec<StudyFigure> {
         front: Front::None,
         size_px: [1400, 800],
     });
-    let diagram = "PencilSpot diagrams, with the first dark ring of a perfect lens".to_owned();
+    let diagram = "Spot diagrams, with the first dark ring of a perfect lens".to_owned();
     vec![
         StudyFigure { name: "spot".to_owned(), title: diagram.clone(), drawing: diagrams(&diagram, lens, all) },
         StudyFigure { name: "spot_through_focus".to_owned(), title, drawing },
