@@ -3,7 +3,7 @@
 use super::outcome::Outcome;
 use super::output::stdout;
 use super::progress::Progress;
-use super::study::{design, relay};
+use super::study::{design, relay, tolerance};
 use super::study_args::{AnalyseArgs, StabilityArgs, Study};
 use crate::analysis::stability::{self, Case};
 use crate::error::Error;
@@ -20,6 +20,7 @@ pub(super) fn run(args: &AnalyseArgs) -> Result<Outcome, Error> {
         Study::Mtf(args) => relay::mtf(args),
         Study::Reprojection(args) => design::reprojection(args),
         Study::Convergence(args) => design::convergence(args),
+        Study::Tolerance(args) => tolerance::run(args),
         Study::Layout(args) => design::layout(args),
     }
 }

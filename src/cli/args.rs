@@ -2,6 +2,7 @@
 
 use super::design_args::DesignArgs;
 use super::study_args::AnalyseArgs;
+use super::tolerance_args::MergeArgs;
 use crate::accuracy::COARSEST_TARGET_PX;
 use crate::vision::BoardSize;
 use clap::{Parser, Subcommand, ValueEnum};
@@ -38,6 +39,8 @@ pub enum Verb {
     Trace(TraceArgs),
     /// Study the program or an instrument.
     Analyse(AnalyseArgs),
+    /// Make one of the trials of several machines: the parts of an `analyse tolerance --trials --shard`.
+    Merge(MergeArgs),
     /// Measure what accuracy costs in time: every knob turned, against the reference, as table, JSON, CSV and charts.
     Cost(CostArgs),
     /// Compare scenes with their goldens: pictures, corners, residuals, fates and counts. UPDATE_GOLDEN=1 rewrites

@@ -8,7 +8,9 @@ mod accuracy;
 mod analyse;
 pub mod args;
 pub mod design_args;
+pub mod prisms_args;
 pub mod study_args;
+pub mod tolerance_args;
 mod check;
 mod plan;
 mod picture_time;
@@ -88,6 +90,7 @@ fn verb(args: Args) -> Result<Outcome, Error> {
         Verb::Check(args) => check::run(&args),
         Verb::Trace(args) => trace::run(&args),
         Verb::Analyse(args) => analyse::run(&args),
+        Verb::Merge(args) => study::tolerance::merge(&args),
         Verb::Cost(args) => cost::run(&args),
         Verb::Golden(args) => golden::run(&args),
     }

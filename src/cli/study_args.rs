@@ -1,18 +1,10 @@
 //! The arguments of `analyse`.
 
+use super::prisms_args::{LensArgs, PrismsArgs, finite, positive};
+use super::tolerance_args::ToleranceArgs;
 use crate::scene::DESIGN_DEGREE;
 use clap::Subcommand;
 use std::path::PathBuf;
-
-/// A finite number.
-fn finite(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| "give a number, as in 1.5".to_owned())
-}
-
-/// A finite number above 0.
-fn positive(text: &str) -> Result<f64, String> {
-    finite(text).ok().filter(|value| *value > 0.0).ok_or_else(|| "give a number above 0, as in 1.5".to_owned())
-}
 
 /// Rays along a side of a grid.
 fn grid(text: &str) -> Result<usize, String> {
@@ -23,14 +15,6 @@ fn grid(text: &str) -> Result<usize, String> {
 fn degree(text: &str) -> Result<usize, String> {
     let found = text.parse().ok().filter(|n| (1..=DESIGN_DEGREE).contains(n));
     found.ok_or_else(|| format!("give a whole number from 1 to {DESIGN_DEGREE}"))
-}
-
-/// A sine between 0 and 1.
-fn numerical_aperture(text: &str) -> Result<f64, String> {
-    positive(text)
-        .ok()
-        .filter(|value| *value < 1.0)
-        .ok_or_else(|| "give a number between 0 and 1, as in 0.09".to_owned())
 }
 
 /// Arguments of `analyse`.
@@ -60,6 +44,9 @@ pub enum Study {
     /// How far from the virtual camera's centre the rays of the designed prism meet its axis, over the step of the design (the design
     /// paper's Fig. 4b), with the time of each.
     Convergence(ConvergenceArgs),
+    /// What each error of making the prism costs (the design paper's Table 2), one by one, how large it may be, or by trials with all
+    /// of them at once: in spots, vertical disparity and deviation from a pinhole.
+    Tolerance(ToleranceArgs),
     /// Draw the instrument to scale, from above and from the side, with traced rays of both halves (the design paper's Fig. 6).
     Layout(PrismsArgs),
 }
@@ -100,38 +87,15 @@ pub struct ConvergenceArgs {
     pub json: bool,
 }
 
-/// What the studies of prisms have in common.
-#[derive(Debug, clap::Args)]
-pub struct PrismsArgs {
-    /// Scene files, `-` is stdin; without any, the design paper's scene. Of one scene with a flat or a freeform prism both are
-    /// studied; of several, up to eight, each scene's own prism.
-    pub scenes: Vec<PathBuf>,
-    /// Folder for the figures as PNG and SVG, the JSON and a CSV a table.
-    #[arg(long, default_value = "out")]
-    pub out: PathBuf,
-    /// Print the JSON instead of the tables.
-    #[arg(long)]
-    pub json: bool,
-}
-
 /// Arguments of `analyse spot`, `field-curvature` and `mtf`.
 #[derive(Debug, clap::Args)]
 pub struct RelayArgs {
     /// The prisms.
     #[command(flatten)]
     pub prisms: PrismsArgs,
-    /// Numerical aperture of the lens on the side of the prism.
-    #[arg(long, default_value_t = 0.09, value_parser = numerical_aperture)]
-    pub na: f64,
-    /// Magnification of the lens.
-    #[arg(long, default_value_t = 0.55, value_parser = positive)]
-    pub magnification: f64,
-    /// Wavelength in vacuum, in nm: of the diffraction. The glass keeps the index of the scene.
-    #[arg(long, default_value_t = 486.1327, value_parser = positive, value_name = "NM")]
-    pub wavelength_nm: f64,
-    /// z of the plane in focus, in mm in the world; without it, the plane of the virtual camera's centre.
-    #[arg(long, allow_hyphen_values = true, value_parser = finite, value_name = "MM")]
-    pub focus_mm: Option<f64>,
+    /// The lens.
+    #[command(flatten)]
+    pub lens: LensArgs,
     /// How far beyond the camera's pinhole along +z the object is, in mm.
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true, value_parser = finite, value_name = "MM")]
     pub object_mm: f64,

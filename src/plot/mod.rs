@@ -27,5 +27,6 @@ mod frame;
 pub mod chart;
 pub mod field;
 pub mod plan;
+pub mod tornado;
 #[cfg(test)]
 pub(crate) mod examine;

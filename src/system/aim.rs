@@ -88,13 +88,24 @@ impl<'a> OneLight<'a> {
         Self { share, system, starts }
     }
 
-    /// Newton's method on the traced map, each step halved until it improves.
+    /// Newton's method from the nearest start.
     fn aim(&self, board_mm: DVec2, side: Side) -> Result<DVec2, Fate> {
         let nearest = self.starts[side as usize]
             .iter()
             .min_by(|a, b| a.1.distance_squared(board_mm).total_cmp(&b.1.distance_squared(board_mm)));
-        let &(mut px, _) = nearest.ok_or(Fate::Missed)?;
-        let mut here = self.system.footprint_through(px, side)?;
+        let &(px, _) = nearest.ok_or(Fate::Missed)?;
+        self.system.aim_from(px, board_mm, side)
+    }
+}
+
+impl System {
+    /// The image position that sees `board_mm` through `side`, continued beyond the ridge, in light of the scene's own index, searched from
+    /// the position `px` on: Newton's method on the traced map, each step halved until it improves.
+    ///
+    /// # Errors
+    /// [`Fate::NotConverged`] when no position is found; the fate of the first ray.
+    pub fn aim_from(&self, mut px: DVec2, board_mm: DVec2, side: Side) -> Result<DVec2, Fate> {
+        let mut here = self.footprint_through(px, side)?;
 
         // Take Newton steps.
         for _ in 0..MAX_STEPS {
@@ -106,9 +117,9 @@ impl<'a> OneLight<'a> {
 
             // Halve the step until it comes nearer to the point.
             let mut step = wanted;
-            let done = step.length() <= self.system.accuracy().aim_px;
+            let done = step.length() <= self.accuracy().aim_px;
             loop {
-                match self.system.footprint_through(px + step, side) {
+                match self.footprint_through(px + step, side) {
                     // Below the tolerance, rounding decides which gap is smaller.
                     Ok(next) if done || (board_mm - next.sight.board_mm).length() < gap.length() => {
                         (px, here) = (px + step, next);
@@ -116,7 +127,7 @@ impl<'a> OneLight<'a> {
                     }
                     // No step improves. Close by, that is the floor of rounding; far off, it is no answer: a place
                     // where the map folds over, or the rim of what the side lets through.
-                    _ if step.length() < 1e-3 * self.system.accuracy().aim_px => {
+                    _ if step.length() < 1e-3 * self.accuracy().aim_px => {
                         return if wanted.length() <= ROUNDING_PX { Ok(px) } else { Err(Fate::NotConverged) };
                     }
                     _ => step *= 0.5,

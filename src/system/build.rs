@@ -11,8 +11,8 @@ use crate::error::Error;
 use crate::geom::Rect;
 use crate::prism::biprism::Prism;
 use crate::scene::{
-    BiprismSpec, CameraSpec, CloudSpec, DesignedSurface, GlassSpec, Objective, PolynomialSpec, PrismSpec, RevolvedSpec,
-    Scene,
+    BiprismSpec, CameraSpec, CloudSpec, DesignedSurface, GlassSpec, Objective, PointCloudSpec, PolynomialSpec,
+    PrismSpec, RevolvedSpec, Scene,
 };
 use crate::surface::mesh::{Mesh, Triangles};
 use crate::surface::shape::{PolynomialPatch, PolynomialSurface, RevolvedSurface, Surface};
@@ -83,10 +83,8 @@ fn prism(prism: &PrismSpec, camera: &CameraSpec, effects: &Effects) -> Result<Op
         PrismSpec::Polynomial(p) => Ok(Some(polynomial(p))),
         PrismSpec::Revolved(p) => Ok(Some(revolved(p))),
         PrismSpec::PointCloud(clouds) => {
-            let (front, front_fit) = fitted("front", &clouds.front)?;
-            let (back, back_fit) = fitted("back", &clouds.back)?;
-            let prism = polynomial(&PolynomialSpec { body: clouds.body, front, back });
-            Ok(Some(prism.with_fits([front_fit, back_fit])))
+            let (prism, fits) = polynomials_of(clouds)?;
+            Ok(Some(polynomial(&prism).with_fits(fits)))
         }
         PrismSpec::Mesh(m) => {
             let meshes = |own: [&Triangles; 2]| own.map(|t| Arc::new(Mesh::new(t.clone(), m.normals)));
@@ -154,6 +152,16 @@ fn stray_of_camera_mm(flat: &BiprismSpec, camera: &CameraSpec) -> f64 {
     strays.fold(0.0, f64::max) * (flat.ridge_distance_mm + flat.thickness_mm)
 }
 
+/// The polynomials of a user's clouds, and what they leave of front and back.
+///
+/// # Errors
+/// When points do not determine a polynomial, or it misses them by more than it may.
+pub fn polynomials_of(clouds: &PointCloudSpec) -> Result<(PolynomialSpec, [FitResiduals; 2]), Error> {
+    let (front, front_fit) = fitted("front", &clouds.front)?;
+    let (back, back_fit) = fitted("back", &clouds.back)?;
+    Ok((PolynomialSpec { body: clouds.body, front, back }, [front_fit, back_fit]))
+}
+
 /// The polynomial of a user's cloud, the `key` surface of a prism, and what it leaves.
 fn fitted(key: &str, cloud: &CloudSpec) -> Result<(PolynomialPatch, FitResiduals), Error> {
     fit_cloud(&CloudFitInput {
@@ -190,7 +198,7 @@ fn revolved(p: &RevolvedSpec) -> Prism {
 ///
 /// # Errors
 /// When Eq. 5 has no solution for these media and this camera.
-fn facet_angle_rad(flat: &BiprismSpec, camera: &CameraSpec) -> Result<f64, Error> {
+pub fn facet_angle_rad(flat: &BiprismSpec, camera: &CameraSpec) -> Result<f64, Error> {
     match flat.facet_angle_rad {
         Some(angle) => Ok(angle),
         None => design::angle::facet_angle_rad(flat.body.index / flat.body.outer_index, camera.half_centre_rad()),

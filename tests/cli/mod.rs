@@ -5,4 +5,5 @@ mod compare_scenes;
 mod corners;
 mod render;
 mod studies;
+mod tolerance;
 mod trace;

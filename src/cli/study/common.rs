@@ -1,13 +1,16 @@
 //! The prisms of a study, and its files.
 
+use crate::analysis::relay::lens::RelayLens;
 use crate::cli::compare::{ToJudge, candidates};
 use crate::cli::outcome::Outcome;
+use crate::cli::prisms_args::{LensArgs, PrismsArgs};
 use crate::cli::progress::Progress;
-use crate::cli::study_args::PrismsArgs;
 use crate::cli::{files, output};
 use crate::error::Error;
 use crate::report::study::document::StudyDocument;
 use crate::system::{Side, System};
+use serde_json::{Map, Value, json};
+use std::path::Path;
 
 /// A prism to be studied.
 pub(super) struct StudiedPrism {
@@ -45,10 +48,15 @@ impl StudiedPrism {
 
 /// Writes the sheets and figures of a study, and prints it.
 pub(super) fn write(args: &PrismsArgs, document: &StudyDocument) -> Result<Outcome, Error> {
+    write_into(&args.out, args.json, document)
+}
+
+/// The same into the folder `out`, printed as JSON where `as_json`.
+pub(super) fn write_into(out: &Path, as_json: bool, document: &StudyDocument) -> Result<Outcome, Error> {
     let figures = document.figures.iter().flat_map(|figure| ["png", "svg"].map(|end| format!("{}.{end}", figure.name)));
     let tables = document.sheets.iter().map(|sheet| format!("{}.csv", sheet.name));
     let names: Vec<String> = [format!("{}.json", document.name)].into_iter().chain(tables).chain(figures).collect();
-    let paths = files::outputs(&args.out, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
+    let paths = files::outputs(out, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
 
     let json = document.json();
     let mut free = paths.iter();
@@ -58,9 +66,25 @@ pub(super) fn write(args: &PrismsArgs, document: &StudyDocument) -> Result<Outco
         files::text(next(), &sheet.csv())?;
     }
     for figure in &document.figures {
-        files::figure(&args.out, &figure.name, &figure.drawing, &figure.title)?;
+        files::figure(out, &figure.name, &figure.drawing, &figure.title)?;
     }
-    output::stdout(&if args.json { json } else { document.tables() })?;
+    output::stdout(&if as_json { json } else { document.tables() })?;
     paths.iter().for_each(|path| output::stderr(&format!("wrote {}", path.display())));
     Ok(Outcome::Done)
+}
+
+/// The lens that is asked for.
+pub(super) fn lens(args: &LensArgs) -> RelayLens {
+    RelayLens { na: args.na, magnification: args.magnification, wavelength_mm: args.wavelength_nm * 1e-6 }
+}
+
+/// What was asked of it, for the JSON.
+pub(super) fn lens_words(args: &LensArgs) -> Map<String, Value> {
+    let pairs = [
+        ("na", json!(args.na)),
+        ("magnification", json!(args.magnification)),
+        ("wavelength_nm", json!(args.wavelength_nm)),
+        ("focus_mm", json!(args.focus_mm)),
+    ];
+    pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }

@@ -3,3 +3,5 @@
 mod common;
 pub(super) mod design;
 pub(super) mod relay;
+pub(super) mod tolerance;
+mod trial_file;

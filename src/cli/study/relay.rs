@@ -1,7 +1,6 @@
 //! `biprism analyse spot`, `field-curvature` and `mtf`.
 
-use super::common::{StudiedPrism, prisms, write};
-use crate::analysis::relay::lens::RelayLens;
+use super::common::{StudiedPrism, lens, lens_words, prisms, write};
 use crate::analysis::relay::study::{RelayHalf, RelaySettings};
 use crate::cli::outcome::Outcome;
 use crate::cli::progress::Progress;
@@ -57,8 +56,8 @@ fn halves<T>(
 
 fn settings(args: &RelayArgs) -> RelaySettings {
     RelaySettings {
-        lens: RelayLens { na: args.na, magnification: args.magnification, wavelength_mm: args.wavelength_nm * 1e-6 },
-        focus_mm: args.focus_mm,
+        lens: lens(&args.lens),
+        focus_mm: args.lens.focus_mm,
         object_mm: args.object_mm,
         field_mm: args.field_mm,
     }
@@ -66,13 +65,6 @@ fn settings(args: &RelayArgs) -> RelaySettings {
 
 /// What was asked, for the JSON.
 fn words(args: &RelayArgs) -> Map<String, Value> {
-    let pairs = [
-        ("na", json!(args.na)),
-        ("magnification", json!(args.magnification)),
-        ("wavelength_nm", json!(args.wavelength_nm)),
-        ("focus_mm", json!(args.focus_mm)),
-        ("object_mm", json!(args.object_mm)),
-        ("field_mm", json!(args.field_mm)),
-    ];
-    pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+    let own = [("object_mm", json!(args.object_mm)), ("field_mm", json!(args.field_mm))];
+    lens_words(&args.lens).into_iter().chain(own.map(|(key, value)| (key.to_owned(), value))).collect()
 }

@@ -7,3 +7,6 @@ pub mod contrasts;
 pub mod reprojections;
 pub mod convergences;
 pub mod layouts;
+pub mod tolerances;
+pub mod trial_lines;
+pub mod trials;
