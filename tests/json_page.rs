@@ -79,7 +79,7 @@ fn every_key_of_every_verb_stands_on_the_page() {
     hold("compare and measure", run("measure a.csv --scene scene.toml --json", "", "0"));
     hold("cost", run("cost scene.toml --quick --repetitions 1 --json", "", "0"));
     hold("analyse", run("analyse stability --only parallel --json", "", "0"));
-    for study in ["spot", "field-curvature", "mtf", "reprojection", "layout", "convergence --finest-um 40"] {
+    for study in ["spot", "field-curvature", "mtf", "reprojection", "surface", "layout", "convergence --finest-um 40"] {
         hold("analyse", run(&format!("analyse {study} scene.toml --json"), "", "0"));
     }
     hold("golden", run("golden cases --golden none --json", "", "0"));

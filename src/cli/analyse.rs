@@ -20,6 +20,7 @@ pub(super) fn run(args: &AnalyseArgs) -> Result<Outcome, Error> {
         Study::Mtf(args) => relay::mtf(args),
         Study::Reprojection(args) => design::reprojection(args),
         Study::Convergence(args) => design::convergence(args),
+        Study::Surface(args) => design::surface(args),
         Study::Layout(args) => design::layout(args),
     }
 }

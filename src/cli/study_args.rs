@@ -60,6 +60,9 @@ pub enum Study {
     /// How far from the virtual camera's centre the rays of the designed prism meet its axis, over the step of the design (the design
     /// paper's Fig. 4b), with the time of each.
     Convergence(ConvergenceArgs),
+    /// Sag, departure, slope and curvature of both surfaces of each prism, and what polynomials leave of the points that they are
+    /// fitted to, over the degree (the design paper's Fig. 4a).
+    Surface(PrismsArgs),
     /// Draw the instrument to scale, from above and from the side, with traced rays of both halves (the design paper's Fig. 6).
     Layout(PrismsArgs),
 }

@@ -99,25 +99,25 @@ pub(super) struct Meeting {
     pub(super) at_mm: DVec3,
     /// The angle of the normal to the z axis, in rad.
     pub(super) slope_rad: f64,
-    /// The greater of the two principal curvatures, by size, in 1/mm.
-    pub(super) curvature_per_mm: f64,
+    /// The principal curvatures, the larger first, in 1/mm; above 0 where the surface bends towards +z.
+    pub(super) curvatures_per_mm: [f64; 2],
 }
 
 impl Payload for Meetings {
     fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>) {
         let (hit, at_mm) = (event.hit, event.ray.at(event.hit.t_mm));
         let normal = hit.normal;
-        // The shape operator in two directions along the surface.
+        // The shape operator in two directions along the surface: where it bends towards +z, a normal that points there turns back.
         let a = normal.any_orthonormal_vector();
         let b = normal.cross(a);
         let [da, db] = [a, b].map(|step| event.surface.normal_change(hit, at_mm, normal, step));
         let shape = DMat2::from_cols(DVec2::new(da.dot(a), da.dot(b)), DVec2::new(db.dot(a), db.dot(b)));
-        let mean = 0.5 * (shape.x_axis.x + shape.y_axis.y);
+        let mean = -0.5 * (shape.x_axis.x + shape.y_axis.y) * normal.z.signum();
         let apart = (mean * mean - shape.determinant()).max(0.0).sqrt();
         self.0.push(Meeting {
             at_mm,
             slope_rad: libm::acos(normal.z.abs().min(1.0)),
-            curvature_per_mm: mean.abs() + apart,
+            curvatures_per_mm: [mean + apart, mean - apart],
         });
     }
 

@@ -7,3 +7,4 @@ pub mod contrasts;
 pub mod reprojections;
 pub mod convergences;
 pub mod layouts;
+pub mod surfaces;
