@@ -80,7 +80,9 @@ mod tests {
     fn spheres_and_planes_are_found_again() {
         for radius in [9.0, 50.0, 1e5] {
             for sign in [1.0, -1.0] {
-                let ball = |p: DVec2| sign * (radius - (radius * radius - p.length_squared()).sqrt());
+                // r - sqrt(r^2 - s) without its cancellation.
+                let root = |s: f64| (radius * radius - s).sqrt();
+                let ball = |p: DVec2| sign * p.length_squared() / (radius + root(p.length_squared()));
                 let above = heights_above(&places(ball), DVec2::ZERO).expect("a sphere");
                 // Some roundings of 80 mm.
                 assert!(largest(&above) < 1e-12, "{radius} {sign}: {}", largest(&above));
