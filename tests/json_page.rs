@@ -82,6 +82,7 @@ fn every_key_of_every_verb_stands_on_the_page() {
     for study in ["spot", "field-curvature", "mtf", "reprojection", "surface", "layout", "convergence --finest-um 40"] {
         hold("analyse", run(&format!("analyse {study} scene.toml --json"), "", "0"));
     }
+    hold("analyse", run("analyse paper --finest-um 80 --json", "", "0"));
     hold("golden", run("golden cases --golden none --json", "", "0"));
     hold("corners", run("corners a.exr --scene scene.toml --json", "", "0"));
     hold("golden", run("golden cases --json", "", "1"));

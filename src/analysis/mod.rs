@@ -24,3 +24,4 @@ pub mod convergence;
 pub mod reprojection_study;
 pub mod layout;
 pub mod surface_fits;
+pub mod paper_claims;

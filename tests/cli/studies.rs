@@ -187,3 +187,44 @@ fn what_a_fit_leaves_falls_with_its_degree() {
         assert!(folder.path().join("out").join(name).is_file(), "{name}");
     }
 }
+
+/// The page of the paper claims what is so and no more: what agrees is called reproduced, and nothing of Table 2 is, whose ideal spot
+/// contradicts Fig. 7.
+#[test]
+fn the_paper_s_page_says_what_is_reproduced() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let found = json(&biprism(folder.path(), &["analyse", "paper", "--finest-um", "40", "--json"]));
+    let rows = found["sheets"]["paper"]["rows"].as_array().expect("rows");
+    let row = |item: &str, quantity: &str| {
+        let named =
+            |row: &&Value| row["item"] == item && row["quantity"].as_str().is_some_and(|q| q.starts_with(quantity));
+        rows.iter().find(named).unwrap_or_else(|| panic!("{item}, {quantity}"))
+    };
+    for (item, quantity, printed) in [
+        ("Eq. 5", "facet angle", 8.85),
+        ("Table 1", "flat, horizontal", 0.0604),
+        ("Table 1", "flat, vertical", 0.0936),
+        ("Fig. 7(a)", "flat", 64.004),
+    ] {
+        let row = row(item, quantity);
+        assert!(row["status"] == "reproduced" && (number(row, "here") / printed - 1.0).abs() < 0.01, "{row}");
+        assert!((number(row, "off_percent") - 100.0 * (number(row, "here") / printed - 1.0)).abs() < 1e-9, "{row}");
+    }
+    let inconsistent = "not reproduced: source inconsistent";
+    assert!(
+        row("Table 1", "flat, average")["status"] == inconsistent && row("Fig. 7(b)", "")["status"] == inconsistent
+    );
+    let table_2: Vec<&Value> = rows.iter().filter(|row| row["item"] == "Table 2").collect();
+    assert!(table_2.len() == 12 && table_2.iter().all(|row| row["status"] == inconsistent));
+    for item in ["Fig. 1", "Fig. 4(a)", "Fig. 5", "Fig. 6", "Fig. 8", "Fig. 9"] {
+        assert_eq!(row(item, "")["status"], "needs data that the paper does not give");
+    }
+    // The page stands by itself, with every figure that is written beside it.
+    let out = folder.path().join("out");
+    let page = std::fs::read_to_string(out.join("paper.html")).expect("the page");
+    let figures = std::fs::read_dir(&out)
+        .expect("a folder")
+        .filter(|file| file.as_ref().is_ok_and(|file| file.path().extension().is_some_and(|ending| ending == "svg")));
+    assert_eq!(page.matches("<svg ").count(), figures.count());
+    assert!(page.matches("<tr class").count() == rows.len() && !page.contains("src=") && !page.contains("href="));
+}

@@ -3,3 +3,4 @@
 mod common;
 pub(super) mod design;
 pub(super) mod relay;
+pub(super) mod paper;

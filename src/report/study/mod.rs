@@ -8,3 +8,4 @@ pub mod reprojections;
 pub mod convergences;
 pub mod layouts;
 pub mod surfaces;
+pub mod paper_page;
