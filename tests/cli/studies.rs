@@ -181,6 +181,17 @@ fn what_a_fit_leaves_falls_with_its_degree() {
             assert!((number(own[0], key) - number(&design[face], key)).abs() < 1e-13, "{key}");
         }
     }
+    // What a ray does not meet is left out: of a prism that is moved aside, and before a camera whose rays meet in no point.
+    for case in ["prism_tilted", "effect_telecentric"] {
+        let scene = repository(&format!("scenes/cases/{case}.toml"));
+        let args = ["analyse", "surface", scene.to_str().expect("a name"), "--out", case, "--json"];
+        let found = json(&biprism(folder.path(), &args));
+        let front = rows(&found, "surface", "flat").next().expect("a row");
+        let places =
+            rows(&found, "surface_map", "flat").filter(|row| row["surface"] == "front" && row["half"] == front["half"]);
+        assert_eq!(places.count() as f64, number(front, "places"), "{case}");
+        assert!(number(front, "departure_mm") < 1e-11, "{case}: {front}");
+    }
     let flat = rows(&found, "surface_fits", "flat").next().expect("a row");
     assert!(flat["not_fitted"].as_str().is_some_and(|why| why.contains("planes")), "{flat}");
     for name in ["surface_flat_right.png", "surface_freeform_right.svg", "surface_fits.png", "surface_map.csv"] {

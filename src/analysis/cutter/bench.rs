@@ -56,29 +56,48 @@ impl<'a> Bench<'a> {
 
     /// The glass.
     pub(super) fn prism(&self) -> Result<&Prism, Error> {
-        self.system.prism().ok_or_else(|| Error::new("the scene", "it has no prism", "give it one"))
+        prism(self.system)
     }
 
     /// Places of an `n` x `n` grid over a half, its borders included, in the half's own px.
     pub(super) fn places(&self, n: usize) -> Vec<DVec2> {
-        let [width, height] = self.system.camera().size_px().map(|n| n as f64);
-        let share = |k: usize| k as f64 / (n - 1) as f64;
-        (0..n * n).map(|k| DVec2::new(0.5 * width * share(k % n), height * share(k / n))).collect()
+        places(self.system, n)
     }
 
     /// The ray of the camera at a place of a half.
     pub(super) fn ray(&self, frame: &HalfFrame, place_px: DVec2) -> Ray {
-        // The middle of an odd width is at half a pixel.
-        let [width, _] = self.system.camera().size_px();
-        let left_px = if frame.side() == Side::Left { 0.0 } else { 0.5 * width as f64 };
-        self.system.camera().plain_ray(place_px + DVec2::new(left_px, 0.0))
+        ray(self.system, frame.side(), place_px)
     }
 
     /// A ray behind the prism, by its own side however it meets the ridge.
     pub(super) fn passed<C: Payload>(&self, ray: &Ray, side: Side, carry: &mut C) -> Result<Ray, Error> {
-        let residual_mm = self.system.accuracy().surface_residual_mm;
-        self.prism()?.pass_through(ray, side, residual_mm, carry).map_err(ended)
+        passed(self.system, ray, side, carry)
     }
+}
+
+fn prism(system: &System) -> Result<&Prism, Error> {
+    system.prism().ok_or_else(|| Error::new("the scene", "it has no prism", "give it one"))
+}
+
+/// [`Bench::places`] of any instrument.
+pub(super) fn places(system: &System, n: usize) -> Vec<DVec2> {
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
+    let share = |k: usize| k as f64 / (n - 1) as f64;
+    (0..n * n).map(|k| DVec2::new(0.5 * width * share(k % n), height * share(k / n))).collect()
+}
+
+/// [`Bench::ray`] of any instrument.
+pub(super) fn ray(system: &System, side: Side, place_px: DVec2) -> Ray {
+    // The middle of an odd width is at half a pixel.
+    let [width, _] = system.camera().size_px();
+    let left_px = if side == Side::Left { 0.0 } else { 0.5 * width as f64 };
+    system.camera().plain_ray(place_px + DVec2::new(left_px, 0.0))
+}
+
+/// [`Bench::passed`] of any instrument.
+pub(super) fn passed<C: Payload>(system: &System, ray: &Ray, side: Side, carry: &mut C) -> Result<Ray, Error> {
+    let residual_mm = system.accuracy().surface_residual_mm;
+    prism(system)?.pass_through(ray, side, residual_mm, carry).map_err(ended)
 }
 
 /// Where a ray behind the prism is seen by a virtual camera, as tangents to its axis, at the distance 1/`inverse_mm`; 0 is

@@ -1,6 +1,6 @@
 //! The shape of a prism's surfaces where the rays of the picture meet them, and its glass.
 
-use super::bench::{Bench, Meeting, Meetings};
+use super::bench::{Bench, Meeting, Meetings, passed, places, ray};
 use super::residual::PLACES;
 use super::sphere;
 use crate::error::Error;
@@ -35,7 +35,7 @@ pub struct SurfaceForm {
 pub struct SurfaceMap {
     /// Columns, and rows, of the grid.
     pub side: usize,
-    /// The places, row by row, in the prism's frame, in mm.
+    /// The places that are met, row by row, in the prism's frame, in mm.
     pub at_mm: Vec<DVec3>,
     /// Their heights above the plane of least squares, along z, in mm.
     pub departures_mm: Vec<f64>,
@@ -60,31 +60,30 @@ pub struct GlassForm {
     pub one_back: bool,
 }
 
-/// The front and the back of the half on `side`, over the places that the rays of its half image meet.
+/// The front and the back of the half on `side`, over the places that those rays of its half image meet that pass them.
 ///
 /// # Errors
-/// As [`sheet`](super::sheet).
+/// When there is no prism, or no ray passes it.
 pub fn surfaces(system: &System, side: Side) -> Result<[SurfaceForm; 2], Error> {
-    let bench = Bench::new(system)?;
-    let [front, back] = met(&bench, side)?.each_ref().map(|met| surface(met));
-    Ok([front?, back?])
-}
-
-/// Where the rays of a grid over a half image meet the front and the back.
-fn met(bench: &Bench<'_>, side: Side) -> Result<[Vec<Meeting>; 2], Error> {
-    let mut met = [Vec::new(), Vec::new()];
-    for place_px in bench.places(PLACES) {
-        let [front, back] = meetings(bench, side, place_px)?;
-        met[0].push(front);
-        met[1].push(back);
+    let all: Vec<_> = places(system, PLACES).into_iter().map(|place_px| meetings(system, side, place_px)).collect();
+    let ended = all.iter().find_map(|met| met.as_ref().err().cloned());
+    let met: Vec<[Meeting; 2]> = all.into_iter().flatten().collect();
+    if let Some(why) = ended.filter(|_| met.is_empty()) {
+        return Err(why);
     }
-    Ok(met)
+    let [front, back] = [0, 1].map(|face| surface(&met.iter().map(|met| met[face]).collect::<Vec<_>>()));
+    Ok([front?, back?])
 }
 
 /// The front, the back and the glass.
 pub(super) fn form(bench: &Bench<'_>) -> Result<([SurfaceForm; 2], GlassForm), Error> {
     let right = &bench.halves[1];
-    let met = met(bench, Side::Right)?;
+    let mut met = [Vec::new(), Vec::new()];
+    for place_px in bench.places(PLACES) {
+        let [front, back] = meetings(bench.system, Side::Right, place_px)?;
+        met[0].push(front);
+        met[1].push(back);
+    }
     let [front, back] = met.each_ref().map(|met| surface(met));
     let prism = bench.prism()?;
     let [height_of_front, height_of_back] =
@@ -103,10 +102,9 @@ pub(super) fn form(bench: &Bench<'_>) -> Result<([SurfaceForm; 2], GlassForm), E
 }
 
 /// Where the ray at a place of a half meets the front and the back.
-fn meetings(bench: &Bench<'_>, side: Side, place_px: DVec2) -> Result<[Meeting; 2], Error> {
-    let frame = &bench.halves[if side == Side::Left { 0 } else { 1 }].frame;
+fn meetings(system: &System, side: Side, place_px: DVec2) -> Result<[Meeting; 2], Error> {
     let mut found = Meetings::default();
-    bench.passed(&bench.ray(frame, place_px), frame.side(), &mut found)?;
+    passed(system, &ray(system, side, place_px), side, &mut found)?;
     Ok([found.0[0], found.0[1]])
 }
 
@@ -122,7 +120,7 @@ fn crossing(bench: &Bench<'_>) -> Result<(usize, f64), Error> {
     for column in 0..width / 2 {
         let mut crosses = false;
         for row in rows {
-            let [_, back] = meetings(bench, Side::Right, DVec2::new(column as f64 + 0.5, row))?;
+            let [_, back] = meetings(bench.system, Side::Right, DVec2::new(column as f64 + 0.5, row))?;
             if back.at_mm.x < 0.0 {
                 crosses = true;
                 let [x, y, _] = back.at_mm.to_array();
@@ -156,9 +154,9 @@ fn surface(met: &[Meeting]) -> Result<SurfaceForm, Error> {
     let departure_mm = range(&departures_mm);
 
     // Take the distances from the sphere.
-    let places: Vec<DVec3> = met.iter().map(|m| m.at_mm).collect();
+    let at_mm: Vec<DVec3> = met.iter().map(|m| m.at_mm).collect();
     let slope = DVec2::new(plane_found[1], plane_found[2]);
-    let from_sphere_mm = sphere::heights_above(&places, slope).map_err(singular)?;
+    let from_sphere_mm = sphere::heights_above(&at_mm, slope).map_err(singular)?;
     let largest = |of: fn(&Meeting) -> f64| met.iter().map(of).fold(0.0, f64::max);
     let curvature_per_mm = largest(|m| m.curvatures_per_mm[0].abs().max(m.curvatures_per_mm[1].abs()));
     Ok(SurfaceForm {
@@ -168,7 +166,7 @@ fn surface(met: &[Meeting]) -> Result<SurfaceForm, Error> {
         radius_min_mm: (curvature_per_mm > FLAT_PER_MM).then(|| 1.0 / curvature_per_mm),
         map: SurfaceMap {
             side: PLACES,
-            at_mm: places,
+            at_mm,
             departures_mm,
             from_sphere_mm,
             slopes_deg: met.iter().map(|m| m.slope_rad.to_degrees()).collect(),

@@ -51,6 +51,7 @@ const LEAD: [(&str, &str); 3] =
 /// The sizes, what the fits leave, and every place.
 pub fn sheets(all: &[NamedSurfaces], fits: &[NamedFits]) -> Vec<StudySheet> {
     let sizes = [
+        ("places", "of 41 x 41 rays of the half image that pass"),
         ("sag_mm", "highest less lowest z, mm"),
         ("departure_mm", "highest less lowest height along z above the plane of least squares, mm"),
         ("from_sphere_mm", "the same along the radius above the sphere of least squares, mm"),
@@ -91,13 +92,14 @@ pub fn sheets(all: &[NamedSurfaces], fits: &[NamedFits]) -> Vec<StudySheet> {
     vec![table, fit_sheet(fits), map.detailed()]
 }
 
-fn sizes_of(form: &SurfaceForm) -> [Cell; 7] {
+fn sizes_of(form: &SurfaceForm) -> [Cell; 8] {
     let of = |values: &mut dyn Iterator<Item = f64>| {
         values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
     };
     let [low, high] = of(&mut form.map.at_mm.iter().map(|p| p.z));
     let [least, most] = of(&mut form.map.curvatures_per_mm.iter().flatten().copied());
     [
+        form.map.at_mm.len().into(),
         (high - low).into(),
         form.departure_mm.into(),
         form.from_sphere_mm.into(),
