@@ -10,8 +10,8 @@ use std::path::Path;
 
 /// Lengths agree to this, in mm: the table's rays are 220 mm long, and some ten roundings of that are 3e-13 mm.
 const LENGTH_MM: f64 = 1e-11;
-/// Directions agree to this: the series of the lens leaves a slope of 1e-12 at 13.2 mm from its axis, of which half turns a ray.
-const DIRECTION: f64 = 1e-12;
+/// Directions agree to this: some hundred roundings.
+const DIRECTION: f64 = 1e-13;
 /// Places in the plane of the spot, up to 112 mm beyond the surface, agree to this, in mm.
 const PLANE_MM: f64 = LENGTH_MM + 112.0 * DIRECTION;
 /// Sizes of spots agree to this part of themselves: the smallest is 1.3e-3 mm, of rays that agree to 1e-12 mm.
@@ -49,7 +49,7 @@ fn polynomial(index: f64, front: &str, back: &str) -> String {
     format!("[prism]\nkind = \"polynomial\"\nindex = {index:?}\n{}{}", surface("front", front), surface("back", back))
 }
 
-/// z = vertex + R - sqrt(R^2 - x^2 - y^2) to degree 20, in units of 10 mm across: of the next power 6e-13 mm are left at 13.2 mm
+/// z = vertex + R - sqrt(R^2 - x^2 - y^2) to degree 20, in units of 10 mm across: of the next power 1e-16 mm are left at 8.7 mm
 /// from the axis for a radius of 45 mm.
 fn sphere(vertex_mm: f64, radius_mm: f64) -> String {
     let mut text = format!("[0, 0, {vertex_mm:?}]");

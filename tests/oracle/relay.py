@@ -129,7 +129,7 @@ def main():
     freeform = [polynomial(prism["front"], dict(material=glass(INDEX))), polynomial(prism["back"], dict(material="air"))]
     cases = [
         aimed_case("lens", lens, 200.0, (0.0, 0.0)),
-        aimed_case("lens_beside", lens, 200.0, (2.0, -3.0)),
+        aimed_case("lens_beside", lens, 200.0, (0.8, -1.2)),
         aimed_case("plate", plate, 0.0, (0.0, 0.0)),
         fan_case("flat", flat, 0.0),
         fan_case("freeform", freeform, 0.0),
