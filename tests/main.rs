@@ -40,6 +40,7 @@ mod light;
 mod made;
 mod mesh;
 mod oracle;
+mod relay_oracle;
 mod own_parts;
 mod paper;
 mod photograph;

@@ -1,7 +1,7 @@
 //! Do the oracle's tables belong to this program, and does the whole program agree with them?
 //!
-//! The tables in `tests/oracle/` are made by `make_tables.py` (mpmath, 50 digits), `effects.py` (numpy) and `camera.py` (OpenCV,
-//! asked in `tests/camera.rs`), whose command stands in each header. `tests/hard_cases.rs` holds every function against those of rays; here it is the command line that
+//! The tables in `tests/oracle/` are made by `make_tables.py` (mpmath, 50 digits), `effects.py` (numpy), `camera.py` (OpenCV,
+//! asked in `tests/camera.rs`) and `relay.py` (Optiland, asked in `tests/relay_oracle.rs`), whose command stands in each header. `tests/hard_cases.rs` holds every function against those of rays; here it is the command line that
 //! is asked, and pictures with many effects are rendered.
 
 use biprism::effect::{Effects, Quadrature};
@@ -32,13 +32,13 @@ fn every_table_says_how_it_was_made() {
         if path.extension().is_some_and(|e| e == "csv") {
             tables += 1;
             let text = std::fs::read_to_string(&path).expect("it is text");
-            let makers = ["make_tables.py (mpmath ", "effects.py (numpy ", "camera.py (cv2 "];
+            let makers = ["make_tables.py (mpmath ", "effects.py (numpy ", "camera.py (cv2 ", "relay.py (optiland "];
             let made_by = |maker: &&str| text.starts_with(&format!("# made by: python3 tests/oracle/{maker}"));
             assert!(makers.iter().any(made_by), "{}", path.display());
             assert!(text.len() < 100_000, "{} is not small", path.display());
         }
     }
-    assert_eq!(tables, 9);
+    assert_eq!(tables, 11);
 }
 
 /// Traces the pixels of a table with the command, and holds what it prints against the table: positions on the board in

@@ -24,3 +24,5 @@ pub mod convergence;
 pub mod reprojection_study;
 pub mod layout;
 pub mod tolerance;
+pub mod surface_fits;
+pub mod paper_claims;

@@ -3,7 +3,7 @@
 use super::outcome::Outcome;
 use super::output::stdout;
 use super::progress::Progress;
-use super::study::{design, relay, tolerance};
+use super::study::{design, paper, relay, tolerance};
 use super::study_args::{AnalyseArgs, StabilityArgs, Study};
 use crate::analysis::stability::{self, Case};
 use crate::error::Error;
@@ -21,6 +21,8 @@ pub(super) fn run(args: &AnalyseArgs) -> Result<Outcome, Error> {
         Study::Reprojection(args) => design::reprojection(args),
         Study::Convergence(args) => design::convergence(args),
         Study::Tolerance(args) => tolerance::run(args),
+        Study::Surface(args) => design::surface(args),
+        Study::Paper(args) => paper::paper(args),
         Study::Layout(args) => design::layout(args),
     }
 }

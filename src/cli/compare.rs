@@ -65,9 +65,12 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
 /// The prisms of the one scene, or that of each; without a scene those of the design paper and the exact one.
 pub(super) fn candidates(scenes: &[PathBuf]) -> Result<Vec<ToJudge>, Error> {
     if scenes.is_empty() {
-        let paper = prisms(&files::scene(None)?)?.into_iter().map(|(name, scene)| (name, scene, "scenes/paper.toml"));
-        let all = paper.chain([("exact".to_owned(), files::exact_scene()?, "scenes/exact.toml")]);
-        return Ok(all.map(|(name, scene, path)| ToJudge { name, scene, path: PathBuf::from(path) }).collect());
+        let exact = ToJudge {
+            name: "exact".to_owned(),
+            scene: files::exact_scene()?,
+            path: PathBuf::from("scenes/exact.toml"),
+        };
+        return Ok(paper_prisms()?.into_iter().chain([exact]).collect());
     }
     if let [path] = scenes {
         let named = prisms(&files::scene(Some(path))?)?.into_iter();
@@ -81,6 +84,12 @@ pub(super) fn candidates(scenes: &[PathBuf]) -> Result<Vec<ToJudge>, Error> {
     let stems: Vec<String> = scenes.iter().map(|path| stem(path)).collect();
     let named = named_apart(&stems.iter().map(String::as_str).collect::<Vec<_>>(), loaded)?.into_iter();
     Ok(named.zip(scenes).map(|((name, scene), path)| ToJudge { name, scene, path: path.clone() }).collect())
+}
+
+/// The flat and the freeform prism of the design paper.
+pub(super) fn paper_prisms() -> Result<Vec<ToJudge>, Error> {
+    let named = prisms(&files::scene(None)?)?.into_iter();
+    Ok(named.map(|(name, scene)| ToJudge { name, scene, path: PathBuf::from("scenes/paper.toml") }).collect())
 }
 
 /// The name of a file without its ending, of letters, digits, `_` and `-`, with a letter or `_` in front.

@@ -47,6 +47,12 @@ pub enum Study {
     /// What each error of making the prism costs (the design paper's Table 2), one by one, how large it may be, or by trials with all
     /// of them at once: in spots, vertical disparity and deviation from a pinhole.
     Tolerance(ToleranceArgs),
+    /// Sag, departure, slope and curvature of both surfaces of each prism, and what polynomials leave of the points that they are
+    /// fitted to, over the degree (the design paper's Fig. 4a).
+    Surface(PrismsArgs),
+    /// All figures and tables of the design paper on its own instrument: what it says, what is found, and what can be said of each, as
+    /// one page of HTML with the figures in it.
+    Paper(PaperArgs),
     /// Draw the instrument to scale, from above and from the side, with traced rays of both halves (the design paper's Fig. 6).
     Layout(PrismsArgs),
 }
@@ -82,6 +88,20 @@ pub struct ConvergenceArgs {
     /// Folder for the figure as PNG and SVG, the JSON and the CSV.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
+    /// Print the JSON instead of the table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `analyse paper`.
+#[derive(Debug, clap::Args)]
+pub struct PaperArgs {
+    /// Folder for `paper.html`, the figures by themselves as PNG and SVG, the JSON and the CSV.
+    #[arg(long, default_value = "out")]
+    pub out: PathBuf,
+    /// The shortest step of Fig. 4(b), in um.
+    #[arg(long, default_value_t = 1.0, value_parser = positive, value_name = "UM")]
+    pub finest_um: f64,
     /// Print the JSON instead of the table.
     #[arg(long)]
     pub json: bool,

@@ -14,7 +14,7 @@ use crate::scene::{
     PrismSpec, Scene,
 };
 use crate::surface::shape::RevolvedPatch;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// z of the virtual cameras in the design paper's prisms, in the prism's frame: the plane of the camera's pinhole. The
 /// paper leaves it open; this choice reproduces its Table 1.
@@ -145,12 +145,16 @@ pub fn revolved_by(input: &DesignInput, spare_mm: f64) -> Result<([RevolvedPatch
 /// A [`Error`] when the input is outside the domain of one of the steps: see [`virtual_camera()`], [`march()`] and
 /// [`fit()`].
 pub fn freeform(input: &DesignInput) -> Result<FreeformDesign, Error> {
-    let integrator = match input.settings.method {
+    freeform_by(input, stated_integrator(&input.settings))
+}
+
+/// The integrator that settings state.
+pub fn stated_integrator(settings: &DesignSettings) -> Integrator {
+    match settings.method {
         Method::Euler => Integrator::Euler,
         Method::Midpoint => Integrator::Midpoint,
         Method::Rk4 => Integrator::Rk4,
-    };
-    freeform_by(input, integrator)
+    }
 }
 
 /// [`freeform`] with an integrator of choice in the place of `settings.method`: to study what each costs and buys.
@@ -159,22 +163,12 @@ pub fn freeform(input: &DesignInput) -> Result<FreeformDesign, Error> {
 /// As [`freeform`].
 pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<FreeformDesign, Error> {
     let settings = &input.settings;
-    if settings.by_least_squares() {
+    let Some(points) = fitted_points(input, integrator)? else {
         return by_least_squares(input, virtual_camera(&input.camera, &input.prism, input.virtual_camera_z_mm)?);
-    }
-    let camera = target(input)?;
-    let (cloud, fitted) = match settings.objective {
-        Objective::March => (march(&input.camera, &camera, settings, integrator)?, None),
-        objective => {
-            let revolved = Revolved::new(&input.camera, &camera, objective, 0.0)?;
-            (revolved.cloud(settings)?, Some(revolved.fitted()?))
-        }
     };
-    let fitted = fitted.as_ref().unwrap_or(&cloud);
+    let [front, back] = points.fits(settings.degree)?;
+    let DesignPoints { camera, cloud, .. } = points;
     let [shortest, longest] = cloud.optical_path_range_mm();
-    let degree = settings.degree;
-    let front = fit(&fitted.front_mm(), degree, Some(camera.front_mm.truncate()))?;
-    let back = fit(&fitted.back_mm(), degree, Some(camera.back_mm.truncate()))?;
     let met = match settings.objective {
         Objective::March => None,
         _ => {
@@ -186,6 +180,56 @@ pub fn freeform_by(input: &DesignInput, integrator: Integrator) -> Result<Freefo
         fitted_by_polynomials(settings, met.rms_px())?;
     }
     Ok(FreeformDesign { camera, front, back, optical_path_spread_mm: longest - shortest, cloud, met })
+}
+
+/// What the polynomials of a design are fitted to.
+#[derive(Debug, Clone)]
+pub struct DesignPoints {
+    /// Facet angle, central ray and virtual camera of the right half.
+    pub camera: VirtualCamera,
+    /// The points over the half image.
+    pub cloud: PointGrid,
+    /// The points that are fitted, where they are others.
+    others: Option<PointGrid>,
+}
+
+impl DesignPoints {
+    /// The points of the front and of the back that are fitted, in mm.
+    pub fn surfaces_mm(&self) -> [Vec<DVec3>; 2] {
+        let fitted = self.others.as_ref().unwrap_or(&self.cloud);
+        [fitted.front_mm(), fitted.back_mm()]
+    }
+
+    /// Where the polynomials of front and back have their origins, in mm: on the central ray.
+    pub fn centres_mm(&self) -> [DVec2; 2] {
+        [self.camera.front_mm.truncate(), self.camera.back_mm.truncate()]
+    }
+
+    fn fits(&self, degree: usize) -> Result<[SurfaceFit; 2], Error> {
+        let ([front_mm, back_mm], [front, back]) = (self.surfaces_mm(), self.centres_mm());
+        Ok([fit(&front_mm, degree, Some(front))?, fit(&back_mm, degree, Some(back))?])
+    }
+}
+
+/// The points to which the polynomials of a design are fitted: marched, or those of surfaces of revolution; `None` of a design by
+/// least squares, whose polynomials go through no points.
+///
+/// # Errors
+/// As [`freeform`].
+pub fn fitted_points(input: &DesignInput, integrator: Integrator) -> Result<Option<DesignPoints>, Error> {
+    let settings = &input.settings;
+    if settings.by_least_squares() {
+        return Ok(None);
+    }
+    let camera = target(input)?;
+    let (cloud, others) = match settings.objective {
+        Objective::March => (march(&input.camera, &camera, settings, integrator)?, None),
+        objective => {
+            let revolved = Revolved::new(&input.camera, &camera, objective, 0.0)?;
+            (revolved.cloud(settings)?, Some(revolved.fitted()?))
+        }
+    };
+    Ok(Some(DesignPoints { camera, cloud, others }))
 }
 
 /// The prism of least squares, whose surfaces are polynomials from the start.

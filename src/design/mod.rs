@@ -21,5 +21,8 @@ mod optimise;
 mod freeform;
 
 pub use designed_law::DesignedLaw;
-pub use freeform::{DesignInput, FreeformDesign, VIRTUAL_CAMERA_Z_MM, freeform, freeform_by, revolved_by};
+pub use freeform::{
+    DesignInput, DesignPoints, FreeformDesign, VIRTUAL_CAMERA_Z_MM, fitted_points, freeform, freeform_by, revolved_by,
+    stated_integrator,
+};
 pub use optimise::{LawFigures, MetLaw, SpotFigures};

@@ -32,64 +32,101 @@ pub fn nodes(degree: usize) -> Vec<DiscNode> {
 /// A function over the unit disc, as sum over n, m of polynomials up to a degree.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ZernikeSeries {
-    degree: usize,
-    /// In the order in which [`terms`] makes the polynomials.
-    coefficients: Vec<f64>,
+    /// For each m, by rising n.
+    orders: Vec<Vec<(RadialStep, Amplitudes)>>,
 }
+
+/// The factors of a radial polynomial's cosine and sine.
+type Amplitudes = DVec2;
 
 impl ZernikeSeries {
     /// The series of `degree` that is nearest, in the mean square over the disc, to the function with these values at
     /// [`nodes`]`(degree)`.
     pub fn new(degree: usize, values: &[f64]) -> Self {
-        let mut coefficients = vec![0.0; count(degree)];
+        let mut orders: Vec<Vec<(RadialStep, Amplitudes)>> =
+            (0..=degree).map(|m| radial_steps(degree, m).map(|step| (step, DVec2::ZERO)).collect()).collect();
         for (node, value) in nodes(degree).iter().zip(values) {
-            terms(degree, node.at, |k, term| coefficients[k] += node.weight * value * term);
+            let mut power = DVec2::X;
+            for order in &mut orders {
+                let mut radial = Radial::new(node.at);
+                for (step, sum) in order {
+                    *sum += power * (node.weight * value * step.scale * step.scale * radial.next(step));
+                }
+                power = turned(power, node.at);
+            }
         }
-        Self { degree, coefficients }
+        Self { orders }
     }
 
     /// Its value at a point.
     pub fn at(&self, point: DVec2) -> f64 {
-        let mut sum = 0.0;
-        terms(self.degree, point, |k, term| sum += self.coefficients[k] * term);
+        let (mut sum, mut power) = (0.0, DVec2::X);
+        for order in &self.orders {
+            let (mut radial, mut of_order) = (Radial::new(point), DVec2::ZERO);
+            for (step, amplitudes) in order {
+                of_order += *amplitudes * radial.next(step);
+            }
+            sum += of_order.dot(power);
+            power = turned(power, point);
+        }
         sum
     }
 }
 
-/// How many polynomials there are up to a degree.
-fn count(degree: usize) -> usize {
-    (degree + 1) * (degree + 2) / 2
+/// r^m (cos m t, sin m t) of the next m, as a complex power.
+fn turned(power: DVec2, point: DVec2) -> DVec2 {
+    DVec2::new(power.x * point.x - power.y * point.y, power.x * point.y + power.y * point.x)
 }
 
-/// Gives every polynomial's value at `point`, with its number: for each m the cosines and then, but for m = 0, the sines, by rising
-/// n.
-fn terms(degree: usize, point: DVec2, mut each: impl FnMut(usize, f64)) {
-    let x = 2.0 * point.length_squared() - 1.0;
-    let (mut number, mut power) = (0, DVec2::X);
-    for m in 0..=degree {
-        let steps = (degree - m) / 2 + 1;
-        let mf = m as f64;
-        let (mut before, mut now) = (0.0, 1.0);
-        for k in 0..steps {
-            let kf = k as f64;
-            if k == 1 {
-                (before, now) = (1.0, 1.0 + 0.5 * (mf + 2.0) * (x - 1.0));
-            } else if k > 1 {
-                let t = 2.0 * kf + mf;
-                let next = ((t - 1.0) * (t * (t - 2.0) * x - mf * mf) * now
-                    - 2.0 * (kf - 1.0) * (kf + mf - 1.0) * t * before)
-                    / (2.0 * kf * (kf + mf) * (t - 2.0));
-                (before, now) = (now, next);
-            }
-            let scale = ((2.0 * kf + mf + 1.0) * if m == 0 { 1.0 } else { 2.0 }).sqrt();
-            each(number + k, scale * power.x * now);
-            if m > 0 {
-                each(number + steps + k, scale * power.y * now);
+/// How one radial polynomial follows from the two before: (`slope` x + `level`) P_(k-1) - `back` P_(k-2), x = 2 r^2 - 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct RadialStep {
+    slope: f64,
+    level: f64,
+    back: f64,
+    /// Makes its mean square over the disc 1.
+    scale: f64,
+}
+
+/// The steps of one m, by rising n.
+fn radial_steps(degree: usize, m: usize) -> impl Iterator<Item = RadialStep> {
+    let mf = m as f64;
+    (0..=(degree - m) / 2).map(move |k| {
+        let kf = k as f64;
+        let t = 2.0 * kf + mf;
+        let scale = ((t + 1.0) * if m == 0 { 1.0 } else { 2.0 }).sqrt();
+        match k {
+            0 => RadialStep { slope: 0.0, level: 1.0, back: 0.0, scale },
+            1 => RadialStep { slope: 0.5 * (mf + 2.0), level: -0.5 * mf, back: 0.0, scale },
+            _ => {
+                let under = 2.0 * kf * (kf + mf) * (t - 2.0);
+                RadialStep {
+                    slope: (t - 1.0) * t * (t - 2.0) / under,
+                    level: -(t - 1.0) * mf * mf / under,
+                    back: 2.0 * (kf - 1.0) * (kf + mf - 1.0) * t / under,
+                    scale,
+                }
             }
         }
-        number += if m == 0 { steps } else { 2 * steps };
-        // r^m (cos m t, sin m t), as a complex power.
-        power = DVec2::new(power.x * point.x - power.y * point.y, power.x * point.y + power.y * point.x);
+    })
+}
+
+/// The radial polynomials of one m at a point, without r^m and unscaled.
+struct Radial {
+    x: f64,
+    before: f64,
+    now: f64,
+}
+
+impl Radial {
+    fn new(point: DVec2) -> Self {
+        Self { x: 2.0 * point.length_squared() - 1.0, before: 0.0, now: 1.0 }
+    }
+
+    fn next(&mut self, step: &RadialStep) -> f64 {
+        let next = (step.slope * self.x + step.level) * self.now - step.back * self.before;
+        (self.before, self.now) = (self.now, next);
+        next
     }
 }
 
@@ -97,14 +134,29 @@ fn terms(degree: usize, point: DVec2, mut each: impl FnMut(usize, f64)) {
 mod tests {
     use super::*;
 
+    /// Every scaled polynomial at `point`: of each m the cosines and, but for m = 0, the sines.
+    fn terms(degree: usize, point: DVec2) -> Vec<f64> {
+        let (mut all, mut power) = (Vec::new(), DVec2::X);
+        for m in 0..=degree {
+            let mut radial = Radial::new(point);
+            for step in radial_steps(degree, m) {
+                let term = power * (step.scale * radial.next(&step));
+                all.extend([term.x, term.y].into_iter().take(if m == 0 { 1 } else { 2 }));
+            }
+            power = turned(power, point);
+        }
+        all
+    }
+
     /// The means of products are 1 of equals, 0 of others.
     #[test]
     fn polynomials_are_orthonormal() {
         let degree = 9;
-        let mut products = vec![vec![0.0; count(degree)]; count(degree)];
+        let count = (degree + 1) * (degree + 2) / 2;
+        let mut products = vec![vec![0.0; count]; count];
         for node in nodes(degree) {
-            let mut values = vec![f64::NAN; count(degree)];
-            terms(degree, node.at, |k, value| values[k] = value);
+            let values = terms(degree, node.at);
+            assert_eq!(values.len(), count);
             for (row, a) in products.iter_mut().zip(&values) {
                 row.iter_mut().zip(&values).for_each(|(sum, b)| *sum += node.weight * a * b);
             }

@@ -118,7 +118,7 @@ fn picture(rect: &Rect, pixels: &Raster<Rgb>) -> Option<String> {
 }
 
 /// Text for XML: markup escaped, and a space for characters that XML does not allow.
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

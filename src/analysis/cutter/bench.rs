@@ -56,29 +56,48 @@ impl<'a> Bench<'a> {
 
     /// The glass.
     pub(super) fn prism(&self) -> Result<&Prism, Error> {
-        self.system.prism().ok_or_else(|| Error::new("the scene", "it has no prism", "give it one"))
+        prism(self.system)
     }
 
     /// Places of an `n` x `n` grid over a half, its borders included, in the half's own px.
     pub(super) fn places(&self, n: usize) -> Vec<DVec2> {
-        let [width, height] = self.system.camera().size_px().map(|n| n as f64);
-        let share = |k: usize| k as f64 / (n - 1) as f64;
-        (0..n * n).map(|k| DVec2::new(0.5 * width * share(k % n), height * share(k / n))).collect()
+        places(self.system, n)
     }
 
     /// The ray of the camera at a place of a half.
     pub(super) fn ray(&self, frame: &HalfFrame, place_px: DVec2) -> Ray {
-        // The middle of an odd width is at half a pixel.
-        let [width, _] = self.system.camera().size_px();
-        let left_px = if frame.side() == Side::Left { 0.0 } else { 0.5 * width as f64 };
-        self.system.camera().plain_ray(place_px + DVec2::new(left_px, 0.0))
+        ray(self.system, frame.side(), place_px)
     }
 
     /// A ray behind the prism, by its own side however it meets the ridge.
     pub(super) fn passed<C: Payload>(&self, ray: &Ray, side: Side, carry: &mut C) -> Result<Ray, Error> {
-        let residual_mm = self.system.accuracy().surface_residual_mm;
-        self.prism()?.pass_through(ray, side, residual_mm, carry).map_err(ended)
+        passed(self.system, ray, side, carry)
     }
+}
+
+fn prism(system: &System) -> Result<&Prism, Error> {
+    system.prism().ok_or_else(|| Error::new("the scene", "it has no prism", "give it one"))
+}
+
+/// [`Bench::places`] of any instrument.
+pub(super) fn places(system: &System, n: usize) -> Vec<DVec2> {
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
+    let share = |k: usize| k as f64 / (n - 1) as f64;
+    (0..n * n).map(|k| DVec2::new(0.5 * width * share(k % n), height * share(k / n))).collect()
+}
+
+/// [`Bench::ray`] of any instrument.
+pub(super) fn ray(system: &System, side: Side, place_px: DVec2) -> Ray {
+    // The middle of an odd width is at half a pixel.
+    let [width, _] = system.camera().size_px();
+    let left_px = if side == Side::Left { 0.0 } else { 0.5 * width as f64 };
+    system.camera().plain_ray(place_px + DVec2::new(left_px, 0.0))
+}
+
+/// [`Bench::passed`] of any instrument.
+pub(super) fn passed<C: Payload>(system: &System, ray: &Ray, side: Side, carry: &mut C) -> Result<Ray, Error> {
+    let residual_mm = system.accuracy().surface_residual_mm;
+    prism(system)?.pass_through(ray, side, residual_mm, carry).map_err(ended)
 }
 
 /// Where a ray behind the prism is seen by a virtual camera, as tangents to its axis, at the distance 1/`inverse_mm`; 0 is
@@ -99,25 +118,25 @@ pub(super) struct Meeting {
     pub(super) at_mm: DVec3,
     /// The angle of the normal to the z axis, in rad.
     pub(super) slope_rad: f64,
-    /// The greater of the two principal curvatures, by size, in 1/mm.
-    pub(super) curvature_per_mm: f64,
+    /// The principal curvatures, the larger first, in 1/mm; above 0 where the surface bends towards +z.
+    pub(super) curvatures_per_mm: [f64; 2],
 }
 
 impl Payload for Meetings {
     fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>) {
         let (hit, at_mm) = (event.hit, event.ray.at(event.hit.t_mm));
         let normal = hit.normal;
-        // The shape operator in two directions along the surface.
+        // The shape operator in two directions along the surface: where it bends towards +z, a normal that points there turns back.
         let a = normal.any_orthonormal_vector();
         let b = normal.cross(a);
         let [da, db] = [a, b].map(|step| event.surface.normal_change(hit, at_mm, normal, step));
         let shape = DMat2::from_cols(DVec2::new(da.dot(a), da.dot(b)), DVec2::new(db.dot(a), db.dot(b)));
-        let mean = 0.5 * (shape.x_axis.x + shape.y_axis.y);
+        let mean = -0.5 * (shape.x_axis.x + shape.y_axis.y) * normal.z.signum();
         let apart = (mean * mean - shape.determinant()).max(0.0).sqrt();
         self.0.push(Meeting {
             at_mm,
             slope_rad: libm::acos(normal.z.abs().min(1.0)),
-            curvature_per_mm: mean.abs() + apart,
+            curvatures_per_mm: [mean + apart, mean - apart],
         });
     }
 

@@ -1,11 +1,12 @@
 //! The shape of a prism's surfaces where the rays of the picture meet them, and its glass.
 
-use super::bench::{Bench, Meeting, Meetings};
+use super::bench::{Bench, Meeting, Meetings, passed, places, ray};
 use super::residual::PLACES;
+use super::sphere;
 use crate::error::Error;
 use crate::num::lsq;
 use crate::surface::face::Face;
-use crate::system::Side;
+use crate::system::{Side, System};
 use glam::{DVec2, DVec3};
 use nalgebra::DMatrix;
 
@@ -14,12 +15,12 @@ const FLAT_PER_MM: f64 = 1e-9;
 /// Heights of the right and of the left back that agree to this belong to one surface, in mm.
 const ONE_SURFACE_MM: f64 = 1e-9;
 
-/// The shape of one surface of the right half, over the places that its rays meet.
+/// The shape of one surface of a half, over the places that its rays meet.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceForm {
     /// Highest less lowest height above the plane of least squares, along z, in mm.
     pub departure_mm: f64,
-    /// The same above the sphere of least squares, along its radius, in mm; that of the plane where the surface is one.
+    /// The same above the sphere of least squares, along its radius, in mm.
     pub from_sphere_mm: f64,
     /// Largest angle of the normal to the z axis, in deg.
     pub slope_max_deg: f64,
@@ -34,10 +35,16 @@ pub struct SurfaceForm {
 pub struct SurfaceMap {
     /// Columns, and rows, of the grid.
     pub side: usize,
-    /// The places, row by row, in the prism's frame, in mm.
+    /// The places that are met, row by row, in the prism's frame, in mm.
     pub at_mm: Vec<DVec3>,
     /// Their heights above the plane of least squares, along z, in mm.
     pub departures_mm: Vec<f64>,
+    /// Their heights above the sphere of least squares, along its radius towards +z, in mm.
+    pub from_sphere_mm: Vec<f64>,
+    /// Angles of the normal to the z axis, in deg.
+    pub slopes_deg: Vec<f64>,
+    /// The principal curvatures, the larger first, in 1/mm; above 0 where the surface bends towards +z.
+    pub curvatures_per_mm: Vec<[f64; 2]>,
 }
 
 /// The glass of the right half.
@@ -53,12 +60,27 @@ pub struct GlassForm {
     pub one_back: bool,
 }
 
+/// The front and the back of the half on `side`, over the places that those rays of its half image meet that pass them.
+///
+/// # Errors
+/// When there is no prism, or no ray passes it.
+pub fn surfaces(system: &System, side: Side) -> Result<[SurfaceForm; 2], Error> {
+    let all: Vec<_> = places(system, PLACES).into_iter().map(|place_px| meetings(system, side, place_px)).collect();
+    let ended = all.iter().find_map(|met| met.as_ref().err().cloned());
+    let met: Vec<[Meeting; 2]> = all.into_iter().flatten().collect();
+    if let Some(why) = ended.filter(|_| met.is_empty()) {
+        return Err(why);
+    }
+    let [front, back] = [0, 1].map(|face| surface(&met.iter().map(|met| met[face]).collect::<Vec<_>>()));
+    Ok([front?, back?])
+}
+
 /// The front, the back and the glass.
 pub(super) fn form(bench: &Bench<'_>) -> Result<([SurfaceForm; 2], GlassForm), Error> {
     let right = &bench.halves[1];
     let mut met = [Vec::new(), Vec::new()];
     for place_px in bench.places(PLACES) {
-        let [front, back] = meetings(bench, place_px)?;
+        let [front, back] = meetings(bench.system, Side::Right, place_px)?;
         met[0].push(front);
         met[1].push(back);
     }
@@ -79,11 +101,10 @@ pub(super) fn form(bench: &Bench<'_>) -> Result<([SurfaceForm; 2], GlassForm), E
     Ok(([front?, back?], glass))
 }
 
-/// Where the ray at a place of the right half meets the front and the back.
-fn meetings(bench: &Bench<'_>, place_px: DVec2) -> Result<[Meeting; 2], Error> {
-    let frame = &bench.halves[1].frame;
+/// Where the ray at a place of a half meets the front and the back.
+fn meetings(system: &System, side: Side, place_px: DVec2) -> Result<[Meeting; 2], Error> {
     let mut found = Meetings::default();
-    bench.passed(&bench.ray(frame, place_px), frame.side(), &mut found)?;
+    passed(system, &ray(system, side, place_px), side, &mut found)?;
     Ok([found.0[0], found.0[1]])
 }
 
@@ -99,7 +120,7 @@ fn crossing(bench: &Bench<'_>) -> Result<(usize, f64), Error> {
     for column in 0..width / 2 {
         let mut crosses = false;
         for row in rows {
-            let [_, back] = meetings(bench, DVec2::new(column as f64 + 0.5, row))?;
+            let [_, back] = meetings(bench.system, Side::Right, DVec2::new(column as f64 + 0.5, row))?;
             if back.at_mm.x < 0.0 {
                 crosses = true;
                 let [x, y, _] = back.at_mm.to_array();
@@ -128,28 +149,28 @@ fn surface(met: &[Meeting]) -> Result<SurfaceForm, Error> {
 
     // Take the heights above the plane z = a + b x + c y.
     let plane = DMatrix::from_fn(met.len(), 3, |i, k| [1.0, met[i].at_mm.x, met[i].at_mm.y][k]);
-    let (above, _) = fit(&plane, &|p| p.z).map_err(singular)?;
+    let (above, plane_found) = fit(&plane, &|p| p.z).map_err(singular)?;
     let departures_mm = above.as_slice().to_vec();
     let departure_mm = range(&departures_mm);
 
-    // Take the distances from the sphere |p - m|^2 = r^2, linear in m and r^2 - |m|^2, about the middle of the places.
-    let middle = met.iter().map(|m| m.at_mm).sum::<DVec3>() / met.len() as f64;
-    let local = |p: DVec3| p - middle;
-    let ball = DMatrix::from_fn(met.len(), 4, |i, k| {
-        let p = local(met[i].at_mm);
-        [2.0 * p.x, 2.0 * p.y, 2.0 * p.z, 1.0][k]
-    });
-    let from_sphere_mm = fit(&ball, &|p| local(p).length_squared()).map_or(departure_mm, |(_, m)| {
-        let centre = DVec3::new(m[0], m[1], m[2]);
-        range(&met.iter().map(|m| (local(m.at_mm) - centre).length()).collect::<Vec<_>>())
-    });
+    // Take the distances from the sphere.
+    let at_mm: Vec<DVec3> = met.iter().map(|m| m.at_mm).collect();
+    let slope = DVec2::new(plane_found[1], plane_found[2]);
+    let from_sphere_mm = sphere::heights_above(&at_mm, slope).map_err(singular)?;
     let largest = |of: fn(&Meeting) -> f64| met.iter().map(of).fold(0.0, f64::max);
-    let curvature_per_mm = largest(|m| m.curvature_per_mm);
+    let curvature_per_mm = largest(|m| m.curvatures_per_mm[0].abs().max(m.curvatures_per_mm[1].abs()));
     Ok(SurfaceForm {
         departure_mm,
-        from_sphere_mm,
+        from_sphere_mm: range(&from_sphere_mm),
         slope_max_deg: largest(|m| m.slope_rad).to_degrees(),
         radius_min_mm: (curvature_per_mm > FLAT_PER_MM).then(|| 1.0 / curvature_per_mm),
-        map: SurfaceMap { side: PLACES, at_mm: met.iter().map(|m| m.at_mm).collect(), departures_mm },
+        map: SurfaceMap {
+            side: PLACES,
+            at_mm,
+            departures_mm,
+            from_sphere_mm,
+            slopes_deg: met.iter().map(|m| m.slope_rad.to_degrees()).collect(),
+            curvatures_per_mm: met.iter().map(|m| m.curvatures_per_mm).collect(),
+        },
     })
 }

@@ -3,12 +3,13 @@
 
 mod bench;
 mod form;
+mod sphere;
 mod residual;
 mod spot;
 mod sensitivity;
 mod sheet;
 
-pub use form::{GlassForm, SurfaceForm, SurfaceMap};
+pub use form::{GlassForm, SurfaceForm, SurfaceMap, surfaces};
 pub use residual::{LawResidual, ResidualMap};
 pub use sensitivity::{ERRORS, ErrorSensitivity, recalibrated_rss_px};
 pub use sheet::{CutterSheet, Floor, Z_MIN_MM, of_design, residuals, sheet};

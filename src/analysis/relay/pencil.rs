@@ -7,6 +7,7 @@ use crate::prism::biprism::Prism;
 use crate::prism::payload::{Differentials, Payload, Refractions};
 use crate::system::{Side, System};
 use glam::{DMat2, DVec2, DVec3};
+use rayon::prelude::*;
 
 /// A hit may lie this far from its surface, in mm: some roundings of the lengths of a prism.
 const RESIDUAL_MM: f64 = 1e-12;
@@ -152,7 +153,7 @@ impl<'a> Pencil<'a> {
             let near = middle.start + guess * sines;
             self.aimed(sines, near).or_else(|_| self.aimed(sines, middle.start)).map_err(|fate| (*p, fate))
         };
-        places.iter().map(aimed).collect()
+        places.par_iter().map(aimed).collect::<Vec<_>>().into_iter().collect()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::field_curvature::{Foci, foci};
 use super::lens::{RelayLens, disc};
-use super::mtf::{Contrast, contrast};
+use super::mtf::{Contrast, contrasts};
 use super::pencil::{Pencil, PencilRay};
 use super::spot::{PencilSpot, best_focus_mm};
 use super::wave_error::{NoWave, WaveError};
@@ -17,6 +17,8 @@ use rayon::prelude::*;
 
 /// Rings of the pupil.
 const RINGS: usize = 16;
+/// Rays along each side of a half image.
+const HALF_IMAGE: usize = 64;
 /// Planes through the focus, and pixels along a line of the field.
 const ALONG: usize = 41;
 /// Frequencies from 0 to the cut-off, closer together where contrast falls first.
@@ -34,6 +36,15 @@ pub struct RelaySettings {
     /// How far beside it the points of the field are, in mm.
     pub field_mm: f64,
 }
+
+/// The design paper's lens: magnification, numerical aperture and wavelength as it prints them, an ideal lens in the place of one
+/// that it does not give, focused on the plane of O'; the object is the camera's pinhole.
+pub const PAPER: RelaySettings = RelaySettings {
+    lens: RelayLens { na: 0.09, magnification: 0.55, wavelength_mm: 486.1327e-6 },
+    focus_mm: None,
+    object_mm: 0.0,
+    field_mm: 1.0,
+};
 
 /// A half of an instrument, ready to be studied.
 #[derive(Debug, Clone)]
@@ -54,6 +65,9 @@ pub struct SpotStudy {
     pub focused: PencilSpot,
     /// With the lens where the spot is smallest.
     pub best: PencilSpot,
+    /// With the lens focused as asked, of the rays of the half image alone: 64 x 64, each for an equal part of it. `None` where one of
+    /// them does not pass.
+    pub half_image: Option<PencilSpot>,
     /// Planes and the root mean square about the centroid in them, in mm.
     pub through_focus: Vec<[f64; 2]>,
     /// Over the field.
@@ -129,10 +143,25 @@ impl<'a> RelayHalf<'a> {
         rays.iter().filter(|ray| given.at(ray.start).is_err()).count() as f64 / rays.len().max(1) as f64
     }
 
+    /// The spot of the rays of the half image, with the lens focused as asked.
+    fn half_image(&self, pencil: &Pencil) -> Option<PencilSpot> {
+        let camera = self.system.camera();
+        let [width, height] = camera.size_px().map(|n| n as f64);
+        let first = if self.side == Side::Left { 0.0 } else { 0.5 * width };
+        let share = |k: usize| (k as f64 + 0.5) / HALF_IMAGE as f64;
+        let ray = |k: usize| {
+            let [across, down] = [k % HALF_IMAGE, k / HALF_IMAGE].map(share);
+            let direction = camera.ray(DVec2::new(first + 0.5 * width * across, height * down)).direction;
+            pencil.at(direction.truncate() / direction.z).ok()
+        };
+        let rays: Vec<PencilRay> = (0..HALF_IMAGE * HALF_IMAGE).map(ray).collect::<Option<_>>()?;
+        Some(PencilSpot::new(&rays, &pencil.at(pencil.middle()).ok()?.exit, self.focus_mm))
+    }
+
     /// Nine places: the object, and those `field_mm` beside it along x, y and both.
-    fn places(&self) -> impl Iterator<Item = DVec2> {
+    fn places(&self) -> Vec<DVec2> {
         let step = self.settings.field_mm;
-        (0..9).map(move |k| DVec2::new((k % 3) as f64 - 1.0, (k / 3) as f64 - 1.0) * step)
+        (0..9).map(|k| DVec2::new((k % 3) as f64 - 1.0, (k / 3) as f64 - 1.0) * step).collect()
     }
 
     /// The planes about the best focus that show the way to it and a few depths of focus.
@@ -153,7 +182,8 @@ impl<'a> RelayHalf<'a> {
     /// # Errors
     /// Where a ray of the pupil does not pass.
     pub fn spot(&self) -> Result<SpotStudy, Error> {
-        let (rays, chief) = self.rays(&self.pencil(DVec2::ZERO))?;
+        let pencil = self.pencil(DVec2::ZERO);
+        let (rays, chief) = self.rays(&pencil)?;
         let best_mm = best_focus_mm(&rays).ok_or_else(parallel)?;
         let at = |focus: f64| PencilSpot::new(&rays, &chief, focus);
         let field = |beside_mm: DVec2| {
@@ -165,8 +195,15 @@ impl<'a> RelayHalf<'a> {
         Ok(SpotStudy {
             focused: at(self.focus_mm),
             best: at(best_mm),
+            half_image: self.half_image(&pencil),
             through_focus: self.planes(best_mm).into_iter().map(|z| [z, at(z).rms_mm]).collect(),
-            field: self.places().map(field).collect::<Result<_, Error>>()?,
+            field: self
+                .places()
+                .into_par_iter()
+                .map(field)
+                .collect::<Vec<_>>()
+                .into_iter()
+                .collect::<Result<_, Error>>()?,
             beyond: self.beyond(&rays),
         })
     }
@@ -220,30 +257,38 @@ impl<'a> RelayHalf<'a> {
             let rule = "the wave error changes too fast over the pupil for its contrast";
             Error::new("the wave error", rule, "use a smaller --na")
         };
-        let one = |wave: &WaveError, rays: &[PencilRay], frequency: f64, focus: f64| {
-            contrast(wave, rays, frequency, focus).ok_or_else(too_fast)
+        let at_frequency = |wave: &WaveError, rays: &[PencilRay], frequency: f64, focus: &[f64]| {
+            contrasts(wave, rays, frequency, focus).ok_or_else(too_fast)
         };
+
+        // Go over frequency, for both planes at once, through focus and over the field.
         let cut_off = lens.cut_off_per_mm();
-        let curve = |focus: f64| -> Result<Vec<Contrast>, Error> {
-            let frequency = |k: usize| {
-                let share = k as f64 / (FREQUENCIES - 1) as f64;
-                cut_off * share * share
-            };
-            (0..FREQUENCIES).into_par_iter().map(|k| one(&wave, &rays, frequency(k), focus)).collect()
+        let both = |k: usize| {
+            let share = k as f64 / (FREQUENCIES - 1) as f64;
+            at_frequency(&wave, &rays, cut_off * share * share, &[self.focus_mm, best_mm])
         };
+        let curves: Vec<Vec<Contrast>> =
+            (0..FREQUENCIES).into_par_iter().map(both).collect::<Vec<_>>().into_iter().collect::<Result<_, Error>>()?;
         let probe_per_mm = 0.25 * cut_off;
-        let plane = |z: f64| Ok((z, one(&wave, &rays, probe_per_mm, z)?));
+        let planes = self.planes(best_mm);
+        let through_focus = at_frequency(&wave, &rays, probe_per_mm, &planes)?;
         let neighbour = |beside: DVec2| {
             let (wave, rays) = at(beside)?;
-            Ok((beside, one(&wave, &rays, probe_per_mm, self.focus_mm)?))
+            Ok((beside, at_frequency(&wave, &rays, probe_per_mm, &[self.focus_mm])?[0]))
         };
         Ok(MtfStudy {
             rms_waves: wave.rms_waves,
             left_waves: wave.left_waves,
-            focused: curve(self.focus_mm)?,
-            best: curve(best_mm)?,
-            through_focus: self.planes(best_mm).into_par_iter().map(plane).collect::<Result<_, Error>>()?,
-            field: self.places().map(neighbour).collect::<Result<_, Error>>()?,
+            focused: curves.iter().map(|curve| curve[0]).collect(),
+            best: curves.iter().map(|curve| curve[1]).collect(),
+            through_focus: planes.into_iter().zip(through_focus).collect(),
+            field: self
+                .places()
+                .into_par_iter()
+                .map(neighbour)
+                .collect::<Vec<_>>()
+                .into_iter()
+                .collect::<Result<_, Error>>()?,
             probe_per_mm,
         })
     }

@@ -90,7 +90,21 @@ impl WaveError {
 
     /// The wave error at a place of the pupil (1 at the rim), in waves, with the lens focused on the plane `focus_mm` instead.
     pub fn waves(&self, place: DVec2, focus_mm: f64) -> f64 {
-        let along = (1.0 - self.lens.na * self.lens.na * place.length_squared()).sqrt();
-        self.series.at(place) + (focus_mm - self.focus_mm) * along / self.lens.wavelength_mm
+        self.series_waves(place) + self.defocus(focus_mm) * self.along(place)
+    }
+
+    /// The wave error with the lens focused as asked, in waves.
+    pub(super) fn series_waves(&self, place: DVec2) -> f64 {
+        self.series.at(place)
+    }
+
+    /// How far the plane `focus_mm` is from the one in focus, in waves.
+    pub(super) fn defocus(&self, focus_mm: f64) -> f64 {
+        (focus_mm - self.focus_mm) / self.lens.wavelength_mm
+    }
+
+    /// The cosine to the axis of the ray at a place of the pupil: what its path changes by where the plane in focus moves by 1.
+    pub(super) fn along(&self, place: DVec2) -> f64 {
+        (1.0 - self.lens.na * self.lens.na * place.length_squared()).sqrt()
     }
 }

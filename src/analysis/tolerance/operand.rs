@@ -65,6 +65,9 @@ impl Operand {
         Self::Roll2,
     ];
 
+    /// Those of the design paper's Table 2, in its order.
+    pub const TABLE_2: &[Self] = Self::ALL.split_at(11).0;
+
     /// Its name: the paper's, and ours for what the paper does not have.
     pub const fn name(self) -> &'static str {
         match self {

@@ -22,12 +22,17 @@ pub(super) struct StudiedPrism {
 
 /// Builds the instruments of the prisms that are asked for.
 pub(super) fn prisms(args: &PrismsArgs, progress: &Progress) -> Result<Vec<StudiedPrism>, Error> {
+    built(candidates(&args.scenes)?, progress)
+}
+
+/// Builds instruments.
+pub(super) fn built(candidates: Vec<ToJudge>, progress: &Progress) -> Result<Vec<StudiedPrism>, Error> {
     let build = |judged: ToJudge| {
         progress.begin(&judged.name, "design");
         let system = files::build(&judged.scene, &judged.path)?;
         Ok(StudiedPrism { judged, system })
     };
-    candidates(&args.scenes)?.into_iter().map(build).collect()
+    candidates.into_iter().map(build).collect()
 }
 
 impl StudiedPrism {
@@ -48,19 +53,29 @@ impl StudiedPrism {
 
 /// Writes the sheets and figures of a study, and prints it.
 pub(super) fn write(args: &PrismsArgs, document: &StudyDocument) -> Result<Outcome, Error> {
-    write_into(&args.out, args.json, document)
+    write_with(&args.out, args.json, document, &[])
 }
 
-/// The same into the folder `out`, printed as JSON where `as_json`.
-pub(super) fn write_into(out: &Path, as_json: bool, document: &StudyDocument) -> Result<Outcome, Error> {
+/// [`write`] into the folder `out`, printed as JSON where `as_json`, with more files of text, each by its name.
+pub(super) fn write_with(
+    out: &Path,
+    as_json: bool,
+    document: &StudyDocument,
+    more: &[(&str, String)],
+) -> Result<Outcome, Error> {
     let figures = document.figures.iter().flat_map(|figure| ["png", "svg"].map(|end| format!("{}.{end}", figure.name)));
     let tables = document.sheets.iter().map(|sheet| format!("{}.csv", sheet.name));
-    let names: Vec<String> = [format!("{}.json", document.name)].into_iter().chain(tables).chain(figures).collect();
+    let texts = more.iter().map(|(name, _)| (*name).to_owned());
+    let json = format!("{}.json", document.name);
+    let names: Vec<String> = texts.chain([json]).chain(tables).chain(figures).collect();
     let paths = files::outputs(out, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
 
     let json = document.json();
     let mut free = paths.iter();
     let mut next = || free.next().expect("there is a path for every file");
+    for (_, text) in more {
+        files::text(next(), text)?;
+    }
     files::text(next(), &json)?;
     for sheet in &document.sheets {
         files::text(next(), &sheet.csv())?;

@@ -1,10 +1,12 @@
-//! `biprism analyse reprojection`, `convergence` and `layout`.
+//! `biprism analyse reprojection`, `convergence`, `surface` and `layout`.
 
 use super::common::{prisms, write};
 use crate::analysis::convergence::{axis_misses, plans};
+use crate::analysis::cutter;
 use crate::analysis::half_image::HalfFrame;
 use crate::analysis::layout;
 use crate::analysis::reprojection_study::errors;
+use crate::analysis::surface_fits::degree_fits;
 use crate::cli::files;
 use crate::cli::outcome::Outcome;
 use crate::cli::prisms_args::PrismsArgs;
@@ -16,6 +18,7 @@ use crate::report::study::convergences::{self, MarchRow};
 use crate::report::study::document::StudyDocument;
 use crate::report::study::layouts::{self, NamedLayout};
 use crate::report::study::reprojections::{self, NamedReprojections};
+use crate::report::study::surfaces::{self, NamedFits, NamedSurfaces};
 use crate::system::Side;
 use crate::vision::half::Half;
 use serde_json::{Map, json};
@@ -62,6 +65,23 @@ pub(crate) fn convergence(args: &ConvergenceArgs) -> Result<Outcome, Error> {
     let (sheets, figures) = (vec![convergences::sheet(&rows)], convergences::figures(&scene.name, &rows));
     let files = PrismsArgs { scenes: Vec::new(), out: args.out.clone(), json: args.json };
     write(&files, &StudyDocument { name: "convergence", settings, sheets, figures })
+}
+
+pub(crate) fn surface(args: &PrismsArgs) -> Result<Outcome, Error> {
+    let progress = Progress::new(0);
+    let (mut found, mut fits) = (Vec::new(), Vec::new());
+    for prism in prisms(args, &progress)? {
+        for (side, half) in prism.sides() {
+            let surfaces = prism.named(cutter::surfaces(&prism.system, side))?;
+            found.push(NamedSurfaces { prism: prism.judged.name.clone(), half, surfaces });
+        }
+        progress.begin(&prism.judged.name, "fits");
+        let of_degrees = prism.named(degree_fits(&prism.judged.scene))?;
+        fits.push(NamedFits { prism: prism.judged.name.clone(), fits: of_degrees });
+    }
+    drop(progress);
+    let (sheets, figures) = (surfaces::sheets(&found, &fits), surfaces::figures(&found, &fits));
+    write(args, &StudyDocument { name: "surface", settings: Map::new(), sheets, figures })
 }
 
 pub(crate) fn layout(args: &PrismsArgs) -> Result<Outcome, Error> {

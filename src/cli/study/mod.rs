@@ -5,3 +5,4 @@ pub(super) mod design;
 pub(super) mod relay;
 pub(super) mod tolerance;
 mod trial_file;
+pub(super) mod paper;

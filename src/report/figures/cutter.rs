@@ -1,16 +1,16 @@
 //! A designed prism as a picture: its profile, the sag of both surfaces and how far they depart from planes (the design paper's
 //! Fig. 4(a)), and what it leaves of its law.
 
+use super::surface_map::{self, SurfaceMapInput};
 use crate::analysis::cutter::{CutterSheet, SurfaceForm};
 use crate::geom::Rect;
-use crate::num::stats;
-use crate::plot::axis::{Scale, superscript};
+use crate::plot::axis::Scale;
 use crate::plot::chart::{self, AxisInput, ChartInput, ChartSeries, Front, Look, Point};
 use crate::plot::colour::Map;
 use crate::plot::drawing::Drawing;
 use crate::plot::field::{self, HeatMapInput};
 use crate::raster::Raster;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 /// Width of one of the three columns, in px.
 const COLUMN_PX: u32 = 720;
@@ -24,15 +24,14 @@ pub fn title(scene: &str) -> String {
 pub fn draw(sheet: &CutterSheet, half_px: DVec2) -> Drawing {
     let [front, back] = &sheet.surfaces;
     let maps = |surface: &SurfaceForm, name: &str| {
+        let map = |title: String, caption: &str, map: Map, values: &[f64]| {
+            surface_map::draw(&SurfaceMapInput { met: &surface.map, title, caption, map, values, width_px: COLUMN_PX })
+        };
+        let sag: Vec<f64> = surface.map.at_mm.iter().map(|p| p.z).collect();
+        let departure = format!("{name}: departure from its best plane");
         [
-            surface_map(surface, format!("{name}: sag"), "z, mm", Map::Sequential, |p, _| p.z),
-            surface_map(
-                surface,
-                format!("{name}: departure from its best plane"),
-                "height above it, mm",
-                Map::Diverging,
-                |_, d| d,
-            ),
+            map(format!("{name}: sag"), "z, mm", Map::Sequential, &sag),
+            map(departure, "height above it, mm", Map::Diverging, &surface.map.departures_mm),
         ]
     };
     let [front_sag, front_departure] = maps(front, "front");
@@ -84,11 +83,7 @@ fn residual(sheet: &CutterSheet, half_px: DVec2) -> Drawing {
     let depth_mm = sheet.residuals[worse].depth_mm;
     let at = if depth_mm.is_finite() { format!("at {depth_mm} mm") } else { "at infinity".to_owned() };
     let lengths: Vec<f64> = map.errors_px.iter().map(|e| e.length()).collect();
-    // A power of ten beside the unit leaves room between the numbers of the colour bar.
-    let largest = stats::max_abs(&lengths);
-    let power = if largest > 0.0 && largest < 0.01 { libm::floor(libm::log10(largest)) } else { 0.0 };
-    let unit = if power == 0.0 { "px".to_owned() } else { format!("10{} px", superscript(power as i32)) };
-    let scale = libm::pow(10.0, -power);
+    let (unit, scale) = surface_map::unit_for("px", &lengths);
     field::draw_heat_map(&HeatMapInput {
         title: format!("left of the law {at}"),
         values: &Raster::from_data(map.side, map.side, lengths.iter().map(|px| px * scale).collect()),
@@ -96,31 +91,6 @@ fn residual(sheet: &CutterSheet, half_px: DVec2) -> Drawing {
         axes: ["u, px".to_owned(), "v, px".to_owned()],
         caption: format!("length of the error, {unit}"),
         map: Map::Sequential,
-        width_px: COLUMN_PX,
-    })
-}
-
-/// A value over the places where a surface is met, by the nearest of these; places that no ray meets are left out.
-fn surface_map(surface: &SurfaceForm, title: String, caption: &str, map: Map, value: fn(DVec3, f64) -> f64) -> Drawing {
-    let met = &surface.map;
-    let places: Vec<DVec2> = met.at_mm.iter().map(|p| p.truncate()).collect();
-    let first = Rect { min: places[0], max: places[0] };
-    let area = places.iter().fold(first, |r, p| Rect { min: r.min.min(*p), max: r.max.max(*p) });
-    let step = area.size() / (met.side - 1) as f64;
-    let cell = |i: usize, j: usize| {
-        let centre = area.min + area.size() * DVec2::new(i as f64 + 0.5, j as f64 + 0.5) / met.side as f64;
-        let far = |p: &DVec2| ((*p - centre) / step).length();
-        let (k, nearest) = places.iter().enumerate().min_by(|a, b| far(a.1).total_cmp(&far(b.1)))?;
-        (far(nearest) < 1.0).then(|| value(met.at_mm[k], met.departures_mm[k]))
-    };
-    let values = (0..met.side * met.side).map(|k| cell(k % met.side, k / met.side).unwrap_or(f64::NAN)).collect();
-    field::draw_heat_map(&HeatMapInput {
-        title,
-        values: &Raster::from_data(met.side, met.side, values),
-        area,
-        axes: ["x, mm".to_owned(), "y, mm".to_owned()],
-        caption: caption.to_owned(),
-        map,
         width_px: COLUMN_PX,
     })
 }

@@ -6,3 +6,4 @@ pub mod budget;
 pub(crate) mod samples;
 pub mod cost;
 pub mod cutter;
+pub mod surface_map;

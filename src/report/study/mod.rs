@@ -10,3 +10,5 @@ pub mod layouts;
 pub mod tolerances;
 pub mod trial_lines;
 pub mod trials;
+pub mod surfaces;
+pub mod paper_page;

@@ -35,7 +35,11 @@ pub fn sheets(lens: &RelayLens, all: &[NamedSpots]) -> Vec<StudySheet> {
         &[
             ("prism", "the prism's name"),
             ("half", "the half of the prism that the pencil goes through"),
-            ("lens_is", "focused: on the plane in focus; best: where the spot is smallest about its centroid"),
+            (
+                "lens_is",
+                "focused: on the plane in focus; best: where the spot is smallest about its centroid; half image: focused, and \
+                 takes in the rays of the half image alone",
+            ),
             ("focus_mm", "z of that plane in the world, mm"),
             ("rms_um", "root mean square distance from the centroid, times the magnification, um"),
             ("rms_about_chief_um", "the same from the chief ray, um"),
@@ -71,13 +75,16 @@ pub fn sheets(lens: &RelayLens, all: &[NamedSpots]) -> Vec<StudySheet> {
         ],
     );
     for one in all {
-        let row = |lens_is: &str, spot: &PencilSpot| -> Vec<Cell> {
+        let row = |lens_is: &str, spot: &PencilSpot, beyond: Cell| -> Vec<Cell> {
             let sizes = [spot.rms_mm, spot.rms_about_chief_mm, spot.radius_mm].map(|mm| Cell::from(um * mm));
             let lead = name(one).into_iter().chain([lens_is.into(), spot.focus_mm.into()]);
-            lead.chain(sizes).chain([one.study.beyond.into(), lens.airy_radius_um().into()]).collect()
+            lead.chain(sizes).chain([beyond, lens.airy_radius_um().into()]).collect()
         };
-        spots.push(row("focused", &one.study.focused));
-        spots.push(row("best", &one.study.best));
+        spots.push(row("focused", &one.study.focused, one.study.beyond.into()));
+        spots.push(row("best", &one.study.best, one.study.beyond.into()));
+        if let Some(spot) = &one.study.half_image {
+            spots.push(row("half image", spot, Cell::Nothing));
+        }
         for [focus_mm, rms_mm] in &one.study.through_focus {
             through.push(name(one).into_iter().chain([(*focus_mm).into(), (um * rms_mm).into()]).collect());
         }
