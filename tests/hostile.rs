@@ -224,6 +224,7 @@ fn corner_files() {
         corners: corners.to_vec(),
         rejected: vec![("flat".to_owned(), 3)],
         blur_px: Some([0.7, 0.8]),
+        elongated_blur: Some(corners::BlurEllipse { along_px: 3.0, across_px: 0.7, direction_deg: 30.0 }),
         lean_px: None,
         transfer: None,
     };

@@ -65,24 +65,38 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
         return output::stdout(&format!("{:#}\n", json!({ "halves": halves }))).map(|()| outcome(args, &views));
     }
     for view in &views {
-        let rejected: Vec<String> =
-            view.rejected.iter().filter(|(_, n)| *n > 0).map(|(reason, n)| format!("{n} {reason}")).collect();
-        let aside = if rejected.is_empty() { "none".to_owned() } else { rejected.join(", ") };
-        output::stderr(&format!("{}: {} corners; turned down: {aside}", view.name, view.corners.len()));
-        if let Some(lean) = view.lean_px.filter(|lean| *lean != 0.0) {
-            let (side, why) = if lean > 0.0 {
-                ("dark", "bright parts are clipped, ink is lost, or the curve is too bright")
-            } else {
-                ("bright", "black parts are clipped, ink has spread, or the curve is too dark")
-            };
-            output::stderr(&format!(
-                "note: {}: edges lie {:.2} px towards {side}: {why}; corners stay where they are",
-                view.name,
-                lean.abs()
-            ));
-        }
+        tell(view);
     }
     Ok(outcome(args, &views))
+}
+
+/// What was found in a view, to stderr.
+fn tell(view: &CornerView) {
+    let rejected: Vec<String> =
+        view.rejected.iter().filter(|(_, n)| *n > 0).map(|(reason, n)| format!("{n} {reason}")).collect();
+    let aside = if rejected.is_empty() { "none".to_owned() } else { rejected.join(", ") };
+    output::stderr(&format!("{}: {} corners; turned down: {aside}", view.name, view.corners.len()));
+    if let Some(lean) = view.lean_px.filter(|lean| *lean != 0.0) {
+        let (side, why) = if lean > 0.0 {
+            ("dark", "bright parts are clipped, ink is lost, or the curve is too bright")
+        } else {
+            ("bright", "black parts are clipped, ink has spread, or the curve is too dark")
+        };
+        output::stderr(&format!(
+            "note: {}: edges lie {:.2} px towards {side}: {why}; corners stay where they are",
+            view.name,
+            lean.abs()
+        ));
+    }
+    if let Some(blur) = view.elongated_blur {
+        // The Gaussian that is most like a uniform motion has 0.32 of its length.
+        let motion_px = 3.1 * (blur.along_px * blur.along_px - blur.across_px * blur.across_px).sqrt();
+        output::stderr(&format!(
+            "note: {}: the blur is {:.2} px (standard deviation) along {:.0} deg from +x towards +y (down), and {:.2} px across that: as \
+             of a motion over {motion_px:.0} px, or an astigmatic lens",
+            view.name, blur.along_px, blur.direction_deg, blur.across_px
+        ));
+    }
 }
 
 /// The corners numbered by the board of the scene at `path`, of a picture, or else of a list.
@@ -233,7 +247,7 @@ fn counted(view: &CornerView) -> Value {
     let rejected: serde_json::Map<String, Value> =
         view.rejected.iter().map(|(reason, n)| (reason.clone(), json!(n))).collect();
     json!({ "half": view.name, "corners": view.corners.len(), "rejected": rejected, "blur_px": view.blur_px,
-        "lean_px": view.lean_px, "transfer": view.transfer })
+        "elongated_blur": view.elongated_blur, "lean_px": view.lean_px, "transfer": view.transfer })
 }
 
 /// What a file says of a curve that was found.

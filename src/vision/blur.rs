@@ -3,7 +3,7 @@
 use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, fit};
 use super::corner_model::Effort;
-use super::lattice_lines::CornerSite;
+use super::corner_site::CornerSite;
 use super::settings::Settings;
 use super::window::gather;
 use crate::num::stats::quantile;
@@ -30,6 +30,9 @@ const STEP_PX: f64 = 1e-3;
 const SHARP_STEP_PX: f64 = 1e-5;
 const SHARP_STEPS: usize = 20;
 
+/// Free blurs.
+const FREE: Effort = Effort { free_blur: true, steps: 15, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
+
 /// The blur across the column and the row lines, in px: medians over the corners at `sites`. `None` where no corner
 /// could be fitted.
 pub(super) fn estimate(candidates: &Candidates<'_>, sites: &[CornerSite], settings: &Settings) -> Option<[f64; 2]> {
@@ -47,6 +50,30 @@ pub(super) fn estimate(candidates: &Candidates<'_>, sites: &[CornerSite], settin
         fits.iter().flatten().map(|f| f.residual * f.residual).sum()
     };
     Some(if squares([0.0; 2]) <= squares(sigma) { [0.0; 2] } else { sigma })
+}
+
+/// Whether windows of a few px show the blur of corners whole.
+pub(super) fn is_narrow(candidates: &Candidates<'_>, sites: &[CornerSite], settings: &Settings) -> bool {
+    let start = [[FIRST_SIGMA_PX; 2], [NEAR_SIGMA_PX; 2]];
+    let fits = fits(candidates, sites, settings, HALF_PX, start, &FREE);
+    let widest: Vec<f64> = fits.iter().flatten().map(|f| f.model.sigma_px[0].max(f.model.sigma_px[1])).collect();
+    quantile(&widest, 0.5).is_some_and(|widest| widest < NEAR_SIGMA_PX)
+}
+
+/// Fits corners with free blurs from these, in their whole windows: the mean square that they leave, and the medians of their blurs.
+/// `None` where half of them cannot be fitted.
+pub(super) fn free_fits(
+    candidates: &Candidates<'_>,
+    sites: &[CornerSite],
+    settings: &Settings,
+    sigma: [f64; 2],
+) -> Option<(f64, [f64; 2])> {
+    let near_px = 1.2 * sigma[0].max(sigma[1]);
+    let fits = fits(candidates, sites, settings, f64::INFINITY, [sigma, [near_px; 2]], &FREE);
+    let found: Vec<&CornerFit> = fits.iter().flatten().collect();
+    let squares = found.iter().map(|f| f.residual * f.residual).sum::<f64>() / found.len() as f64;
+    let median = |k: usize| quantile(&found.iter().map(|f| f.model.sigma_px[k]).collect::<Vec<_>>(), 0.5);
+    (2 * found.len() >= sites.len()).then_some((squares, [median(0)?, median(1)?]))
 }
 
 /// Fits corners in windows of at most `half_px` to each side, from the first of two blurs, the pixels near an edge
@@ -75,7 +102,6 @@ fn medians(
     mut sigma: [f64; 2],
 ) -> Option<([f64; 2], bool)> {
     // Start from a window that suits the blur.
-    let effort = Effort { free_blur: true, steps: 15, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
     let mut agree = false;
     let (mut half_px, mut near_px) = if sigma[0].max(sigma[1]) < NEAR_SIGMA_PX {
         (HALF_PX, NEAR_SIGMA_PX)
@@ -84,7 +110,7 @@ fn medians(
     };
     for _ in 0..ROUNDS {
         // Fit the corners with free blurs.
-        let fits = fits(candidates, sites, settings, half_px, [sigma, [near_px; 2]], &effort);
+        let fits = fits(candidates, sites, settings, half_px, [sigma, [near_px; 2]], &FREE);
 
         // Take the medians, and see whether the quartiles agree with them.
         agree = true;

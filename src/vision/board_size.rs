@@ -99,7 +99,7 @@ mod tests {
             residual: 0.0,
             polarity: Polarity::Main,
         };
-        Detection { corners: cells.map(corner).collect(), rejected: Vec::new(), sigma_px: None, lean_px: 0.0 }
+        Detection { corners: cells.map(corner).collect(), ..Detection::none(Vec::new()) }
     }
 
     fn grid(columns: i32, rows: i32) -> impl Iterator<Item = [i32; 2]> {

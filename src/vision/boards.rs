@@ -5,6 +5,10 @@ use super::detection::{Detection, Reason, Rejected};
 use super::fit_all::measure_lattice;
 use super::lattice_growth::{Lattice, Lattices};
 use super::settings::Settings;
+use glam::DVec2;
+
+/// A corner of one board is that of another within this, in px.
+const SAME_PX: f64 = 1.0;
 
 /// Measures the corners of the largest board: the lattice of which most corners turn out to be some.
 pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Settings) -> Detection {
@@ -26,12 +30,7 @@ pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Setti
         other.flat_map(|(_, lattice)| lattice.values().copied())
     };
     match best {
-        None => Detection {
-            corners: Vec::new(),
-            rejected: outside(candidates, &lattices, others(None)),
-            sigma_px: None,
-            lean_px: 0.0,
-        },
+        None => Detection::none(outside(candidates, &lattices, others(None))),
         Some((number, found)) => {
             let mut rejected = outside(candidates, &lattices, others(Some(number)));
             rejected.extend(found.rejected);
@@ -43,16 +42,27 @@ pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Setti
 /// Measures every board, that of most corners first. Candidates that belong to none are in the answer of the first, which is there
 /// even where there is no board.
 pub fn measure_all(candidates: &Candidates<'_>, lattices: &Lattices, settings: &Settings) -> Vec<Detection> {
-    let mut found: Vec<Detection> =
-        lattices.0.iter().map(|lattice| measure_lattice(candidates, lattice, settings)).collect();
+    let mut measured: Vec<(usize, Detection)> =
+        lattices.0.iter().map(|lattice| measure_lattice(candidates, lattice, settings)).enumerate().collect();
     // Stable: of equal boards the one found first stays first.
-    found.sort_by_key(|board| std::cmp::Reverse(board.corners.len()));
-    let mut rejected = outside(candidates, lattices, std::iter::empty());
+    measured.sort_by_key(|(_, board)| std::cmp::Reverse(board.corners.len()));
+
+    // Leave out the lattices of other resolutions that show a board over again.
+    let (mut found, mut again): (Vec<Detection>, Vec<usize>) = Default::default();
+    for (number, board) in measured {
+        if found.iter().any(|larger| shows(larger, &board)) {
+            again.push(number);
+        } else {
+            found.push(board);
+        }
+    }
+    let again = again.iter().flat_map(|&number| lattices.0[number].values().copied());
+    let mut rejected = outside(candidates, lattices, again);
     let boards = found.iter().filter(|board| !board.corners.is_empty()).count().max(1);
     // What a lattice that is no board after all turned down is told with the first.
     let rest: Vec<Rejected> = found.drain(boards.min(found.len())..).flat_map(|lost| lost.rejected).collect();
     match found.first_mut() {
-        None => found.push(Detection { corners: Vec::new(), rejected, sigma_px: None, lean_px: 0.0 }),
+        None => found.push(Detection::none(rejected)),
         Some(first) => {
             rejected.append(&mut first.rejected);
             rejected.extend(rest);
@@ -62,12 +72,20 @@ pub fn measure_all(candidates: &Candidates<'_>, lattices: &Lattices, settings: &
     found
 }
 
+/// Whether a board has half of another's corners.
+fn shows(larger: &Detection, board: &Detection) -> bool {
+    let near = |at: DVec2| larger.corners.iter().any(|c| c.position_px.distance(at) < SAME_PX);
+    let shared = board.corners.iter().filter(|corner| near(corner.position_px)).count();
+    !board.corners.is_empty() && 2 * shared >= board.corners.len()
+}
+
 /// What was turned down before any lattice was measured: what is no crossing, crossings of no lattice, and those of `others`.
 fn outside(candidates: &Candidates<'_>, lattices: &Lattices, others: impl Iterator<Item = usize>) -> Vec<Rejected> {
     let mut reasons = vec![Some(Reason::NoGrid); candidates.list.len()];
     lattices.0.iter().flat_map(Lattice::values).for_each(|&k| reasons[k] = None);
     others.for_each(|k| reasons[k] = Some(Reason::OtherGrid));
-    let outside = candidates.list.iter().zip(reasons);
+    // A crossing of a coarser picture is one of the picture itself, or nothing to tell of.
+    let outside = candidates.list[..candidates.crossings()].iter().zip(reasons);
     let mut rejected = candidates.rejected.clone();
     rejected.extend(outside.filter_map(|(c, reason)| Some(Rejected { position_px: c.position, reason: reason? })));
     rejected

@@ -1,13 +1,20 @@
-//! Corner candidates: peaks of the saddle response that pass the ring test.
+//! Corner candidates: peaks of the saddle response that pass the ring test, in the picture and in coarser ones.
+//!
+//! A blur that is wider than the ring fills it, and motion along the diagonal of squares draws a crossing out into two saddles
+//! half the way to either side. In a picture of pixels twice as large both are half as wide, so that crossings are sought in
+//! coarser pictures too.
 
+use super::buckets::Buckets;
 use super::candidate::Candidate;
 use super::detection::{Reason, Rejected};
+use super::halving::halved;
 use super::response::{Peak, peaks};
 use super::ring_test::{RADIUS_PX, Ring, RingTest};
 use crate::raster::Raster;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// The strength goes with the square of the contrast. A peak of this share of the median of the strongest 20 crossings (a
 /// quarter of their contrast) is tested, whatever the noise.
@@ -28,6 +35,14 @@ const IN_SIGHT: f64 = 0.25;
 /// Peaks that are tested, at most: a picture of noise has one in every 50 px.
 const MOST_PEAKS: usize = 50_000;
 
+/// Resolutions that crossings are sought in: of pixels 1, 2, 4, 8, 16 and 32 px wide, as long as so many remain along a side.
+const LEVELS: i32 = 6;
+const LEAST_SIDE_PX: usize = 48;
+
+/// A crossing is given the position of a finer one within so many px: a third of a pixel of the second coarsest, which its own is known
+/// to.
+const MOST_SHIFT_PX: f64 = 3.0;
+
 /// Peaks among which those of split crossings are sought.
 const MOST_PAIRED: usize = 4000;
 /// Two peaks of one crossing are not further apart than this, in px, and the weaker has this share of the other's strength.
@@ -43,16 +58,18 @@ pub struct Candidates<'a> {
     pub(super) valid: Option<Raster<bool>>,
     /// The picture scaled to 0..1 and without holes; `None` for a picture of one value.
     pub(super) prepared: Option<Raster<f32>>,
-    /// Crossings of two edges, strongest first.
+    /// Crossings of two edges, of one resolution after the other, the finest first, each from the strongest on.
     pub(super) list: Vec<Candidate>,
-    /// Peaks that are none.
+    /// Which of them belong to which resolution.
+    pub(super) levels: Vec<Range<usize>>,
+    /// Peaks of the finest resolution that are none.
     pub(super) rejected: Vec<Rejected>,
 }
 
 impl Candidates<'_> {
-    /// How many crossings were found.
+    /// How many crossings were found in the picture itself.
     pub fn crossings(&self) -> usize {
-        self.list.len()
+        self.levels.first().map_or(0, Range::len)
     }
 
     /// Whether a corner at a position, a step of so many px away from others, would be in sight: with its ring, and with more than
@@ -79,9 +96,47 @@ pub fn find_candidates<'a>(image: &'a Raster<f32>, mask: Option<&Raster<bool>>) 
     }
     let valid = valid(image, mask);
     let prepared = prepare(image, valid.as_ref());
-    let mut rejected = Vec::new();
-    let list = prepared.as_ref().map_or_else(Vec::new, |p| candidates(p, valid.as_ref(), &mut rejected));
-    Candidates { image, valid, prepared, list, rejected }
+    let mut found =
+        Candidates { image, valid, prepared: None, list: Vec::new(), levels: Vec::new(), rejected: Vec::new() };
+    let Some(prepared) = prepared else { return found };
+
+    let (list, rejected) = candidates(&prepared, found.valid.as_ref(), 1.0);
+    found.levels.push(0..list.len());
+    (found.list, found.rejected, found.prepared) = (list, rejected, Some(prepared));
+    found.add_coarser();
+    found
+}
+
+impl Candidates<'_> {
+    /// Adds the crossings of coarser pictures: of pixels twice as large, and twice as large again.
+    fn add_coarser(&mut self) {
+        let Some(mut coarse) = self.prepared.as_ref().map(halved) else { return };
+        for level in 1..LEVELS {
+            if coarse.width().min(coarse.height()) < LEAST_SIDE_PX {
+                return;
+            }
+            let (mut more, _) = candidates(&coarse, self.valid.as_ref(), f64::from(1 << level));
+            let finer = self.levels.last().map_or(&[][..], |level| &self.list[level.clone()]);
+            take_positions(&mut more, finer);
+            self.levels.push(self.list.len()..self.list.len() + more.len());
+            self.list.extend(more);
+            coarse = halved(&coarse);
+        }
+    }
+}
+
+/// Gives crossings the positions of those of a finer resolution that they are.
+fn take_positions(crossings: &mut [Candidate], finer: &[Candidate]) {
+    let buckets = Buckets::new(finer);
+    for crossing in crossings {
+        let distance = |k: usize| finer[k].position.distance(crossing.position);
+        let radius = crossing.same_px().min(MOST_SHIFT_PX);
+        let near = buckets.around(crossing.position, radius);
+        let same = near.filter(|&k| distance(k) < radius && crossing.is_alike(&finer[k]));
+        if let Some(k) = same.min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b))) {
+            crossing.position = finer[k].position;
+        }
+    }
 }
 
 /// Which pixels count, or `None` where all do.
@@ -190,8 +245,9 @@ fn join_split(peaks: &mut Vec<Peak>, passes: impl Fn(DVec2) -> bool) {
     }
 }
 
-/// The crossings of two edges: peaks of the saddle response that pass the ring test.
-fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, rejected: &mut Vec<Rejected>) -> Vec<Candidate> {
+/// The crossings of two edges: peaks of the saddle response that pass the ring test, and those that do not, in a picture of pixels
+/// that are `scale` px wide in the picture that `valid` is of.
+fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, scale: f64) -> (Vec<Candidate>, Vec<Rejected>) {
     // Find the peaks of the saddle response, strongest first.
     let mut peaks = peaks(prepared);
     peaks.truncate(MOST_PEAKS);
@@ -207,7 +263,7 @@ fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, rejected: &m
         .map(|(peak, _)| peak.strength)
         .take(STRONGEST)
         .collect();
-    let Some(&middle) = strongest.get(strongest.len() / 2) else { return Vec::new() };
+    let Some(&middle) = strongest.get(strongest.len() / 2) else { return (Vec::new(), Vec::new()) };
 
     // Test the ring around every peak that is strong, or stands out of what is around it.
     let strong = peaks.partition_point(|p| p.strength >= STRONG * middle);
@@ -219,21 +275,21 @@ fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, rejected: &m
 
     // Keep the crossings whose ring lies inside the picture and the mask.
     let size = DVec2::new(prepared.width() as f64, prepared.height() as f64);
-    let mut candidates = Vec::new();
+    let (mut candidates, mut rejected) = (Vec::new(), Vec::new());
     for (peak, ring) in tested {
-        let position = peak.position;
-        let inside = (position - RADIUS_PX).min_element() >= 0.0
-            && (size - position - RADIUS_PX).min_element() >= 0.0
+        let position = peak.position * scale;
+        let inside = (peak.position - RADIUS_PX).min_element() >= 0.0
+            && (size - peak.position - RADIUS_PX).min_element() >= 0.0
             && valid.is_none_or(|v| v.get(position.x as usize, position.y as usize));
         match ring {
             // Of weak peaks most are texture, which is not worth a word.
             None if peak.strength < STRONG * middle => {}
             None => rejected.push(Rejected { position_px: position, reason: Reason::Ring }),
             Some(_) if !inside => rejected.push(Rejected { position_px: position, reason: Reason::Cut }),
-            Some(ring) => candidates.push(Candidate { position, ring }),
+            Some(ring) => candidates.push(Candidate { position, ring, scale }),
         }
     }
-    candidates
+    (candidates, rejected)
 }
 
 fn tile(peak: &Peak) -> [usize; 2] {

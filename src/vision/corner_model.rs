@@ -22,6 +22,9 @@ pub(super) struct Model {
     pub(super) curvature: [f64; 2],
     /// Blur across each edge, in px.
     pub(super) sigma_px: [f64; 2],
+    /// By how much the blurs across both edges go together, as a correlation, beyond those of a blur that is even all around: an
+    /// elongated blur draws the crossing out along one diagonal.
+    pub(super) skew: f64,
     /// By how many px both edges lie towards dark: each is a step where the other one crosses it.
     pub(super) lean_px: f64,
     /// m0, mx, my, A0, Ax, Ay; with A0 = 0 a fit finds its own start.

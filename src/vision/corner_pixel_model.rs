@@ -59,6 +59,8 @@ pub(super) struct CornerPixelModel {
     sigma: [f64; 2],
     /// Their geometric mean.
     mean_sigma: f64,
+    /// What an elongated blur adds to the correlation of the two blurs; 0 of an even one.
+    skew: f64,
     pixel: Pixel,
 }
 
@@ -86,8 +88,8 @@ struct ExcessLattice {
 }
 
 impl CornerPixelModel {
-    /// The crossing of edges with these unit normals under these blurs, in px.
-    pub(super) fn new(normals: [DVec2; 2], sigma_px: [f64; 2]) -> Self {
+    /// The crossing of edges with these unit normals under these blurs, in px, with what their correlation is beyond an even blur's.
+    pub(super) fn new(normals: [DVec2; 2], sigma_px: [f64; 2], skew: f64) -> Self {
         let mean_sigma = (sigma_px[0] * sigma_px[1]).sqrt();
         let pixel = match mean_sigma {
             s if s < SHARP_PX => Pixel::Sharp,
@@ -95,7 +97,7 @@ impl CornerPixelModel {
             s if s < SMOOTH_PX => Pixel::Lattice(ExcessLattice::new(normals)),
             _ => Pixel::Smooth,
         };
-        Self { sigma: sigma_px, mean_sigma, pixel }
+        Self { sigma: sigma_px, mean_sigma, skew, pixel }
     }
 
     /// The mean of the product of both edges.
@@ -129,7 +131,7 @@ impl CornerPixelModel {
         };
 
         // Add the blur's part: a bivariate normal integral of the correlation of the two distances.
-        let covariance = cosine * (sigma * sigma + variance);
+        let covariance = (cosine + self.skew) * sigma * sigma + cosine * variance;
         let [v0, v1] = self.sigma.map(|s| s * s + PIXEL_VARIANCE);
         let correlation = covariance / (v0 * v1).sqrt();
         let blurred = if correlation.abs() < SERIES {
@@ -306,7 +308,7 @@ mod tests {
             distance: distances[k],
             normal: unit(angles[k]),
         });
-        CornerPixelModel::new(angles.map(unit), sigma).pattern(&sides).value
+        CornerPixelModel::new(angles.map(unit), sigma, 0.0).pattern(&sides).value
     }
 
     #[test]

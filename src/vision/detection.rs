@@ -29,6 +29,17 @@ pub struct Corner {
     pub polarity: Polarity,
 }
 
+/// A blur that is longer one way than across it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElongatedBlur {
+    /// The largest standard deviation, in px.
+    pub along_px: f64,
+    /// The one across that direction, in px.
+    pub across_px: f64,
+    /// Where it is largest, from +x towards +y (down), in rad, in `[-pi/2, pi/2]`.
+    pub direction_rad: f64,
+}
+
 /// Why a candidate is not a corner of the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reason {
@@ -106,6 +117,8 @@ pub struct Detection {
     /// The standard deviation of the blur across the column lines' and the row lines' edges, in px; 0 is sharp. `None`
     /// where there is no grid.
     pub sigma_px: Option<[f64; 2]>,
+    /// The blur as an ellipse, where it is clearly longer than wide: motion, or astigmatism.
+    pub elongated_blur: Option<ElongatedBlur>,
     /// By how many px every edge lies towards its dark side, as its lattice lines show it; below 0: towards the bright one,
     /// and 0 where they show none. A corner stays where it is; what does this is light that is clipped, ink that spread, or
     /// another transfer curve than the picture's.
@@ -113,6 +126,11 @@ pub struct Detection {
 }
 
 impl Detection {
+    /// That no board was found.
+    pub(super) fn none(rejected: Vec<Rejected>) -> Self {
+        Self { corners: Vec::new(), rejected, sigma_px: None, elongated_blur: None, lean_px: 0.0 }
+    }
+
     /// How many candidates were rejected for each reason, in the order of [`Reason::ALL`].
     pub fn counts(&self) -> [(Reason, usize); 10] {
         Reason::ALL.map(|reason| (reason, self.rejected.iter().filter(|r| r.reason == reason).count()))

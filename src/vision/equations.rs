@@ -99,7 +99,7 @@ pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2],
 
     // Add the pixels near both edges.
     let mut columns = [[0.0f64; CHUNK]; PARAMETERS + 1];
-    let crossing = CornerPixelModel::new(ready.normals, model.sigma_px);
+    let crossing = CornerPixelModel::new(ready.normals, model.sigma_px, model.skew);
     for chunk in window.listed.chunks(CHUNK) {
         differentiate(chunk, model, &ready, profiles, &crossing, &mut columns);
         // A last chunk that is not full would carry old values.

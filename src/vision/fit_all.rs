@@ -1,23 +1,25 @@
 //! Corner measurement on a lattice of candidates: estimate the blur, fit, prune, and fit again.
 
 use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, MAYBE_SHARP_PX};
+use super::candidate::Candidate;
 use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, fit};
 use super::corner_model::{Effort, Model};
+use super::corner_site::CornerSite;
 use super::detection::{Corner, Detection, Polarity, Reason, Rejected};
-use super::lattice_growth::{Lattice, NEIGHBOURS, is_broad};
-use super::lattice_lines::{CornerSite, Grid};
+use super::elongation::{elongation, skew};
+use super::lattice_growth::{Lattice, is_broad};
+use super::lattice_lines::Grid;
 use super::neighbours::{Neighbourhood, hanging};
 use super::numbering::{from_zero, normalise};
 use super::pixel_sums::WindowFrame;
+use super::resolution::coarser;
 use super::scatter::hold_against_lattice;
 use super::settings::{Blur, Settings};
 use super::window::gather;
 use glam::{DVec2, IVec2};
 use rayon::prelude::*;
 
-/// Corners that the blur is estimated from.
-const PILOTS: usize = 24;
 /// Lines nearer to each other than so many blurs blur into each other's windows.
 const LEAST_SPACING: f64 = 6.0;
 /// Half the first fit's window: at least this share of a step and this many px.
@@ -40,7 +42,7 @@ const NARROW_SIGMA_PX: f64 = 0.1;
 const NARROW_STEP_PX: f64 = 1e-5;
 /// Steps of the last fit at most: of a blur that is known, of a narrow one, and of a free one.
 const LAST_STEPS: [usize; 3] = [6, 16, 12];
-/// A fit that ends further than this from its candidate, in px, has found something else.
+/// A fit that ends further than this from its candidate, in pixels of the resolution that this was found in, has found something else.
 const MOST_MOVE_PX: f64 = 3.0;
 /// A second difference along a line may differ from its neighbours' by this many px or this share of a step.
 const MOST_KINK: (f64, f64) = (0.6, 0.12);
@@ -50,16 +52,30 @@ const LAST_ROUNDS: usize = 2;
 
 /// Measures the corners of one lattice. The answer turns down corners of that lattice only.
 pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, settings: &Settings) -> Detection {
+    let lattice = normalise(lattice, |k| candidates.list[k].position);
+    match coarser(candidates, &lattice, settings) {
+        None => measure_upright(candidates, lattice, settings),
+        Some(picture) => {
+            let found = measure_upright(&picture.candidates(), lattice, &picture.settings(settings));
+            picture.in_picture(found)
+        }
+    }
+}
+
+/// Measures the corners of a lattice that is numbered upright.
+fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Settings) -> Detection {
     let mut rejected = Vec::new();
     let positions: Vec<DVec2> = candidates.list.iter().map(|c| c.position).collect();
-    let lattice = normalise(lattice, |k| positions[k]);
     let mut grid = Grid::new(lattice, positions);
 
     // Estimate the blur from some corners.
     let mut sigma_px = match settings.blur {
         Blur::Known(sigma_px) => Some([sigma_px.max(0.0); 2]),
-        Blur::Common | Blur::PerCorner => estimate_blur(candidates, &grid, settings),
+        Blur::Common | Blur::PerCorner => blur::estimate(candidates, &grid.pilots(), settings),
     };
+    if let (Some(sigma), Blur::Common | Blur::PerCorner) = (&mut sigma_px, settings.blur) {
+        (grid.skew, *sigma) = skew(candidates, &grid.pilots(), settings, *sigma);
+    }
     let mut start_sigma = sigma_px.unwrap_or([FIRST_SIGMA_PX; 2]);
 
     // Fit all corners in small windows, and drop those that make kinks in their lines.
@@ -70,7 +86,7 @@ pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, se
     // Estimate a blur far narrower than a pixel again: it shows in few pixels, and hangs on the bends, which are known
     // now.
     if !matches!(settings.blur, Blur::Known(_)) && start_sigma[0].max(start_sigma[1]) < MAYBE_SHARP_PX {
-        sigma_px = estimate_blur(candidates, &grid, settings).or(sigma_px);
+        sigma_px = blur::estimate(candidates, &grid.pilots(), settings).or(sigma_px);
         start_sigma = sigma_px.unwrap_or(start_sigma);
     }
 
@@ -88,7 +104,7 @@ pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, se
         rejected.extend(
             grid.lattice.values().map(|&k| Rejected { position_px: grid.positions[k], reason: Reason::NoGrid }),
         );
-        return Detection { corners: Vec::new(), rejected, sigma_px: None, lean_px: 0.0 };
+        return Detection::none(rejected);
     }
 
     // Add the doubt of the bends that were carried over from the lattice.
@@ -106,12 +122,16 @@ pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, se
 
     // Hold their covariances against the lattice.
     hold_against_lattice(&mut corners, grid.lean_px != 0.0);
-    Detection { corners, rejected, sigma_px, lean_px: grid.lean_px }
+    // Take the blur's shape at a corner in the middle of those that told it.
+    let some = grid.pilots();
+    let elongated_blur =
+        sigma_px.and_then(|sigma_px| elongation(some.get(some.len() / 2)?.normals(), sigma_px, grid.skew));
+    Detection { corners, rejected, sigma_px, elongated_blur, lean_px: grid.lean_px }
 }
 
-/// Whether a fit ended too far from its candidate.
-fn moved(fit: &CornerFit) -> bool {
-    fit.model.corner.length() > MOST_MOVE_PX
+/// Whether the fit of a corner ended too far from where it was sought.
+fn moved(candidate: &Candidate, fit: &CornerFit) -> bool {
+    fit.model.corner.length() > MOST_MOVE_PX * candidate.scale
 }
 
 /// First fits: small windows, from the candidates, in rounds until the bends of the lines have settled.
@@ -137,8 +157,8 @@ fn first_fits(
         }
 
         // Drop the corners that moved too far or whose contrast is weak, and choose the powers of the lines anew.
-        prune(grid, rejected, &first, |cell, fit, around| {
-            if moved(fit) {
+        prune(grid, rejected, &first, |(cell, k), fit, around| {
+            if moved(&candidates.list[k], fit) {
                 Some(Reason::Moved)
             } else if around.is_faint(cell) {
                 Some(Reason::LowContrast)
@@ -172,17 +192,17 @@ fn last_fits(
     let last = fit_all(candidates, grid, |site| {
         let effort = Effort { free_blur, steps, tolerance_px, most_sigma_px: 0.5 * site.step_px() };
         Some((
-            site.frame(start_sigma, settings.window, LAST_MARGIN_PX),
+            site.frame(start_sigma, site.half(settings.window, start_sigma), LAST_MARGIN_PX),
             site.model(start_sigma, settings.light),
             effort,
         ))
     });
 
     // Drop the corners whose fit did not converge, moved too far, or leaves too large a residual.
-    prune(grid, rejected, &last, |cell, fit, around| {
+    prune(grid, rejected, &last, |(cell, k), fit, around| {
         if fit.last_step_px > 0.05 {
             Some(Reason::NotConverged)
-        } else if moved(fit) {
+        } else if moved(&candidates.list[k], fit) {
             Some(Reason::Moved)
         } else if around.is_unlike(cell) {
             Some(Reason::Residual)
@@ -247,12 +267,15 @@ fn prune(
     grid: &mut Grid,
     rejected: &mut Vec<Rejected>,
     outcomes: &[Outcome],
-    rule: impl Fn([i32; 2], &CornerFit, &Neighbourhood) -> Option<Reason>,
+    rule: impl Fn(([i32; 2], usize), &CornerFit, &Neighbourhood) -> Option<Reason>,
 ) {
     let fits = outcomes.iter().filter_map(|(cell, _, _, fit)| Some((*cell, fit.as_ref().ok()?)));
     let around = Neighbourhood::new(fits, grid.contrasts());
     for (cell, k, half, outcome) in outcomes {
-        match outcome.as_ref().map_err(|&reason| reason).and_then(|fit| rule(*cell, fit, &around).map_or(Ok(fit), Err))
+        match outcome
+            .as_ref()
+            .map_err(|&reason| reason)
+            .and_then(|fit| rule((*cell, *k), fit, &around).map_or(Ok(fit), Err))
         {
             Ok(fit) => grid.take(*cell, *k, fit, *half),
             Err(reason) => {
@@ -305,19 +328,4 @@ fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
             rejected.push(Rejected { position_px: grid.positions[k], reason: Reason::OffLattice });
         }
     }
-}
-
-/// The blur across the column and the row lines, in px: medians of free fits to some corners spread over the lattice.
-fn estimate_blur(candidates: &Candidates<'_>, grid: &Grid, settings: &Settings) -> Option<[f64; 2]> {
-    let inner: Lattice = grid
-        .lattice
-        .iter()
-        .filter(|(cell, _)| {
-            NEIGHBOURS.iter().all(|&n| grid.lattice.contains_key(&(IVec2::from_array(**cell) + n).to_array()))
-        })
-        .map(|(&cell, &k)| (cell, k))
-        .collect();
-    let stride = inner.len().div_ceil(PILOTS).max(1);
-    let pilots = inner.keys().step_by(stride);
-    blur::estimate(candidates, &pilots.filter_map(|&cell| grid.site(cell)).collect::<Vec<CornerSite>>(), settings)
 }

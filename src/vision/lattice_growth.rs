@@ -1,6 +1,7 @@
 //! Lattice growth: from candidates to a lattice by growth from a seed, each new corner predicted from its neighbours
 //! only, so that no global model of the picture is needed and bending does not matter.
 
+use super::buckets::Buckets;
 use super::candidate::Candidate;
 use super::candidates::Candidates;
 use super::settings::Settings;
@@ -22,9 +23,13 @@ const ARM_IMBALANCE: f64 = 0.35;
 /// How far a seed's neighbours are sought, in px, one radius after another.
 const SEED_RADII_PX: [f64; 6] = [16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
 
+/// A seed's neighbour is not sought further where so many candidates lie nearer: the squares of a board are the nearest of their
+/// resolution, and among texture a wide search costs the square of its crossings.
+const MOST_AROUND: usize = 400;
+
 /// Where along the way from a corner to its neighbour the edge between them is sampled.
 const EDGE_PLACES: [f64; 5] = [0.3, 0.4, 0.5, 0.6, 0.7];
-/// How far to both sides of the edge, as a share of the step and at least in px: near enough that a way slanting over
+/// How far to both sides of the edge, as a share of the step and at least in pixels of the resolution: near enough that a way slanting over
 /// squares has both sides in one square for the most part.
 const EDGE_ASIDE: (f64, f64) = (0.1, 1.5);
 /// The least mean difference across the edge, as a share of the ring's amplitude: a true edge has 1.6 and more, a way over
@@ -37,7 +42,8 @@ pub(super) const NEIGHBOURS: [IVec2; 4] = [IVec2::X, IVec2::NEG_X, IVec2::Y, IVe
 /// Lattice index (column, row) -> number of the candidate.
 pub(super) type Lattice = BTreeMap<[i32; 2], usize>;
 
-/// The lattices found in a picture, largest first; a crossing is in at most one.
+/// The lattices found in a picture, largest first; a crossing is in at most one, but the same place may be in a lattice of a coarser
+/// picture too.
 #[derive(Debug)]
 pub struct Lattices(pub(super) Vec<Lattice>);
 
@@ -51,16 +57,43 @@ impl Lattices {
 /// Grows lattices from the crossings of a picture.
 pub fn grow(candidates: &Candidates<'_>, settings: &Settings) -> Lattices {
     let Some(image) = &candidates.prepared else { return Lattices(Vec::new()) };
-    let candidates = &candidates.list;
-    let field = GrowthField { image, candidates, buckets: Buckets::new(candidates) };
-    let mut used = vec![false; candidates.len()];
     let mut lattices: Vec<Lattice> = Vec::new();
-    for seed in seeds(candidates) {
+    for level in &candidates.levels {
+        let list = &candidates.list[level.clone()];
+        let field = GrowthField { image, candidates: list, buckets: Buckets::new(list) };
+        let grown = grow_level(&field, settings);
+        // Number the crossings among those of all resolutions, and keep what finer ones do not show.
+        let numbered =
+            grown.into_iter().map(|lattice| lattice.into_iter().map(|(c, k)| (c, k + level.start)).collect());
+        let new: Vec<Lattice> = numbered.filter(|lattice| shows_more(candidates, &lattices, lattice)).collect();
+        lattices.extend(new);
+    }
+    // Stable: of equal lattices the one found first stays first.
+    lattices.sort_by_key(|l| std::cmp::Reverse(l.len()));
+    Lattices(lattices)
+}
+
+/// Whether a lattice has a crossing that is in none of those of finer resolutions.
+fn shows_more(candidates: &Candidates<'_>, finer: &[Lattice], lattice: &Lattice) -> bool {
+    let known: Vec<Candidate> = finer.iter().flat_map(Lattice::values).map(|&k| candidates.list[k]).collect();
+    let buckets = Buckets::new(&known);
+    let shown = |place: &Candidate| {
+        let radius = place.same_px();
+        buckets.around(place.position, radius).any(|k| known[k].position.distance(place.position) < radius)
+    };
+    lattice.values().any(|&k| !shown(&candidates.list[k]))
+}
+
+/// Grows lattices from the crossings of one resolution.
+fn grow_level(field: &GrowthField<'_>, settings: &Settings) -> Vec<Lattice> {
+    let mut used = vec![false; field.candidates.len()];
+    let mut lattices: Vec<Lattice> = Vec::new();
+    for seed in seeds(field.candidates) {
         if used[seed] {
             continue;
         }
-        let Some(cross) = cross(&field, &used, seed) else { continue };
-        let lattice = extend(&field, &mut used, cross);
+        let Some(cross) = cross(field, &used, seed) else { continue };
+        let lattice = extend(field, &mut used, cross);
         if lattice.len() >= settings.min_corners && is_broad(&lattice) {
             lattices.push(lattice);
         } else {
@@ -68,9 +101,7 @@ pub fn grow(candidates: &Candidates<'_>, settings: &Settings) -> Lattices {
             lattice.values().for_each(|&k| used[k] = k == seed);
         }
     }
-    // Stable: of equal lattices the one found first stays first.
-    lattices.sort_by_key(|l| std::cmp::Reverse(l.len()));
-    Lattices(lattices)
+    lattices
 }
 
 /// Whether the lattice reaches over at least three columns and three rows.
@@ -110,7 +141,7 @@ impl GrowthField<'_> {
     /// Whether one side of the way from `a` to `b` is bright and the other dark, as the lobes of `a` foretell.
     fn edge_between(&self, a: &Candidate, b: &Candidate) -> bool {
         let step = b.position - a.position;
-        let aside = step.perp().normalize_or_zero() * EDGE_ASIDE.1.max(EDGE_ASIDE.0 * step.length());
+        let aside = step.perp().normalize_or_zero() * (EDGE_ASIDE.1 * a.scale).max(EDGE_ASIDE.0 * step.length());
         let value = |p: DVec2| {
             let place = |v: f64, count: usize| (v.max(0.0) as usize).min(count - 1);
             f64::from(self.image.get(place(p.x, self.image.width()), place(p.y, self.image.height())))
@@ -146,7 +177,9 @@ fn cross(field: &GrowthField<'_>, used: &[bool], seed: usize) -> Option<Lattice>
     for (place, &arm) in found.iter_mut().zip(&centre.ring.arms) {
         let along = |k: usize| step(k).normalize_or_zero().dot(arm) > ARM_COSINE;
         let accept = |k: usize| k != seed && !used[k] && along(k) && field.linked(seed, k);
-        *place = SEED_RADII_PX.iter().find_map(|&radius| field.nearest(centre.position, radius, accept))?;
+        let near = |radius: &&f64| field.buckets.around(centre.position, **radius).nth(MOST_AROUND).is_none();
+        let radii = SEED_RADII_PX.iter().take_while(near);
+        *place = radii.into_iter().find_map(|&radius| field.nearest(centre.position, radius, accept))?;
     }
     let balanced = |i: usize| {
         let (one, other) = (step(found[i]), step(found[i + 2]));
@@ -197,41 +230,6 @@ fn predict(candidates: &[Candidate], lattice: &Lattice, cell: IVec2, direction: 
     Some((from, predicted))
 }
 
-/// A spatial index of the candidates.
-struct Buckets {
-    columns: usize,
-    rows: usize,
-    cells: Vec<Vec<usize>>,
-}
-
-/// Side of a bucket, in px.
-const BUCKET_PX: f64 = 16.0;
-
-impl Buckets {
-    fn new(candidates: &[Candidate]) -> Self {
-        let largest = candidates.iter().fold(DVec2::ZERO, |m, c| m.max(c.position));
-        let columns = (largest.x / BUCKET_PX) as usize + 1;
-        let rows = (largest.y / BUCKET_PX) as usize + 1;
-        let mut cells = vec![Vec::new(); columns * rows];
-        for (k, candidate) in candidates.iter().enumerate() {
-            let at = (candidate.position / BUCKET_PX).max(DVec2::ZERO);
-            cells[at.y as usize * columns + at.x as usize].push(k);
-        }
-        Self { columns, rows, cells }
-    }
-
-    /// The candidates in the buckets that a circle touches.
-    fn around(&self, point: DVec2, radius: f64) -> impl Iterator<Item = usize> + '_ {
-        // A float to usize cast saturates, so a circle outside the picture asks for an empty or a border range.
-        let low = (point - radius) / BUCKET_PX;
-        let high = (point + radius) / BUCKET_PX;
-        let columns = low.x as usize..(high.x + 1.0).max(0.0).min(self.columns as f64) as usize;
-        let rows = low.y as usize..(high.y + 1.0).max(0.0).min(self.rows as f64) as usize;
-        rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column))
-            .flat_map(|cell| self.cells[cell].iter().copied())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -243,7 +241,7 @@ mod tests {
         let image = Raster::from_data(120, 120, (0..120 * 120).map(board).collect());
         let at = |x: f64, y: f64| {
             let position = DVec2::new(x, y);
-            Candidate { position, ring: RingTest::new().test(&image, position).unwrap() }
+            Candidate { position, ring: RingTest::new().test(&image, position).unwrap(), scale: 1.0 }
         };
         // A corner, its neighbour along the edge, one that is a knight's move away, and one across the square.
         let candidates = [at(40.0, 40.0), at(60.0, 40.0), at(80.0, 60.0), at(60.0, 60.0)];

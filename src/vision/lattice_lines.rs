@@ -2,13 +2,11 @@
 
 use super::corner_fit::CornerFit;
 use super::corner_model::Model;
+use super::corner_site::CornerSite;
 use super::curvature::{
     LatticeLine, LineCorner, Tangent, bend, bend_doubt, lean, least_power, left_by_power, line, powers_of,
 };
-use super::edge_spread::EdgeShape;
 use super::lattice_growth::{Lattice, NEIGHBOURS};
-use super::pixel_sums::WindowFrame;
-use super::settings::UnevenLight;
 use crate::num::stats::quantile;
 use glam::{DMat2, DVec2, IVec2};
 
@@ -18,6 +16,8 @@ const LONG_LINE: usize = 6;
 const OWN_LINE: usize = 3;
 /// Corners along a line that are used at most: the corner and the nearest ones.
 const MOST: usize = 9;
+/// Corners that the blur is estimated from.
+const PILOTS: usize = 24;
 /// Corners whose lines choose the powers of polynomials along lines.
 const VOTERS: usize = 80;
 /// What is left of a step, in px, after it was taken: its square over this.
@@ -54,27 +54,14 @@ pub(super) struct Grid {
     powers: [usize; MOST + 1],
     /// By how many px all edges lie towards dark, from the directions along the lines; 0 where these do not tell it.
     pub(super) lean_px: f64,
-}
-
-/// The lattice around one corner.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct CornerSite {
-    centre: DVec2,
-    steps: DMat2,
-    lines: [LatticeLine; 2],
-    /// The light as the last fit found it, or zeros.
-    light: [f64; 6],
-    /// By how many px the edges lie towards dark.
-    lean_px: f64,
-    /// How far the corner would move when the new bends took the place of those that it was fitted with, in px, and its
-    /// standard deviation; `None` where it was not fitted.
-    pub(super) due_px: Option<[f64; 2]>,
+    /// By how much the blurs across both families go together beyond an even blur's ([`Model::skew`]).
+    pub(super) skew: f64,
 }
 
 impl Grid {
     pub(super) fn new(lattice: Lattice, positions: Vec<DVec2>) -> Self {
         let powers = std::array::from_fn(|nodes| *powers_of(nodes).start());
-        Self { lattice, fitted: vec![None; positions.len()], positions, powers, lean_px: 0.0 }
+        Self { lattice, fitted: vec![None; positions.len()], positions, powers, lean_px: 0.0, skew: 0.0 }
     }
 
     /// Finds by how much all edges lean towards dark, as the lines of both families show it ([`lean`]): a straight edge
@@ -123,6 +110,19 @@ impl Grid {
                 *power = (*power).min(powers_of(nodes).start().max(&nodes.saturating_sub(1)).to_owned());
             }
         }
+    }
+
+    /// Some corners spread over the lattice, with neighbours on all sides.
+    pub(super) fn pilots(&self) -> Vec<CornerSite> {
+        let beside = |cell: &[i32; 2]| NEIGHBOURS.map(|n| (IVec2::from_array(*cell) + n).to_array());
+        let inner: Vec<[i32; 2]> = self
+            .lattice
+            .keys()
+            .filter(|cell| beside(cell).iter().all(|other| self.lattice.contains_key(other)))
+            .copied()
+            .collect();
+        let stride = inner.len().div_ceil(PILOTS).max(1);
+        inner.into_iter().step_by(stride).filter_map(|cell| self.site(cell)).collect()
     }
 
     /// Takes over a fit in a window of `half` steps.
@@ -325,44 +325,8 @@ impl Grid {
             lines,
             light: self.fitted[number].map_or([0.0; 6], |f| f.model.light),
             lean_px: self.lean_px,
+            skew: self.skew,
             due_px,
         })
-    }
-}
-
-impl CornerSite {
-    pub(super) fn step_px(&self) -> f64 {
-        self.steps.x_axis.length().min(self.steps.y_axis.length())
-    }
-
-    /// The narrowest distance between parallel lines.
-    pub(super) fn spacing_px(&self) -> f64 {
-        self.steps.determinant().abs() / self.steps.x_axis.length().max(self.steps.y_axis.length())
-    }
-
-    pub(super) fn model(&self, sigma_px: [f64; 2], light: UnevenLight) -> Model {
-        let normal = |line: &LatticeLine| libm::atan2(-line.tangent.x, line.tangent.y);
-        Model {
-            corner: DVec2::ZERO,
-            normal_rad: [normal(&self.lines[0]), normal(&self.lines[1])],
-            curvature: self.lines.map(|l| l.curvature),
-            sigma_px,
-            lean_px: self.lean_px,
-            light: self.light,
-            light_is_blurred: light == UnevenLight::OnBoard,
-        }
-    }
-
-    pub(super) fn frame(&self, sigma_px: [f64; 2], half: f64, margin_px: f64) -> WindowFrame {
-        let normals = self.lines.map(|l| DVec2::new(l.tangent.y, -l.tangent.x));
-        // The farthest point of the window, for the bend of the edges in it.
-        let far = half * (self.steps.x_axis.abs() + self.steps.y_axis.abs()).length();
-        let bands_px = [0, 1].map(|k| {
-            let bend = 0.5 * self.lines[k].curvature.abs() * far * far;
-            // A line without corners on both sides may point a few degrees off.
-            let turn = if self.lines[k].corners < 3 { 0.15 * far } else { 0.0 };
-            EdgeShape::new(normals[k], sigma_px[k]).reach() + bend + turn + self.lean_px.abs() + margin_px
-        });
-        WindowFrame { centre: self.centre, steps: self.steps, normals, bands_px, half }
     }
 }

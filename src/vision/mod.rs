@@ -30,14 +30,18 @@
 //! ```
 
 mod blur;
+mod resolution;
+mod elongation;
 mod curvature;
 mod equations;
 pub mod half;
 mod response;
 mod strip;
+mod halving;
 mod candidates;
 mod corner_pixel_model;
 mod edge_spread;
+mod corner_site;
 mod lattice_lines;
 mod corner_fit;
 mod fit_all;
@@ -54,8 +58,9 @@ mod corner_model;
 mod pixel_sums;
 mod scatter;
 mod candidate;
+mod buckets;
 
-pub use detection::{Corner, Detection, Polarity, Reason, Rejected};
+pub use detection::{Corner, Detection, ElongatedBlur, Polarity, Reason, Rejected};
 pub use settings::{Blur, LEAST_VISIBLE, Settings, UnevenLight};
 
 use crate::raster::Raster;

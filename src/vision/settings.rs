@@ -31,7 +31,8 @@ pub enum UnevenLight {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// Half the window of a corner as a share of the step to its neighbours, in 0.1..=0.5. A larger one is less noisy;
-    /// above 0.5 neighbours would share pixels and their errors.
+    /// above 0.5 neighbours would share pixels and their errors. Of squares of more than 89 px a window of 40 px to each side is
+    /// taken, or of six blurs where these are more.
     pub window: f64,
     /// The blur.
     pub blur: Blur,

@@ -5,6 +5,7 @@ mod boards;
 mod borders;
 mod clean;
 mod judge;
+mod motion;
 mod noise;
 mod photograph;
 mod twins;

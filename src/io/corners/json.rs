@@ -1,7 +1,9 @@
 //! Corners as JSON.
 
 use super::rules::{CENTRE, MOST_CORNERS, MOST_VIEWS, broken, too_many};
-use super::view::{CornerView, IndexOrigin, ListedCorner, Quality, TransferFound, polarity_name, polarity_of};
+use super::view::{
+    BlurEllipse, CornerView, IndexOrigin, ListedCorner, Quality, TransferFound, polarity_name, polarity_of,
+};
 use crate::error::Error;
 use glam::{DMat2, DVec2};
 use serde::de::{MapAccess, Visitor};
@@ -27,6 +29,8 @@ struct ViewFile {
     rejected: BTreeMap<String, usize>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     blur_px: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    elongated_blur: Option<BlurEllipse>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     lean_px: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -89,6 +93,7 @@ pub(super) fn to_text(views: &[CornerView]) -> String {
         corners: v.corners.iter().map(entry).collect(),
         rejected: v.rejected.iter().cloned().collect(),
         blur_px: v.blur_px,
+        elongated_blur: v.elongated_blur,
         lean_px: v.lean_px,
         transfer: v.transfer.clone(),
     };
@@ -102,8 +107,8 @@ pub(super) fn to_text(views: &[CornerView]) -> String {
 }
 
 pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
-    // A brace a corner, a view, its reasons and its curve, and the file: asked before there is memory for them.
-    if text.bytes().filter(|&b| b == b'{').count() > MOST_CORNERS + 3 * MOST_VIEWS + 1 {
+    // A brace a corner, a view, its reasons, its blur and its curve, and the file: asked before there is memory for them.
+    if text.bytes().filter(|&b| b == b'{').count() > MOST_CORNERS + 4 * MOST_VIEWS + 1 {
         return Err(too_many(place));
     }
     let file: File = serde_json::from_str(text).map_err(|error| {
@@ -142,6 +147,7 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
                 corners,
                 rejected: half.rejected.into_iter().collect(),
                 blur_px: half.blur_px,
+                elongated_blur: half.elongated_blur,
                 lean_px: half.lean_px,
                 transfer: half.transfer,
             })

@@ -22,4 +22,4 @@ mod file;
 pub use file::{CornerFormat, parse, read, to_text};
 pub use pixel_centre::{PixelCentre, move_centre};
 pub use rules::{MOST_BYTES, MOST_CORNERS, MOST_INDEX};
-pub use view::{CornerView, IndexOrigin, ListedCorner, Quality, TransferFound};
+pub use view::{BlurEllipse, CornerView, IndexOrigin, ListedCorner, Quality, TransferFound};

@@ -74,10 +74,25 @@ pub struct CornerView {
     pub rejected: Vec<(String, usize)>,
     /// The blur across both families of lines, in px; kept in JSON only.
     pub blur_px: Option<[f64; 2]>,
+    /// The blur as an ellipse, where it is elongated: standard deviations along and across, in px, and the direction from +x towards
+    /// +y (down), in deg; kept in JSON only.
+    pub elongated_blur: Option<BlurEllipse>,
     /// By how many px edges lie towards dark ([`Detection::lean_px`]); kept in JSON only.
     pub lean_px: Option<f64>,
     /// The transfer curve that was found for the picture, where its file states none; kept in JSON only.
     pub transfer: Option<TransferFound>,
+}
+
+/// An elongated blur.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BlurEllipse {
+    /// The largest standard deviation, in px.
+    pub along_px: f64,
+    /// The one across that direction, in px.
+    pub across_px: f64,
+    /// Where it is largest, from +x towards +y (down), in deg, in `[-90, 90]`.
+    pub direction_deg: f64,
 }
 
 /// A transfer curve that was found from the picture's corners.
@@ -99,7 +114,16 @@ pub struct TransferFound {
 impl CornerView {
     /// Corners of which no more is known than these.
     pub(super) fn bare(name: String, corners: Vec<ListedCorner>) -> Self {
-        Self { name, index_origin: None, corners, rejected: Vec::new(), blur_px: None, lean_px: None, transfer: None }
+        Self {
+            name,
+            index_origin: None,
+            corners,
+            rejected: Vec::new(),
+            blur_px: None,
+            elongated_blur: None,
+            lean_px: None,
+            transfer: None,
+        }
     }
 
     /// What was detected in the columns of a picture from `first_column` on.
@@ -120,6 +144,11 @@ impl CornerView {
             corners: detection.corners.iter().map(listed).collect(),
             rejected: detection.counts().into_iter().map(|(reason, n)| (reason.name().to_owned(), n)).collect(),
             blur_px: detection.sigma_px,
+            elongated_blur: detection.elongated_blur.map(|blur| BlurEllipse {
+                along_px: blur.along_px,
+                across_px: blur.across_px,
+                direction_deg: blur.direction_rad.to_degrees(),
+            }),
             lean_px: detection.sigma_px.map(|_| detection.lean_px),
             transfer: None,
         }

@@ -1,0 +1,89 @@
+//! A corner and the lattice around it: what a fit starts from.
+
+use super::corner_model::Model;
+use super::curvature::LatticeLine;
+use super::edge_spread::EdgeShape;
+use super::pixel_sums::WindowFrame;
+use super::settings::UnevenLight;
+use glam::{DMat2, DVec2};
+
+/// Half a window is at most so many px and so many blurs on the mean: its error under noise falls with the root of its size only, and
+/// what it costs grows with the square.
+const MOST_HALF_PX: f64 = 40.0;
+const MOST_HALF_BLURS: f64 = 6.0;
+
+/// The lattice around one corner.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CornerSite {
+    pub(super) centre: DVec2,
+    pub(super) steps: DMat2,
+    pub(super) lines: [LatticeLine; 2],
+    /// The light as the last fit found it, or zeros.
+    pub(super) light: [f64; 6],
+    /// By how many px the edges lie towards dark.
+    pub(super) lean_px: f64,
+    /// By how much the blurs go together beyond an even blur's ([`Model::skew`]).
+    pub(super) skew: f64,
+    /// How far the corner would move when the new bends took the place of those that it was fitted with, in px, and its
+    /// standard deviation; `None` where it was not fitted.
+    pub(super) due_px: Option<[f64; 2]>,
+}
+
+impl CornerSite {
+    pub(super) fn step_px(&self) -> f64 {
+        self.steps.x_axis.length().min(self.steps.y_axis.length())
+    }
+
+    /// The same site under a blur of another [`Model::skew`].
+    pub(super) fn skewed(&self, skew: f64) -> Self {
+        Self { skew, ..*self }
+    }
+
+    /// Half the window, in steps: the share that is asked for, but no more px than are of use.
+    pub(super) fn half(&self, share: f64, sigma_px: [f64; 2]) -> f64 {
+        let most_px = MOST_HALF_PX.max(MOST_HALF_BLURS * sigma_px[0].max(sigma_px[1]));
+        share.min(most_px / self.steps.determinant().abs().sqrt())
+    }
+
+    /// The unit normals of both lines.
+    pub(super) fn normals(&self) -> [DVec2; 2] {
+        self.lines.map(|l| DVec2::new(l.tangent.y, -l.tangent.x))
+    }
+
+    /// The cosine of both normals.
+    pub(super) fn cosine(&self) -> f64 {
+        self.normals()[0].dot(self.normals()[1])
+    }
+
+    /// The narrowest distance between parallel lines.
+    pub(super) fn spacing_px(&self) -> f64 {
+        self.steps.determinant().abs() / self.steps.x_axis.length().max(self.steps.y_axis.length())
+    }
+
+    pub(super) fn model(&self, sigma_px: [f64; 2], light: UnevenLight) -> Model {
+        let normal = |line: &LatticeLine| libm::atan2(-line.tangent.x, line.tangent.y);
+        Model {
+            corner: DVec2::ZERO,
+            normal_rad: [normal(&self.lines[0]), normal(&self.lines[1])],
+            curvature: self.lines.map(|l| l.curvature),
+            sigma_px,
+            skew: self.skew,
+            lean_px: self.lean_px,
+            light: self.light,
+            light_is_blurred: light == UnevenLight::OnBoard,
+        }
+    }
+
+    pub(super) fn frame(&self, sigma_px: [f64; 2], half: f64, margin_px: f64) -> WindowFrame {
+        let normals = self.normals();
+        // The farthest point of the window, for the bend of the edges in it.
+        let far = half * (self.steps.x_axis.abs() + self.steps.y_axis.abs()).length();
+        let bands_px = [0, 1].map(|k| {
+            let bend = 0.5 * self.lines[k].curvature.abs() * far * far;
+            // A line without corners on both sides may point a few degrees off.
+            let turn = if self.lines[k].corners < 3 { 0.15 * far } else { 0.0 };
+            EdgeShape::new(normals[k], sigma_px[k]).reach() + bend + turn + self.lean_px.abs() + margin_px
+        });
+        WindowFrame { centre: self.centre, steps: self.steps, normals, bands_px, half }
+    }
+}
