@@ -9,6 +9,9 @@
 //! with the Gaussian phi and its integral Phi; F', F'' follow with R', R''. An edge is used as E = 2F - 1, which runs from
 //! -1 to 1. Blur is diffusion: dE/ds = s E''.
 
+use super::blur_shape::BlurShape;
+#[cfg(test)]
+use super::blur_shape::PictureBlur;
 use crate::num::gauss::Gauss;
 use glam::DVec2;
 
@@ -54,6 +57,11 @@ impl EdgeShape {
     /// Beyond this distance, in px, the edge is -1 or 1.
     pub(super) fn reach(&self) -> f64 {
         self.a + self.b + SHARP_MARGIN + TAIL * self.sigma
+    }
+
+    /// The same with what the blur is beside the Gaussian.
+    pub(super) fn reach_under(&self, beside: &BlurShape) -> f64 {
+        self.reach().max(self.a + self.b + beside.reach_px())
     }
 
     /// The sum of the four corner terms of `f`, over 4ab.
@@ -117,8 +125,14 @@ pub(super) enum Profile {
 }
 
 impl Profile {
-    /// The profile for a unit normal and a blur in px.
+    /// The profile for a unit normal and a Gaussian blur in px.
+    #[cfg(test)]
     pub(super) fn new(normal: DVec2, sigma_px: f64) -> Self {
+        Self::shaped(normal, sigma_px, &PictureBlur::gaussian([sigma_px; 2]).shapes[0])
+    }
+
+    /// The profile for a unit normal and a blur: the standard deviation of a Gaussian, in px, and what it is beside that.
+    pub(super) fn shaped(normal: DVec2, sigma_px: f64, beside: &BlurShape) -> Self {
         // Take the closed form of a sharp edge.
         let shape = EdgeShape::new(normal, sigma_px);
         if sigma_px < SHARP_PX {
@@ -127,16 +141,21 @@ impl Profile {
 
         // Size the table to the reach of the edge.
         let gauss = Gauss::new();
-        let density = CELLS_PER_SIGMA / sigma_px;
-        let half = (shape.reach() * density).ceil() as usize;
+        let plain = beside.is_gaussian();
+        let density = CELLS_PER_SIGMA / if plain { sigma_px } else { sigma_px.min(beside.bump_px()) };
+        let half = (shape.reach_under(beside) * density).ceil() as usize;
+        let exact = |d: f64| {
+            let edge = shape.exact(gauss, d);
+            if plain { edge } else { beside.with_bumps(normal, edge, d) }
+        };
 
         // Evaluate E and its rise over a cell at distances 0, 1, .. half cells; E is odd by construction, not only to
         // rounding.
         let node = |i: usize| match i {
             _ if i == half => (1.0, 0.0),
-            0 => (0.0, shape.exact(gauss, 0.0).slope / density),
+            0 => (0.0, exact(0.0).slope / density),
             _ => {
-                let edge = shape.exact(gauss, i as f64 / density);
+                let edge = exact(i as f64 / density);
                 (edge.value, edge.slope / density)
             }
         };

@@ -1,6 +1,7 @@
 //! Corner measurement on a lattice of candidates: estimate the blur, fit, prune, and fit again.
 
 use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, MAYBE_SHARP_PX};
+use super::blur_shape::{PictureBlur, find_shapes};
 use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, fit};
 use super::corner_model::{Effort, Model};
@@ -15,6 +16,7 @@ use super::settings::{Blur, Settings};
 use super::window::gather;
 use glam::{DVec2, IVec2};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Corners that the blur is estimated from.
 const PILOTS: usize = 24;
@@ -30,6 +32,9 @@ const FIRST_STEP_PX: f64 = 0.01;
 /// the corner is fitted again.
 const ROUNDS: usize = 4;
 const DUE: (f64, f64) = (2e-4, 0.2);
+/// The last fits are made in rounds as well, again where the bends that full windows show would move a corner by more than
+/// this many px and standard deviations.
+const LAST_DUE: (f64, f64) = (2e-4, 1.0);
 /// The last fit is done when a step is below this, in px. Steps shrink with their square over some 0.3 px, so the next
 /// would be of 1e-5 px.
 const LAST_STEP_PX: f64 = 2e-3;
@@ -63,7 +68,7 @@ pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, se
     let mut start_sigma = sigma_px.unwrap_or([FIRST_SIGMA_PX; 2]);
 
     // Fit all corners in small windows, and drop those that make kinks in their lines.
-    first_fits(candidates, &mut grid, &mut rejected, start_sigma, settings);
+    first_fits(candidates, &mut grid, &mut rejected, &PictureBlur::gaussian(start_sigma), settings);
     prune_kinks(&mut grid, &mut rejected);
     prune_hanging(candidates, &mut grid, &mut rejected);
 
@@ -74,11 +79,18 @@ pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, se
         start_sigma = sigma_px.unwrap_or(start_sigma);
     }
 
+    // See whether the blur is another than a Gaussian; where edges lean the picture is not alike to both sides of them.
+    let blur = if settings.blur == Blur::Common && grid.lean_px == 0.0 {
+        find_shapes(candidates, &pilots(&grid), settings, start_sigma)
+    } else {
+        PictureBlur::gaussian(start_sigma)
+    };
+
     // Fit the corners that are left in full windows.
     let mut last = Vec::new();
     for _ in 0..LAST_ROUNDS {
         let before = rejected.len();
-        last = last_fits(candidates, &mut grid, &mut rejected, start_sigma, settings);
+        last = last_fits(candidates, &mut grid, &mut rejected, &blur, settings);
         prune_hanging(candidates, &mut grid, &mut rejected);
         if rejected[before..].iter().all(|r| !matches!(r.reason, Reason::Residual | Reason::OffLattice)) {
             break;
@@ -98,7 +110,7 @@ pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, se
     };
 
     // Number the corners from column and row 0.
-    let fits: std::collections::BTreeMap<usize, CornerFit> =
+    let fits: BTreeMap<usize, CornerFit> =
         last.into_iter().filter_map(|(cell, k, half, fit)| Some((k, doubted(cell, half, fit.ok()?)))).collect();
     let lattice = from_zero(&grid.lattice);
     let mut corners: Vec<Corner> =
@@ -119,7 +131,7 @@ fn first_fits(
     candidates: &Candidates<'_>,
     grid: &mut Grid,
     rejected: &mut Vec<Rejected>,
-    start_sigma: [f64; 2],
+    blur: &PictureBlur,
     settings: &Settings,
 ) {
     let effort = Effort { free_blur: false, steps: 8, tolerance_px: FIRST_STEP_PX, most_sigma_px: f64::INFINITY };
@@ -128,16 +140,16 @@ fn first_fits(
         let due = |[shift, sigma]: [f64; 2]| shift > DUE.0.max(DUE.1 * sigma);
         let first = fit_all(candidates, grid, |site| {
             let half = settings.window.min(FIRST_HALF.0.max(FIRST_HALF.1 / site.step_px()));
-            site.due_px.is_none_or(due).then(|| {
-                (site.frame(start_sigma, half, FIRST_MARGIN_PX), site.model(start_sigma, settings.light), effort)
-            })
+            site.due_px
+                .is_none_or(due)
+                .then(|| (site.frame(blur, half, FIRST_MARGIN_PX), site.model(blur, settings.light), effort))
         });
         if first.is_empty() {
             break;
         }
 
         // Drop the corners that moved too far or whose contrast is weak, and choose the powers of the lines anew.
-        prune(grid, rejected, &first, |cell, fit, around| {
+        prune(grid, rejected, (&first, &BTreeMap::new()), |cell, fit, around| {
             if moved(fit) {
                 Some(Reason::Moved)
             } else if around.is_faint(cell) {
@@ -156,41 +168,48 @@ fn last_fits(
     candidates: &Candidates<'_>,
     grid: &mut Grid,
     rejected: &mut Vec<Rejected>,
-    start_sigma: [f64; 2],
+    blur: &PictureBlur,
     settings: &Settings,
 ) -> Vec<Outcome> {
     // Choose the steps and the tolerance by the blur: free, narrow or wide.
     let free_blur = settings.blur == Blur::PerCorner;
-    let narrow = start_sigma[0].min(start_sigma[1]) < NARROW_SIGMA_PX;
+    let narrow = blur.sigma_px[0].min(blur.sigma_px[1]) < NARROW_SIGMA_PX;
     let (steps, tolerance_px) = match (free_blur, narrow) {
         (true, _) => (LAST_STEPS[2], LAST_STEP_PX),
         (false, true) => (LAST_STEPS[1], NARROW_STEP_PX),
         (false, false) => (LAST_STEPS[0], LAST_STEP_PX),
     };
 
-    // Fit every corner.
-    let last = fit_all(candidates, grid, |site| {
-        let effort = Effort { free_blur, steps, tolerance_px, most_sigma_px: 0.5 * site.step_px() };
-        Some((
-            site.frame(start_sigma, settings.window, LAST_MARGIN_PX),
-            site.model(start_sigma, settings.light),
-            effort,
-        ))
-    });
-
-    // Drop the corners whose fit did not converge, moved too far, or leaves too large a residual.
-    prune(grid, rejected, &last, |cell, fit, around| {
-        if fit.last_step_px > 0.05 {
-            Some(Reason::NotConverged)
-        } else if moved(fit) {
-            Some(Reason::Moved)
-        } else if around.is_unlike(cell) {
-            Some(Reason::Residual)
-        } else {
-            None
+    let due = |[shift, sigma]: [f64; 2]| shift > LAST_DUE.0.max(LAST_DUE.1 * sigma);
+    let mut last: BTreeMap<[i32; 2], Outcome> = BTreeMap::new();
+    for round in 0..ROUNDS {
+        // Fit every corner, and then those that the new bends would move.
+        let fitted = fit_all(candidates, grid, |site| {
+            let effort = Effort { free_blur, steps, tolerance_px, most_sigma_px: 0.5 * site.step_px() };
+            (round == 0 || site.due_px.is_none_or(due))
+                .then(|| (site.frame(blur, settings.window, LAST_MARGIN_PX), site.model(blur, settings.light), effort))
+        });
+        if fitted.is_empty() {
+            break;
         }
-    });
-    last
+
+        // Drop the corners whose fit did not converge, moved too far, or leaves too large a residual.
+        prune(grid, rejected, (&fitted, &last), |cell, fit, around| {
+            if fit.last_step_px > 0.05 {
+                Some(Reason::NotConverged)
+            } else if moved(fit) {
+                Some(Reason::Moved)
+            } else if around.is_unlike(cell) {
+                Some(Reason::Residual)
+            } else {
+                None
+            }
+        });
+        last.extend(fitted.into_iter().map(|outcome| (outcome.0, outcome)));
+        grid.find_lean();
+        grid.choose_powers();
+    }
+    last.into_values().collect()
 }
 
 fn corner(index: [i32; 2], position_px: DVec2, fit: &CornerFit) -> Corner {
@@ -242,15 +261,20 @@ fn fit_one(
     fit(&window, model, effort).ok_or(Reason::NotConverged)
 }
 
-/// Takes the fitted positions over and drops the corners whose fit failed or breaks a rule.
+/// Takes the fitted positions over and drops the corners whose fit failed or breaks a rule, beside those of earlier rounds.
 fn prune(
     grid: &mut Grid,
     rejected: &mut Vec<Rejected>,
-    outcomes: &[Outcome],
+    (outcomes, earlier): (&[Outcome], &BTreeMap<[i32; 2], Outcome>),
     rule: impl Fn([i32; 2], &CornerFit, &Neighbourhood) -> Option<Reason>,
 ) {
-    let fits = outcomes.iter().filter_map(|(cell, _, _, fit)| Some((*cell, fit.as_ref().ok()?)));
-    let around = Neighbourhood::new(fits, grid.contrasts());
+    let fits: BTreeMap<[i32; 2], &CornerFit> = earlier
+        .values()
+        .chain(outcomes)
+        .filter(|outcome| grid.lattice.contains_key(&outcome.0))
+        .filter_map(|(cell, _, _, fit)| Some((*cell, fit.as_ref().ok()?)))
+        .collect();
+    let around = Neighbourhood::new(fits.into_iter(), grid.contrasts());
     for (cell, k, half, outcome) in outcomes {
         match outcome.as_ref().map_err(|&reason| reason).and_then(|fit| rule(*cell, fit, &around).map_or(Ok(fit), Err))
         {
@@ -309,6 +333,11 @@ fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
 
 /// The blur across the column and the row lines, in px: medians of free fits to some corners spread over the lattice.
 fn estimate_blur(candidates: &Candidates<'_>, grid: &Grid, settings: &Settings) -> Option<[f64; 2]> {
+    blur::estimate(candidates, &pilots(grid), settings)
+}
+
+/// Some corners with neighbours on all sides, spread over the lattice.
+fn pilots(grid: &Grid) -> Vec<CornerSite> {
     let inner: Lattice = grid
         .lattice
         .iter()
@@ -318,6 +347,5 @@ fn estimate_blur(candidates: &Candidates<'_>, grid: &Grid, settings: &Settings) 
         .map(|(&cell, &k)| (cell, k))
         .collect();
     let stride = inner.len().div_ceil(PILOTS).max(1);
-    let pilots = inner.keys().step_by(stride);
-    blur::estimate(candidates, &pilots.filter_map(|&cell| grid.site(cell)).collect::<Vec<CornerSite>>(), settings)
+    inner.keys().step_by(stride).filter_map(|&cell| grid.site(cell)).collect()
 }

@@ -30,6 +30,7 @@
 //! ```
 
 mod blur;
+mod blur_shape;
 mod curvature;
 mod equations;
 pub mod half;
