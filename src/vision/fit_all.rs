@@ -1,7 +1,7 @@
 //! Corner measurement on a lattice of candidates: estimate the blur, fit, prune, and fit again.
 
 use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, MAYBE_SHARP_PX};
-use super::blur_shape::{PictureBlur, find_shapes};
+use super::blur_shape::PictureBlur;
 use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, fit};
 use super::corner_model::{Effort, Model};
@@ -13,6 +13,7 @@ use super::numbering::{from_zero, normalise};
 use super::pixel_sums::WindowFrame;
 use super::scatter::hold_against_lattice;
 use super::settings::{Blur, Settings};
+use super::shape_fit::find_shapes;
 use super::window::gather;
 use glam::{DVec2, IVec2};
 use rayon::prelude::*;
@@ -79,14 +80,12 @@ pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, se
         start_sigma = sigma_px.unwrap_or(start_sigma);
     }
 
-    // See whether the blur is another than a Gaussian; where edges lean the picture is not alike to both sides of them.
-    let blur = if settings.blur == Blur::Common && grid.lean_px == 0.0 {
-        find_shapes(candidates, &pilots(&grid), settings, start_sigma)
-    } else {
-        PictureBlur::gaussian(start_sigma)
+    // Fit the corners that are left in full windows, under a blur of another shape where the picture shows one; where edges
+    // lean it is not alike to both sides of them.
+    let blur = match settings.blur {
+        Blur::Common if grid.lean_px == 0.0 => find_shapes(candidates, &pilots(&grid), settings, start_sigma),
+        _ => PictureBlur::gaussian(start_sigma),
     };
-
-    // Fit the corners that are left in full windows.
     let mut last = Vec::new();
     for _ in 0..LAST_ROUNDS {
         let before = rejected.len();
