@@ -1,5 +1,6 @@
 //! Blur estimation: the median of fits of some corners in which the blur is free.
 
+use super::blur_shape::PictureBlur;
 use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, fit};
 use super::corner_model::Effort;
@@ -88,8 +89,16 @@ fn fits(
 ) -> Vec<Option<CornerFit>> {
     let run = |site: &CornerSite| {
         let half = settings.window.min(half_px / site.step_px());
-        let pixels = gather(candidates.image, candidates.valid.as_ref(), &site.frame(near, half, FIRST_MARGIN_PX));
-        fit(&pixels, &site.model(start, settings.light), &Effort { most_sigma_px: 0.5 * site.step_px(), ..*effort })
+        let pixels = gather(
+            candidates.image,
+            candidates.valid.as_ref(),
+            &site.frame(&PictureBlur::gaussian(near), half, FIRST_MARGIN_PX),
+        );
+        fit(
+            &pixels,
+            &site.model(&PictureBlur::gaussian(start), settings.light),
+            &Effort { most_sigma_px: 0.5 * site.step_px(), ..*effort },
+        )
     };
     sites.par_iter().map(run).collect()
 }

@@ -35,10 +35,10 @@ pub(super) struct CornerFit {
 }
 
 /// The profiles of both edges.
-fn profiles(model: &Model) -> [Profile; 2] {
+pub(super) fn profiles(model: &Model) -> [Profile; 2] {
     [0, 1].map(|k| {
         let (sin, cos) = libm::sincos(model.normal_rad[k]);
-        Profile::new(DVec2::new(cos, sin), model.sigma_px[k])
+        Profile::shaped(DVec2::new(cos, sin), model.sigma_px[k], &model.shapes[k])
     })
 }
 

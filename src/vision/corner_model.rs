@@ -1,5 +1,6 @@
 //! The model of a corner: two edges under a blur, in light that varies linearly.
 
+use super::blur_shape::BlurShape;
 use super::edge_spread::SHARP_PX;
 use glam::DVec2;
 use nalgebra::SVector;
@@ -25,6 +26,8 @@ pub(super) struct Model {
     /// By how much the blurs across both edges go together, as a correlation, beyond those of a blur that is even all around: an
     /// elongated blur draws the crossing out along one diagonal.
     pub(super) skew: f64,
+    /// What the blur is beside a Gaussian.
+    pub(super) shapes: [BlurShape; 2],
     /// By how many px both edges lie towards dark: each is a step where the other one crosses it.
     pub(super) lean_px: f64,
     /// m0, mx, my, A0, Ax, Ay; with A0 = 0 a fit finds its own start.

@@ -1,5 +1,6 @@
 //! A corner and the lattice around it: what a fit starts from.
 
+use super::blur_shape::PictureBlur;
 use super::corner_model::Model;
 use super::curvature::LatticeLine;
 use super::edge_spread::EdgeShape;
@@ -60,13 +61,14 @@ impl CornerSite {
         self.steps.determinant().abs() / self.steps.x_axis.length().max(self.steps.y_axis.length())
     }
 
-    pub(super) fn model(&self, sigma_px: [f64; 2], light: UnevenLight) -> Model {
+    pub(super) fn model(&self, blur: &PictureBlur, light: UnevenLight) -> Model {
         let normal = |line: &LatticeLine| libm::atan2(-line.tangent.x, line.tangent.y);
         Model {
             corner: DVec2::ZERO,
             normal_rad: [normal(&self.lines[0]), normal(&self.lines[1])],
             curvature: self.lines.map(|l| l.curvature),
-            sigma_px,
+            sigma_px: blur.sigma_px,
+            shapes: blur.shapes,
             skew: self.skew,
             lean_px: self.lean_px,
             light: self.light,
@@ -74,7 +76,7 @@ impl CornerSite {
         }
     }
 
-    pub(super) fn frame(&self, sigma_px: [f64; 2], half: f64, margin_px: f64) -> WindowFrame {
+    pub(super) fn frame(&self, blur: &PictureBlur, half: f64, margin_px: f64) -> WindowFrame {
         let normals = self.normals();
         // The farthest point of the window, for the bend of the edges in it.
         let far = half * (self.steps.x_axis.abs() + self.steps.y_axis.abs()).length();
@@ -82,7 +84,8 @@ impl CornerSite {
             let bend = 0.5 * self.lines[k].curvature.abs() * far * far;
             // A line without corners on both sides may point a few degrees off.
             let turn = if self.lines[k].corners < 3 { 0.15 * far } else { 0.0 };
-            EdgeShape::new(normals[k], sigma_px[k]).reach() + bend + turn + self.lean_px.abs() + margin_px
+            let reach = EdgeShape::new(normals[k], blur.sigma_px[k]).reach_under(&blur.shapes[k]);
+            reach + bend + turn + self.lean_px.abs() + margin_px
         });
         WindowFrame { centre: self.centre, steps: self.steps, normals, bands_px, half }
     }

@@ -9,6 +9,9 @@
 //! with the Gaussian phi and its integral Phi; F', F'' follow with R', R''. An edge is used as E = 2F - 1, which runs from
 //! -1 to 1. Blur is diffusion: dE/ds = s E''.
 
+#[cfg(test)]
+use super::blur_shape::PictureBlur;
+use super::blur_shape::{BUMPS, BlurShape};
 use crate::num::gauss::Gauss;
 use glam::DVec2;
 
@@ -56,6 +59,11 @@ impl EdgeShape {
         self.a + self.b + SHARP_MARGIN + TAIL * self.sigma
     }
 
+    /// The same with what the blur is beside the Gaussian.
+    pub(super) fn reach_under(&self, beside: &BlurShape) -> f64 {
+        self.reach().max(self.a + self.b + beside.reach_px())
+    }
+
     /// The sum of the four corner terms of `f`, over 4ab.
     #[inline(always)]
     fn corners(&self, d: f64, f: impl Fn(f64) -> f64) -> f64 {
@@ -100,6 +108,31 @@ impl EdgeShape {
     }
 }
 
+/// The response to an edge with a unit normal under each pair of bumps, less `plain`, at distance `d`.
+pub(super) fn bump_pairs(shape: &BlurShape, normal: DVec2, plain: Edge, d: f64) -> [Edge; BUMPS] {
+    let (gauss, bump) = (Gauss::new(), EdgeShape::new(normal, shape.bump_px()));
+    std::array::from_fn(|j| {
+        let x = j as f64 * shape.spacing_px;
+        let (low, high) = (bump.exact(gauss, d - x), bump.exact(gauss, d + x));
+        Edge {
+            value: 0.5 * (low.value + high.value) - plain.value,
+            slope: 0.5 * (low.slope + high.slope) - plain.slope,
+            bend: 0.5 * (low.bend + high.bend) - plain.bend,
+        }
+    })
+}
+
+/// The response with the bumps, from that under the Gaussian.
+fn with_bumps(shape: &BlurShape, normal: DVec2, plain: Edge, d: f64) -> Edge {
+    let mut edge = plain;
+    for (pair, weight) in bump_pairs(shape, normal, plain, d).iter().zip(shape.weights) {
+        edge.value += weight * pair.value;
+        edge.slope += weight * pair.slope;
+        edge.bend += weight * pair.bend;
+    }
+    edge
+}
+
 /// A [`EdgeShape`] prepared for many distances.
 #[derive(Debug, Clone)]
 pub(super) enum Profile {
@@ -117,8 +150,14 @@ pub(super) enum Profile {
 }
 
 impl Profile {
-    /// The profile for a unit normal and a blur in px.
+    /// The profile for a unit normal and a Gaussian blur in px.
+    #[cfg(test)]
     pub(super) fn new(normal: DVec2, sigma_px: f64) -> Self {
+        Self::shaped(normal, sigma_px, &PictureBlur::gaussian([sigma_px; 2]).shapes[0])
+    }
+
+    /// The profile for a unit normal and a blur: the standard deviation of a Gaussian, in px, and what it is beside that.
+    pub(super) fn shaped(normal: DVec2, sigma_px: f64, beside: &BlurShape) -> Self {
         // Take the closed form of a sharp edge.
         let shape = EdgeShape::new(normal, sigma_px);
         if sigma_px < SHARP_PX {
@@ -127,16 +166,21 @@ impl Profile {
 
         // Size the table to the reach of the edge.
         let gauss = Gauss::new();
-        let density = CELLS_PER_SIGMA / sigma_px;
-        let half = (shape.reach() * density).ceil() as usize;
+        let plain = beside.is_gaussian();
+        let density = CELLS_PER_SIGMA / if plain { sigma_px } else { sigma_px.min(beside.bump_px()) };
+        let half = (shape.reach_under(beside) * density).ceil() as usize;
+        let exact = |d: f64| {
+            let edge = shape.exact(gauss, d);
+            if plain { edge } else { with_bumps(beside, normal, edge, d) }
+        };
 
         // Evaluate E and its rise over a cell at distances 0, 1, .. half cells; E is odd by construction, not only to
         // rounding.
         let node = |i: usize| match i {
             _ if i == half => (1.0, 0.0),
-            0 => (0.0, shape.exact(gauss, 0.0).slope / density),
+            0 => (0.0, exact(0.0).slope / density),
             _ => {
-                let edge = shape.exact(gauss, i as f64 / density);
+                let edge = exact(i as f64 / density);
                 (edge.value, edge.slope / density)
             }
         };
@@ -239,6 +283,29 @@ mod tests {
                     assert!((exact.value - table.value).abs() < 8e-6, "{degrees} {s} {d}");
                 }
             }
+        }
+    }
+
+    /// Weights of bumps that together are a square of a known width are its edge: the Gaussian's own share is gone, and the
+    /// response is odd.
+    #[test]
+    fn bumps_make_the_edge_of_another_blur() {
+        let gauss = Gauss::new();
+        let mut shape = PictureBlur::gaussian([1.0; 2]).shapes[0];
+        // Bumps of one weight from -4 to 4 spacings: a square of nine spacings with soft ends.
+        shape.weights[..5].copy_from_slice(&[1.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0]);
+        let (n, half) = (normal(20.0), 4.5 * shape.spacing_px);
+        let profile = Profile::shaped(n, 1.0, &shape);
+        for i in -40..=40 {
+            let d = f64::from(i) * 0.13;
+            // The mean of the edge under one bump's Gaussian over the square, by the midpoint rule.
+            let under = EdgeShape::new(n, shape.bump_px());
+            let parts = 2000;
+            let at = |k: i32| half * (2.0 * (f64::from(k) + 0.5) / f64::from(parts) - 1.0);
+            let mean = (0..parts).map(|k| under.exact(gauss, d - at(k)).value).sum::<f64>() / f64::from(parts);
+            // A sum over points one spacing apart for a mean over it: spacing^2 / 24 of the curvature, at most 0.6 / px^2.
+            assert!((profile.at(d).value - mean).abs() < 0.6 * shape.spacing_px * shape.spacing_px / 24.0, "{d}");
+            assert!((profile.at(d).value + profile.at(-d).value).abs() < 1e-12, "{d}");
         }
     }
 

@@ -115,17 +115,9 @@ pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2],
     }
 
     // Add the strips and the flat parts by their sums.
-    for (k, strip) in window.strips.iter().enumerate() {
-        let edge = EdgeModel {
-            profile: &profiles[k],
-            normal: ready.normals[k],
-            tangent: ready.tangents[k],
-            curvature: model.curvature[k],
-            shift_px: ready.shifts_px[k],
-            step_px: ready.step_px,
-            free_blur: active == PARAMETERS,
-        };
-        add_strip(&mut sum, strip, model, &edge, k, active);
+    let edges = edge_models(model, profiles, active == PARAMETERS);
+    for (k, (strip, edge)) in window.strips.iter().zip(&edges).enumerate() {
+        add_strip(&mut sum, strip, model, edge, k, active);
     }
     for (sums, sign) in window.flat.iter().zip([1.0, -1.0]) {
         add_flat(&mut sum, sums, sign, &model.light);
@@ -138,6 +130,20 @@ pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2],
         }
     }
     sum
+}
+
+/// Both edges of a model as their strips see them.
+pub(super) fn edge_models<'a>(model: &Model, profiles: &'a [Profile; 2], free_blur: bool) -> [EdgeModel<'a>; 2] {
+    let ready = Ready::new(model);
+    [0, 1].map(|k| EdgeModel {
+        profile: &profiles[k],
+        normal: ready.normals[k],
+        tangent: ready.tangents[k],
+        curvature: model.curvature[k],
+        shift_px: ready.shifts_px[k],
+        step_px: ready.step_px,
+        free_blur,
+    })
 }
 
 /// Four lanes, summed in a fixed order.

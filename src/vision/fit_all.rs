@@ -1,6 +1,7 @@
 //! Corner measurement on a lattice of candidates: estimate the blur, fit, prune, and fit again.
 
 use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, MAYBE_SHARP_PX};
+use super::blur_shape::PictureBlur;
 use super::candidate::Candidate;
 use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, fit};
@@ -16,9 +17,11 @@ use super::pixel_sums::WindowFrame;
 use super::resolution::coarser;
 use super::scatter::hold_against_lattice;
 use super::settings::{Blur, Settings};
+use super::shape_fit::find_shapes;
 use super::window::gather;
 use glam::{DVec2, IVec2};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// Lines nearer to each other than so many blurs blur into each other's windows.
 const LEAST_SPACING: f64 = 6.0;
@@ -32,6 +35,9 @@ const FIRST_STEP_PX: f64 = 0.01;
 /// the corner is fitted again.
 const ROUNDS: usize = 4;
 const DUE: (f64, f64) = (2e-4, 0.2);
+/// The last fits are made in rounds as well, again where the bends that full windows show would move a corner by more than
+/// this many px and standard deviations.
+const LAST_DUE: (f64, f64) = (2e-4, 1.0);
 /// The last fit is done when a step is below this, in px. Steps shrink with their square over some 0.3 px, so the next
 /// would be of 1e-5 px.
 const LAST_STEP_PX: f64 = 2e-3;
@@ -79,7 +85,7 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
     let mut start_sigma = sigma_px.unwrap_or([FIRST_SIGMA_PX; 2]);
 
     // Fit all corners in small windows, and drop those that make kinks in their lines.
-    first_fits(candidates, &mut grid, &mut rejected, start_sigma, settings);
+    first_fits(candidates, &mut grid, &mut rejected, &PictureBlur::gaussian(start_sigma), settings);
     prune_kinks(&mut grid, &mut rejected);
     prune_hanging(candidates, &mut grid, &mut rejected);
 
@@ -90,11 +96,16 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
         start_sigma = sigma_px.unwrap_or(start_sigma);
     }
 
-    // Fit the corners that are left in full windows.
+    // Fit the corners that are left in full windows, under a blur of another shape where the picture shows one; where edges
+    // lean it is not alike to both sides of them.
+    let blur = match settings.blur {
+        Blur::Common if grid.lean_px == 0.0 => find_shapes(candidates, &grid.pilots(), settings, start_sigma),
+        _ => PictureBlur::gaussian(start_sigma),
+    };
     let mut last = Vec::new();
     for _ in 0..LAST_ROUNDS {
         let before = rejected.len();
-        last = last_fits(candidates, &mut grid, &mut rejected, start_sigma, settings);
+        last = last_fits(candidates, &mut grid, &mut rejected, &blur, settings);
         prune_hanging(candidates, &mut grid, &mut rejected);
         if rejected[before..].iter().all(|r| !matches!(r.reason, Reason::Residual | Reason::OffLattice)) {
             break;
@@ -114,7 +125,7 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
     };
 
     // Number the corners from column and row 0.
-    let fits: std::collections::BTreeMap<usize, CornerFit> =
+    let fits: BTreeMap<usize, CornerFit> =
         last.into_iter().filter_map(|(cell, k, half, fit)| Some((k, doubted(cell, half, fit.ok()?)))).collect();
     let lattice = from_zero(&grid.lattice);
     let mut corners: Vec<Corner> =
@@ -139,7 +150,7 @@ fn first_fits(
     candidates: &Candidates<'_>,
     grid: &mut Grid,
     rejected: &mut Vec<Rejected>,
-    start_sigma: [f64; 2],
+    blur: &PictureBlur,
     settings: &Settings,
 ) {
     let effort = Effort { free_blur: false, steps: 8, tolerance_px: FIRST_STEP_PX, most_sigma_px: f64::INFINITY };
@@ -148,16 +159,16 @@ fn first_fits(
         let due = |[shift, sigma]: [f64; 2]| shift > DUE.0.max(DUE.1 * sigma);
         let first = fit_all(candidates, grid, |site| {
             let half = settings.window.min(FIRST_HALF.0.max(FIRST_HALF.1 / site.step_px()));
-            site.due_px.is_none_or(due).then(|| {
-                (site.frame(start_sigma, half, FIRST_MARGIN_PX), site.model(start_sigma, settings.light), effort)
-            })
+            site.due_px
+                .is_none_or(due)
+                .then(|| (site.frame(blur, half, FIRST_MARGIN_PX), site.model(blur, settings.light), effort))
         });
         if first.is_empty() {
             break;
         }
 
         // Drop the corners that moved too far or whose contrast is weak, and choose the powers of the lines anew.
-        prune(grid, rejected, &first, |(cell, k), fit, around| {
+        prune(grid, rejected, (&first, &BTreeMap::new()), |(cell, k), fit, around| {
             if moved(&candidates.list[k], fit) {
                 Some(Reason::Moved)
             } else if around.is_faint(cell) {
@@ -176,41 +187,50 @@ fn last_fits(
     candidates: &Candidates<'_>,
     grid: &mut Grid,
     rejected: &mut Vec<Rejected>,
-    start_sigma: [f64; 2],
+    blur: &PictureBlur,
     settings: &Settings,
 ) -> Vec<Outcome> {
     // Choose the steps and the tolerance by the blur: free, narrow or wide.
     let free_blur = settings.blur == Blur::PerCorner;
-    let narrow = start_sigma[0].min(start_sigma[1]) < NARROW_SIGMA_PX;
+    let narrow = blur.sigma_px[0].min(blur.sigma_px[1]) < NARROW_SIGMA_PX;
     let (steps, tolerance_px) = match (free_blur, narrow) {
         (true, _) => (LAST_STEPS[2], LAST_STEP_PX),
         (false, true) => (LAST_STEPS[1], NARROW_STEP_PX),
         (false, false) => (LAST_STEPS[0], LAST_STEP_PX),
     };
 
-    // Fit every corner.
-    let last = fit_all(candidates, grid, |site| {
-        let effort = Effort { free_blur, steps, tolerance_px, most_sigma_px: 0.5 * site.step_px() };
-        Some((
-            site.frame(start_sigma, site.half(settings.window, start_sigma), LAST_MARGIN_PX),
-            site.model(start_sigma, settings.light),
-            effort,
-        ))
-    });
-
-    // Drop the corners whose fit did not converge, moved too far, or leaves too large a residual.
-    prune(grid, rejected, &last, |(cell, k), fit, around| {
-        if fit.last_step_px > 0.05 {
-            Some(Reason::NotConverged)
-        } else if moved(&candidates.list[k], fit) {
-            Some(Reason::Moved)
-        } else if around.is_unlike(cell) {
-            Some(Reason::Residual)
-        } else {
-            None
+    let due = |[shift, sigma]: [f64; 2]| shift > LAST_DUE.0.max(LAST_DUE.1 * sigma);
+    let mut last: BTreeMap<[i32; 2], Outcome> = BTreeMap::new();
+    for round in 0..ROUNDS {
+        // Fit every corner, and then those that the new bends would move.
+        let fitted = fit_all(candidates, grid, |site| {
+            let effort = Effort { free_blur, steps, tolerance_px, most_sigma_px: 0.5 * site.step_px() };
+            (round == 0 || site.due_px.is_none_or(due)).then(|| {
+                let half = site.half(settings.window, blur.sigma_px);
+                (site.frame(blur, half, LAST_MARGIN_PX), site.model(blur, settings.light), effort)
+            })
+        });
+        if fitted.is_empty() {
+            break;
         }
-    });
-    last
+
+        // Drop the corners whose fit did not converge, moved too far, or leaves too large a residual.
+        prune(grid, rejected, (&fitted, &last), |(cell, k), fit, around| {
+            if fit.last_step_px > 0.05 {
+                Some(Reason::NotConverged)
+            } else if moved(&candidates.list[k], fit) {
+                Some(Reason::Moved)
+            } else if around.is_unlike(cell) {
+                Some(Reason::Residual)
+            } else {
+                None
+            }
+        });
+        last.extend(fitted.into_iter().map(|outcome| (outcome.0, outcome)));
+        grid.find_lean();
+        grid.choose_powers();
+    }
+    last.into_values().collect()
 }
 
 fn corner(index: [i32; 2], position_px: DVec2, fit: &CornerFit) -> Corner {
@@ -262,15 +282,20 @@ fn fit_one(
     fit(&window, model, effort).ok_or(Reason::NotConverged)
 }
 
-/// Takes the fitted positions over and drops the corners whose fit failed or breaks a rule.
+/// Takes the fitted positions over and drops the corners whose fit failed or breaks a rule, beside those of earlier rounds.
 fn prune(
     grid: &mut Grid,
     rejected: &mut Vec<Rejected>,
-    outcomes: &[Outcome],
+    (outcomes, earlier): (&[Outcome], &BTreeMap<[i32; 2], Outcome>),
     rule: impl Fn(([i32; 2], usize), &CornerFit, &Neighbourhood) -> Option<Reason>,
 ) {
-    let fits = outcomes.iter().filter_map(|(cell, _, _, fit)| Some((*cell, fit.as_ref().ok()?)));
-    let around = Neighbourhood::new(fits, grid.contrasts());
+    let fits: BTreeMap<[i32; 2], &CornerFit> = earlier
+        .values()
+        .chain(outcomes)
+        .filter(|outcome| grid.lattice.contains_key(&outcome.0))
+        .filter_map(|(cell, _, _, fit)| Some((*cell, fit.as_ref().ok()?)))
+        .collect();
+    let around = Neighbourhood::new(fits.into_iter(), grid.contrasts());
     for (cell, k, half, outcome) in outcomes {
         match outcome
             .as_ref()

@@ -85,7 +85,6 @@ impl EdgeStrip {
     }
 
     /// x, y, value, weight and sign of each pixel.
-    #[cfg(test)]
     pub(super) fn pixels(&self) -> impl Iterator<Item = [f64; 5]> + '_ {
         let all = self.chunks.iter().flat_map(|chunk| (0..CHUNK).map(|k| [0, 1, 2, 3, 4].map(|i| chunk[i][k])));
         all.take((self.chunks.len() * CHUNK + self.last).saturating_sub(CHUNK))
@@ -107,6 +106,14 @@ pub(super) struct EdgeModel<'a> {
     pub(super) step_px: f64,
     /// Whether the blur is solved for.
     pub(super) free_blur: bool,
+}
+
+impl EdgeModel<'_> {
+    /// The signed distance from the edge of a place from the corner, on a side of the other edge: 1 or -1.
+    pub(super) fn distance(&self, r: DVec2, sign: f64) -> f64 {
+        let along = self.tangent.dot(r);
+        self.normal.dot(r) + 0.5 * self.curvature * along * along + self.shift_px + self.step_px * sign
+    }
 }
 
 /// Weighted sums over a strip: E with its sign; T = A sign E', T t, and A sign E'' / 2 for the square of the blur; g = 1,

@@ -1,0 +1,183 @@
+//! The search for a blur that is no Gaussian: weights of its bumps (`blur_shape`) from what the fits of some corners leave near
+//! their edges, by least squares over all of these at once.
+//!
+//! An Airy pattern, the disc of a lens out of focus, a square and motion along a line come out so, each family of lines with its own.
+//! A picture whose Gaussian leaves no more than chance, or no more than the model's own error, keeps it.
+
+use super::blur::FIRST_MARGIN_PX;
+use super::blur_shape::{BUMPS, PictureBlur};
+use super::candidates::Candidates;
+use super::corner_fit::{CornerFit, fit, profiles};
+use super::corner_model::{Effort, Model};
+use super::corner_site::CornerSite;
+use super::edge_spread::{EdgeShape, SHARP_PX, bump_pairs};
+use super::equations::edge_models;
+use super::settings::Settings;
+use super::strip::{EdgeModel, EdgeStrip};
+use super::window::{Window, gather};
+use crate::num::gauss::Gauss;
+use glam::DVec2;
+use nalgebra::{SMatrix, SVector};
+use rayon::prelude::*;
+
+/// Corners that the weights are found from, and rounds of fits.
+const PILOTS: usize = 12;
+const ROUNDS: usize = 3;
+/// Steps of distance in which the misfit is sought.
+const BINS: usize = 16;
+/// It is there where these explain so many times what chance would, and where it is larger than this share of the contrast:
+/// what is left of the model's own error is smaller.
+const SURE: f64 = 6.0;
+const LEAST_MISFIT: f64 = 5e-4;
+/// Another shape is believed where it explains at least this share of the squares that the Gaussian leaves near the edges.
+const BELIEVED: f64 = 0.2;
+/// A weight's own standard deviation, before anything is seen of it, and the least share of the normal matrix that holds it.
+const PRIOR: f64 = 0.3;
+const HOLD: f64 = 1e-7;
+
+/// What the fits leave near the edges of one family.
+#[derive(Debug, Clone, Copy)]
+struct Left {
+    normal: SMatrix<f64, BUMPS, BUMPS>,
+    right: SVector<f64, BUMPS>,
+    /// Sums of w A^2 and of what is left, towards the side of the edge, times A, in steps of distance.
+    bins: [[f64; 2]; BINS],
+    /// Sums of what is left squared, and of the weights.
+    squares: f64,
+    weight: f64,
+}
+
+impl Left {
+    fn none() -> Self {
+        let bins = [[0.0; 2]; BINS];
+        Self { normal: SMatrix::zeros(), right: SVector::zeros(), bins, squares: 0.0, weight: 0.0 }
+    }
+
+    /// Adds the pixels of a strip; the equations of the weights only where they are wanted.
+    fn add(&mut self, strip: &EdgeStrip, model: &Model, edge: &EdgeModel<'_>, k: usize, equations: bool) {
+        let shape = model.shapes[k];
+        let (gauss, under) = (Gauss::new(), EdgeShape::new(edge.normal, model.sigma_px[k]));
+        let [m0, mx, my, a0, ax, ay] = model.light;
+        let reach = under.reach().max(shape.reach_px());
+        for [x, y, value, weight, sign] in strip.pixels() {
+            let d = edge.distance(DVec2::new(x, y) - model.corner, sign);
+            let contrast = (a0 + ax * x + ay * y) * sign;
+            let left = value - (m0 + mx * x + my * y) - contrast * edge.profile.at(d).value;
+            self.squares += weight * left * left;
+            self.weight += weight;
+            let bin = &mut self.bins[((d.abs() / reach * BINS as f64) as usize).min(BINS - 1)];
+            bin[0] += weight * contrast * contrast;
+            bin[1] += weight * contrast * left * d.signum();
+            if equations && d.abs() < reach {
+                let pairs = bump_pairs(&shape, edge.normal, under.exact(gauss, d), d);
+                let column = SVector::<f64, BUMPS>::from_fn(|j, _| contrast * pairs[j].value);
+                self.normal += weight * column * column.transpose();
+                self.right += column * (weight * left);
+            }
+        }
+    }
+
+    fn sum(mut self, other: &Self) -> Self {
+        self.normal += other.normal;
+        self.right += other.right;
+        for (bin, more) in self.bins.iter_mut().zip(other.bins) {
+            *bin = [bin[0] + more[0], bin[1] + more[1]];
+        }
+        self.squares += other.squares;
+        self.weight += other.weight;
+        self
+    }
+
+    /// Whether what is left depends on the distance from the edge, more than by chance and more than the model's own error.
+    fn is_misfit(&self) -> bool {
+        let explained: f64 = self.bins.iter().filter(|b| b[0] > 0.0).map(|b| b[1] * b[1] / b[0]).sum();
+        let strength: f64 = self.bins.iter().map(|b| b[0]).sum();
+        let chance = (self.squares - explained) / (self.weight - BINS as f64).max(1.0);
+        // A is half the contrast.
+        let share = 0.5 * (explained / strength.max(f64::MIN_POSITIVE)).sqrt();
+        explained > SURE * BINS as f64 * chance && share > LEAST_MISFIT
+    }
+
+    /// By how much the weights change.
+    fn change(&self) -> Option<SVector<f64, BUMPS>> {
+        let hold = (self.squares / self.weight.max(1.0) / (PRIOR * PRIOR)).max(HOLD * self.normal.trace());
+        let normal = self.normal + SMatrix::<f64, BUMPS, BUMPS>::identity() * hold;
+        let change = normal.cholesky()?.solve(&self.right);
+        change.iter().all(|v| v.is_finite()).then_some(change)
+    }
+}
+
+/// The shapes of the blur of a picture whose Gaussians are known: from some corners, and only where a Gaussian leaves clearly more.
+pub(super) fn find_shapes(
+    candidates: &Candidates<'_>,
+    sites: &[CornerSite],
+    settings: &Settings,
+    sigma_px: [f64; 2],
+) -> PictureBlur {
+    // See whether the Gaussians leave more than chance.
+    let plain = PictureBlur::gaussian(sigma_px);
+    let sites: Vec<CornerSite> = sites.iter().copied().step_by(sites.len().div_ceil(PILOTS).max(1)).collect();
+    let fits = fit_sites(candidates, &sites, settings, &plain);
+    let before = squares(&fits);
+    let misfit = left(&fits, false).map(|l| l.is_misfit());
+    let mut shaped = [0, 1].map(|k| misfit[k] && sigma_px[k] >= SHARP_PX);
+
+    // Find the weights, where they explain enough, and fit again.
+    let (mut blur, mut fits) = (plain, fits);
+    for round in 0..ROUNDS {
+        if shaped == [false; 2] {
+            return plain;
+        }
+        let left = left(&fits, true);
+        for k in 0..2 {
+            let Some(change) = left[k].change() else { return plain };
+            shaped[k] &= round > 0 || change.dot(&left[k].right) > BELIEVED * left[k].squares;
+            if shaped[k] {
+                blur.shapes[k].weights.iter_mut().zip(change.iter()).for_each(|(w, c)| *w += c);
+            }
+        }
+        fits = fit_sites(candidates, &sites, settings, &blur);
+    }
+    if squares(&fits) < before { blur } else { plain }
+}
+
+type SiteFit = Option<(Window, CornerFit)>;
+
+/// Fits corners in full windows under a blur.
+fn fit_sites(
+    candidates: &Candidates<'_>,
+    sites: &[CornerSite],
+    settings: &Settings,
+    blur: &PictureBlur,
+) -> Vec<SiteFit> {
+    let effort = Effort { free_blur: false, steps: 8, tolerance_px: 1e-3, most_sigma_px: f64::INFINITY };
+    let one = |site: &CornerSite| {
+        let frame = site.frame(blur, site.half(settings.window, blur.sigma_px), FIRST_MARGIN_PX);
+        let window = gather(candidates.image, candidates.valid.as_ref(), &frame);
+        let fit = fit(&window, &site.model(blur, settings.light), &effort)?;
+        Some((window, fit))
+    };
+    sites.par_iter().map(one).collect()
+}
+
+/// The sum of the squares that fits leave, in units of their contrasts.
+fn squares(fits: &[SiteFit]) -> f64 {
+    let share = |fit: &CornerFit| fit.residual / fit.model.light[3];
+    fits.iter().flatten().map(|(_, fit)| share(fit) * share(fit)).sum()
+}
+
+/// What fits leave near the edges of both families.
+fn left(fits: &[SiteFit], equations: bool) -> [Left; 2] {
+    let one = |fit: &SiteFit| {
+        let mut own = [Left::none(); 2];
+        if let Some((window, CornerFit { model, .. })) = fit {
+            let profiles = profiles(model);
+            for (k, edge) in edge_models(model, &profiles, false).iter().enumerate() {
+                own[k].add(&window.strips[k], model, edge, k, equations);
+            }
+        }
+        own
+    };
+    let all: Vec<[Left; 2]> = fits.par_iter().map(one).collect();
+    [0, 1].map(|k| all.iter().fold(Left::none(), |sum, own| sum.sum(&own[k])))
+}
