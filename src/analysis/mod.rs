@@ -23,3 +23,4 @@ pub mod relay;
 pub mod convergence;
 pub mod reprojection_study;
 pub mod layout;
+pub mod stereo_truth;
