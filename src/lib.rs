@@ -100,6 +100,7 @@ pub mod geom;
 pub mod optics;
 pub mod surface;
 pub mod raster;
+pub mod texture;
 pub mod io;
 pub mod effect;
 pub mod scene;

@@ -47,9 +47,10 @@ fn every_channel_attribute_and_key_stands_on_the_page() {
     let (mut attributes, mut classes) = (BTreeSet::new(), Vec::new());
     for scene in scenes() {
         fs::write(folder.path().join("scene.toml"), scene).expect("written");
-        let done = biprism(folder.path(), &["render", "scene.toml", "--out", "a.exr", "--out", "a.png"]);
+        let halves = ["render", "scene.toml", "--stereo", "--halves", "--out", "a.exr", "--out", "a.png"];
+        let done = biprism(folder.path(), &halves);
         assert!(done.status.success(), "{}", text(&done.stderr));
-        let meta = MetaData::read_from_file(folder.path().join("a.exr"), true).expect("a header");
+        let meta = MetaData::read_from_file(folder.path().join("a_left.exr"), true).expect("a header");
         let [header] = &meta.headers[..] else { panic!("one part") };
         for channel in &header.channels.list {
             let kind = if channel.sample_type == SampleType::U32 { "u32" } else { "f32" };
@@ -64,7 +65,7 @@ fn every_channel_attribute_and_key_stands_on_the_page() {
         keys.extend(notes.as_object().expect("an object").keys().cloned());
         let named = notes["class"].as_array().expect("a list").clone();
         classes = if named.len() > classes.len() { named } else { classes };
-        let (_, png) = biprism::io::read(&folder.path().join("a.png"), None).expect("a picture");
+        let (_, png) = biprism::io::read(&folder.path().join("a_left.png"), None).expect("a picture");
         assert_eq!(png.texts["biprism"].parse::<serde_json::Value>().expect("JSON"), notes, "the PNG has other notes");
     }
     assert_eq!(rows(&page, "Channels of the EXR"), channels, "the page's channels, and those of the files");

@@ -26,3 +26,4 @@ pub mod layout;
 pub mod tolerance;
 pub mod surface_fits;
 pub mod paper_claims;
+pub mod stereo_truth;

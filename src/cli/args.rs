@@ -117,6 +117,13 @@ pub struct RenderArgs {
     /// every pixel's centre sees, .npy that alone at full f64.
     #[arg(long, required = true)]
     pub out: Vec<PathBuf>,
+    /// Write into EXR and NPY what is true of the stereo pair as well: depth, distance, the pixel of the other half that sees the
+    /// same point, disparity, and which halves see it.
+    #[arg(long)]
+    pub stereo: bool,
+    /// Write left and right half apart, each with its truth: of `--out a.png` the files `a_left.png` and `a_right.png`.
+    #[arg(long)]
+    pub halves: bool,
     /// No edge or corner of the board may lie farther than this from its true place, in px: the cheapest level of
     /// accuracy that promises it, instead of the scene's own.
     #[arg(long, value_parser = target_px)]

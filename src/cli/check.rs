@@ -10,6 +10,7 @@ use crate::analysis::half_image::{HalfFrame, NoPinhole, virtual_camera, virtual_
 use crate::error::Error;
 use crate::metrics::pinhole::Pinhole;
 use crate::report::fit;
+use crate::scene::{Scene, TextureSpec};
 use crate::system::auto;
 use crate::system::crossing::Crossing;
 use crate::system::{self, System};
@@ -39,6 +40,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
         "board": {
             "squares": [scene.board.columns, scene.board.rows],
             "centre_mm": scene.board.world_from_board.translation_mm.to_array(),
+            "texture": scene.texture.as_ref().map(TextureSpec::words),
         },
         "plan": plan.json(),
         "doubts": doubts,
@@ -50,15 +52,10 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
     if args.json {
         output::stdout(&format!("{found:#}\n"))?;
     } else {
-        let board = &scene.board;
         let mut text = format!("{} can be rendered\n", files::shown(&args.scene));
         text += &format!("prism   {}\n", scene.prism.kind());
         text += &format!("sensor  {} x {} px\n", scene.camera.width_px, scene.camera.height_px);
-        let centre = board.world_from_board.translation_mm;
-        text += &format!(
-            "board   {} x {} squares of {} mm, centre at {centre} mm\n",
-            board.columns, board.rows, board.square_mm
-        );
+        text += &board(&scene);
         for half in Half::BOTH {
             let frame = HalfFrame::new(&system, half);
             let [made, designed] = [virtual_camera_made(&system, &frame), virtual_camera(&system, &frame)].map(told);
@@ -76,6 +73,20 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
         doubts.iter().for_each(|doubt| output::stderr(&format!("note: {doubt}")));
     }
     Ok(if plan.in_reach() { Outcome::Done } else { Outcome::Unmet })
+}
+
+/// What the board shows, and where it is.
+fn board(scene: &Scene) -> String {
+    let board = &scene.board;
+    let centre = board.world_from_board.translation_mm;
+    let shown = match &scene.texture {
+        None => format!("{} x {} squares of {} mm", board.columns, board.rows, board.square_mm),
+        Some(texture) => {
+            let size_mm = texture.size_mm(board.squares_mm());
+            format!("{}, {} x {} mm", texture.words(), size_mm.x, size_mm.y)
+        }
+    };
+    format!("board   {shown}, centre at {centre} mm\n")
 }
 
 /// The virtual cameras of a half, as made and as designed, for JSON.

@@ -25,6 +25,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     let asked = |scene: Scene| accuracy::asked(scene, args.target_px);
     let candidates = candidates(&args.scenes)?.into_iter().map(|one| ToJudge { scene: asked(one.scene), ..one });
     let candidates: Vec<ToJudge> = candidates.collect();
+    candidates.iter().try_for_each(|one| files::checkerboard(&one.scene, &one.path))?;
     outputs(&args.out, &candidates)?;
 
     // Judge prism by prism.

@@ -108,6 +108,7 @@ fn by_scene(
     progress: &Progress,
 ) -> Result<Vec<CornerView>, Error> {
     let scene = files::load(path)?;
+    files::checkerboard(&scene, path)?;
     if let Some(picture) = picture {
         files::check_size(&args.picture, picture, &scene)?;
     }

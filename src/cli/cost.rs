@@ -13,6 +13,7 @@ use std::path::Path;
 
 pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
     let scene = files::scene(args.scene.as_deref())?;
+    files::checkerboard(&scene, args.scene.as_deref().unwrap_or(Path::new("")))?;
     let names = ["cost.json", "cost.csv", "cost.png", "cost.svg", "cost_design.png", "cost_design.svg"];
     files::outputs(&args.out, &names)?;
     let preset = if args.quick { CostSettings::quick() } else { CostSettings::default() };

@@ -64,6 +64,17 @@ pub(super) fn exact_scene() -> Result<Scene, Error> {
     scene::parse(EXACT, "scenes/exact.toml (embedded)", None)
 }
 
+/// Refuses the scene in `path` where its board has no checkerboard, whose corners are looked for.
+pub(super) fn checkerboard(scene: &Scene, path: &Path) -> Result<(), Error> {
+    let Some(texture) = &scene.texture else { return Ok(()) };
+    let rule = format!(
+        "`board.texture` is {}, and corners are looked for on a checkerboard, which the board of this scene is not",
+        texture.words()
+    );
+    let help = "take `texture` out of `[board]`, or use `biprism render` and `biprism trace`, which need no corners";
+    Err(Error::new(shown(path), rule, help))
+}
+
 /// The instrument of the scene in `path`.
 pub(super) fn build(scene: &Scene, path: &Path) -> Result<System, Error> {
     named(path, crate::system::build(scene))

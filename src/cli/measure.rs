@@ -30,6 +30,7 @@ enum Input {
 
 pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
     let scene = files::load(&args.scene)?;
+    files::checkerboard(&scene, &args.scene)?;
     let input = input(args, &scene)?;
     let progress = Progress::new(0);
     progress.begin(&scene.name, "design");

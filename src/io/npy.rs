@@ -14,7 +14,7 @@ const ALIGNMENT: usize = 64;
 /// A field of a record, packed behind the one before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NpyField {
-    /// So many f64.
+    /// So many f64; of one a plain number.
     F64(&'static str, usize),
     /// One u32.
     U32(&'static str),
@@ -32,6 +32,7 @@ impl NpyField {
     /// As NumPy describes it.
     fn described(self) -> String {
         match self {
+            Self::F64(name, 1) => format!("('{name}', '<f8')"),
             Self::F64(name, count) => format!("('{name}', '<f8', ({count},))"),
             Self::U32(name) => format!("('{name}', '<u4')"),
         }

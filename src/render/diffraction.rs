@@ -173,7 +173,7 @@ fn has_small_squares(system: &System, tile: &Region) -> bool {
     let middle = |range: &Range<usize>| 0.5 * (range.start + range.end) as f64;
     let Ok(footprint) = system.footprint(DVec2::new(middle(&tile.columns), middle(&tile.rows))) else { return false };
     let step_mm = footprint.jacobian.x_axis.abs() + footprint.jacobian.y_axis.abs();
-    step_mm.max_element() * SMALL_SQUARE_PX > system.board().pattern.square_mm
+    step_mm.max_element() * SMALL_SQUARE_PX > system.feature_mm()
 }
 
 /// One variant of the instrument, by its cells.

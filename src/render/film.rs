@@ -4,6 +4,7 @@ use crate::accuracy::{Level, is_told_by_radiance};
 use crate::optics::fate::Fate;
 use crate::raster::Raster;
 use crate::system::Side;
+use std::ops::Range;
 
 /// A rendered picture with its own account.
 #[derive(Debug, Clone, PartialEq)]
@@ -269,6 +270,21 @@ pub struct Strip {
     pub class: Option<Raster<Class>>,
     /// The board position that it sees, in mm.
     pub board_mm: Option<Raster<[f32; 2]>>,
+}
+
+impl Strip {
+    /// Some columns as a picture of their own.
+    #[must_use]
+    pub fn columns(&self, columns: Range<usize>) -> Self {
+        let Range { start, end } = columns;
+        Self {
+            radiance: self.radiance.columns(start, end),
+            colour: self.colour.as_ref().map(|colour| colour.columns(start, end)),
+            noise: self.noise.as_ref().map(|noise| noise.columns(start, end)),
+            class: self.class.as_ref().map(|class| class.columns(start, end)),
+            board_mm: self.board_mm.as_ref().map(|board_mm| board_mm.columns(start, end)),
+        }
+    }
 }
 
 impl From<&Film> for Strip {

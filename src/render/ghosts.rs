@@ -1,6 +1,6 @@
 //! Ghosts: the light of reflections in the glass, added to the picture.
 
-use super::checkerboard::Checkerboard;
+use super::board_face::BoardFace;
 use super::film::Film;
 use super::pixel::square;
 use crate::effect::{BoardPoint, Ghosts, LightPath};
@@ -48,7 +48,7 @@ pub(super) fn add(system: &System, film: &mut Film) {
                     for x in few.clone() {
                         let corner = DVec2::new(x as f64, (j * BLOCK + k) as f64);
                         let ghosts = match &block {
-                            Some(block) => block.pixel(&pass.pattern, corner - first, pass.active),
+                            Some(block) => block.pixel(&pass.face, corner - first, pass.active),
                             None => pass.sampled(corner),
                         };
                         row[x] = (f64::from(row[x]) + ghosts) as f32;
@@ -76,17 +76,17 @@ struct GhostBlock {
 impl GhostBlock {
     /// The mean radiance of all ghosts over the square of side `active` in the middle of the pixel whose corner lies at
     /// `offset` from that of the block.
-    fn pixel(&self, pattern: &Checkerboard, offset: DVec2, active: f64) -> f64 {
+    fn pixel(&self, face: &BoardFace<'_>, offset: DVec2, active: f64) -> f64 {
         let size = BLOCK as f64;
         let light = between(self.constant, (offset + 0.5) / size);
         let edges = self.edges.iter().map(|(powers, places)| {
             let outline = square(0.5 * active).map(|c| between(*places, (offset + 0.5 + c) / size));
             let middle = 0.25 * ((outline[0] + outline[2]) + (outline[1] + outline[3]));
             let reach = outline.iter().fold(DVec2::ZERO, |reach, p| reach.max((*p - middle).abs()));
-            let radiance = pattern
+            let radiance = face
                 .constant(middle, reach)
-                .or_else(|| pattern.mean_over(&outline))
-                .unwrap_or_else(|| pattern.radiance(middle));
+                .or_else(|| face.mean_over(&outline))
+                .unwrap_or_else(|| face.radiance(middle));
             between(*powers, (offset + 0.5) / size) * radiance
         });
         light + edges.sum::<f64>()
@@ -108,7 +108,7 @@ struct GhostPass<'a> {
     ghosts: Ghosts,
     body: GlassBody,
     light: PolarisationState,
-    pattern: Checkerboard,
+    face: BoardFace<'a>,
     /// The largest radiance that there is.
     brightest: f64,
     /// The side of the square in the middle of a pixel that receives light, in px.
@@ -140,7 +140,7 @@ impl<'a> GhostPass<'a> {
         let board = &system.board().pattern;
         let brightest = board.black.max(board.white).max(board.background).max(ghosts.behind);
         let active = system.effects().active_side();
-        Some(Self { system, ghosts, body: system.body()?, light, pattern: Checkerboard::new(board), brightest, active })
+        Some(Self { system, ghosts, body: system.body()?, light, face: BoardFace::new(system), brightest, active })
     }
 
     /// All ghosts at the corners of all blocks, row by row.
@@ -171,7 +171,7 @@ impl<'a> GhostPass<'a> {
         }
 
         // Interpolate each ghost over the block, and add up the errors at the middle.
-        let squares = self.pattern.squares_per_mm();
+        let squares = self.face.squares_per_mm();
         let mut block = GhostBlock { constant: [0.0; 4], edges: Vec::new() };
         let mut bend = 0.0;
         for (k, middle) in middle.iter().enumerate() {
@@ -193,7 +193,7 @@ impl<'a> GhostPass<'a> {
                     // Find whether the block, and a margin around it, sees one radiance.
                     let (low, high) =
                         places[1..].iter().fold((places[0], places[0]), |(l, h), p| (l.min(*p), h.max(*p)));
-                    let constant = self.pattern.constant(0.5 * (low + high), (0.5 + MARGIN) * (high - low));
+                    let constant = self.face.constant(0.5 * (low + high), (0.5 + MARGIN) * (high - low));
                     if constant.is_none() {
                         // What a pixel sees moves by this share of itself.
                         bend += middle.power * self.brightest * (off / ((high - low) / BLOCK as f64)).max_element();
@@ -229,7 +229,7 @@ impl<'a> GhostPass<'a> {
             self.trace(corner + 0.5 + (at(k) - 0.5) * self.active, |ghost| {
                 let radiance = match ghost.seen {
                     GhostTarget::Uniform(radiance) => radiance,
-                    GhostTarget::Board(mm) => self.pattern.at(mm),
+                    GhostTarget::Board(mm) => self.face.at(mm),
                 };
                 sum += ghost.power * radiance;
             });
@@ -244,7 +244,7 @@ impl<'a> GhostPass<'a> {
 
     /// What light that leaves the glass sees, weakened as all light at `px` is: by everything but the glass.
     fn ghost(&self, exit: &Exit, px: DVec2) -> Ghost {
-        let Self { system, ghosts, pattern, .. } = self;
+        let Self { system, ghosts, face, .. } = self;
         let (seen, board_point) = if exit.last.face == Face::Front {
             (GhostTarget::Uniform(ghosts.behind), None)
         } else {
@@ -253,7 +253,7 @@ impl<'a> GhostPass<'a> {
                     let board_point = BoardPoint { point_mm: exit.ray.at(t_mm), normal: system.board().normal() };
                     (GhostTarget::Board(board_mm), Some(board_point))
                 }
-                Err(_) => (GhostTarget::Uniform(pattern.background()), None),
+                Err(_) => (GhostTarget::Uniform(face.background()), None),
             }
         };
         let path = LightPath { image_cos: system.camera().image_cos(px), crossings: &[], landing: board_point };

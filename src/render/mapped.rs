@@ -4,8 +4,8 @@
 use super::band::Band;
 use super::draft::{self, BLOCK, Steps};
 use super::map::MapPatch;
-use super::pixel::mean_or_subdivide;
-use super::pixel_mean::{PackedTaylor2, pixel_means};
+use super::pixel::{mean_or_subdivide, means_of};
+use super::pixel_mean::PackedTaylor2;
 use super::plan::Plan;
 use super::steep;
 use super::work::Work;
@@ -143,7 +143,10 @@ impl Kernel for PatchRows<'_, '_, '_> {
             let span = start..start + columns.len();
             let out = &mut band.radiance[span.clone()];
             edge_pixels.clear();
-            work.counts.edge_pixels += constant_pixels(plan, patch, &row, draft, out, &mut edge_pixels);
+            match plan.plate {
+                None => work.counts.edge_pixels += constant_pixels(plan, patch, &row, draft, out, &mut edge_pixels),
+                Some(_) => edge_pixels.extend(0..out.len() as u32),
+            }
             edge_means(plan, patch, &row, y, out, &edge_pixels, &mut work);
 
             // Apply the throughput of transport effects.
@@ -187,6 +190,7 @@ fn draft_px(plan: &Plan, patch: &MapPatch) -> Option<f64> {
     let small = patch.bounds.iter().all(|[x, y, _]| 0.5 * (x + y) < 0.49);
     let error_px = draft::error_px(patch.stray_px);
     let accuracy = plan.system.accuracy();
+    let small = small && plan.plate.is_none();
     (accuracy.arithmetic == Arithmetic::Single && small && error_px <= accuracy.bend_px).then_some(error_px)
 }
 
@@ -306,7 +310,7 @@ fn edge_means(
         let at = |k: usize| first_x + f64::from(few[k.min(few.len() - 1)]);
         let s = Lanes::of(|k| patch.s(at(k)));
         let taylor = packed_taylor2(patch.flip, step, row.derivatives(0, s), row.derivatives(1, s));
-        let means = pixel_means(&plan.pattern, &taylor, &accuracy);
+        let means = means_of(plan, &taylor, &accuracy);
         for (k, &i) in few.iter().enumerate() {
             out[i as usize] = mean_or_subdivide(plan, DVec2::new(at(k), y), means[k], work) as f32;
         }

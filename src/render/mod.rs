@@ -17,6 +17,7 @@ mod map;
 mod tiling;
 mod steepness;
 mod plan;
+mod board_face;
 mod passage;
 mod pixel;
 mod steep;

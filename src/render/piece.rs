@@ -118,7 +118,7 @@ pub(super) fn constant_between(plan: &Plan, middle_mm: DVec2, corners_mm: &[DVec
     // Twice as far as the middle of the corners is from what the middle sees: the map's bend carries no point farther out.
     let bend = 2.0 * (mean - middle_mm).abs();
     let scale = plan.pattern.squares_per_mm();
-    plan.pattern.constant(0.5 * (low + high) * scale, (0.5 * (high - low) + bend) * scale)
+    plan.face().constant(0.5 * (low + high) * scale, (0.5 * (high - low) + bend) * scale)
 }
 
 /// What the corners and the middle of a convex piece of a pixel see through `side`, in mm.

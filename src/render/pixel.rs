@@ -1,20 +1,30 @@
 //! The mean radiance of one pixel from the map about its centre, or from traced parts of it.
 
 use super::film::Class;
-use super::pixel_mean::{PackedTaylor2, PixelMean, Taylor2, mean_of_points, pixel_means};
+use super::pixel_mean::{PackedTaylor2, PixelMean, Taylor2, divided_mean, mean_of_points, pixel_means};
 use super::plan::Plan;
 use super::work::Work;
+use crate::accuracy::Accuracy;
+use crate::num::simd::LANES;
 use glam::DVec2;
 use std::f64::consts::SQRT_2;
 
 /// The mean radiance of a pixel that sees the board through one side all over.
 pub(super) fn whole_pixel(plan: &Plan, px: DVec2, taylor: &Taylor2, work: &mut Work) -> f64 {
-    mean_or_subdivide(
-        plan,
-        px,
-        pixel_means(&plan.pattern, &PackedTaylor2::splat(taylor), &plan.less(plan.truncation_px))[0],
-        work,
-    )
+    mean_or_subdivide(plan, px, means_of(plan, &PackedTaylor2::splat(taylor), &plan.less(plan.truncation_px))[0], work)
+}
+
+/// The means of what the board shows over [`LANES`] pixels.
+#[inline(always)]
+pub(super) fn means_of(plan: &Plan, pixels: &PackedTaylor2, accuracy: &Accuracy) -> [PixelMean; LANES] {
+    if plan.plate.is_none() {
+        return pixel_means(&plan.pattern, pixels, accuracy);
+    }
+    let face = plan.face();
+    let mean = |polygon: &[DVec2; 4]| {
+        face.mean_over(polygon).unwrap_or_else(|| mean_of_points(&|c| face.radiance(c), polygon, &square(0.5)))
+    };
+    std::array::from_fn(|k| divided_mean(&pixels.lane(k), accuracy, &mean))
 }
 
 /// The radiance of the pixel at `px` by its mean; traced in parts where its Taylor expansion does not tell it.
@@ -74,14 +84,15 @@ pub(super) fn part(plan: &Plan, px: DVec2, outline: &[DVec2], work: &mut Work) -
     let scale = plan.pattern.squares_per_mm();
     // At the critical angle itself the map has no derivative.
     if !footprint.jacobian.is_finite() {
-        return plan.pattern.at(footprint.sight.board_mm);
+        return plan.face().at(footprint.sight.board_mm);
     }
     let mut polygon = [DVec2::ZERO; MAX_VERTICES];
     for (corner, p) in polygon.iter_mut().zip(outline) {
         *corner = (footprint.sight.board_mm + footprint.jacobian * *p) * scale;
     }
     let polygon = &polygon[..outline.len()];
-    plan.pattern.mean_over(polygon).unwrap_or_else(|| mean_of_points(&plan.pattern, polygon, outline))
+    let face = plan.face();
+    face.mean_over(polygon).unwrap_or_else(|| mean_of_points(&|c| face.radiance(c), polygon, outline))
 }
 
 /// What a ray brings that never reaches the board: nothing from within the glass, the surroundings from past the board.

@@ -106,7 +106,7 @@ impl PackedTaylor2 {
     }
 
     #[inline(always)]
-    fn lane(&self, k: usize) -> Taylor2 {
+    pub(super) fn lane(&self, k: usize) -> Taylor2 {
         let lane = |v: &[Lanes; 2]| DVec2::new(v[0].0[k], v[1].0[k]);
         Taylor2 {
             seen: lane(&self.seen),
@@ -245,6 +245,18 @@ fn several_lines(pattern: &Checkerboard, taylor: &Taylor2, accuracy: &Accuracy) 
     if let Some(value) = pattern.constant(taylor.seen, reach) {
         return PixelMean::Constant(value);
     }
+    divided_mean(taylor, accuracy, &of_squares(pattern))
+}
+
+/// The mean of the checkerboard over a parallelogram.
+fn of_squares(pattern: &Checkerboard) -> impl Fn(&[DVec2; 4]) -> f64 {
+    |polygon| pattern.mean_over(polygon).unwrap_or_else(|| mean_of_points(&|c| pattern.radiance(c), polygon, &SQUARE))
+}
+
+/// The mean over a pixel, given that over a parallelogram on the board, from as many parts as are flat to the error allowed.
+#[inline]
+pub(super) fn divided_mean(taylor: &Taylor2, accuracy: &Accuracy, mean: &impl Fn(&[DVec2; 4]) -> f64) -> PixelMean {
+    let stray = 0.125 * (taylor.dxx.abs() + 2.0 * taylor.dxy.abs() + taylor.dyy.abs());
     // |J^-1| on what it strays along each axis.
     let right = taylor.dy.y.abs() * stray.x + taylor.dy.x.abs() * stray.y;
     let down = taylor.dx.y.abs() * stray.x + taylor.dx.x.abs() * stray.y;
@@ -257,7 +269,7 @@ fn several_lines(pattern: &Checkerboard, taylor: &Taylor2, accuracy: &Accuracy) 
     let wanted = (stray_px / accuracy.bend_px).sqrt().ceil().max(1.0);
     let parts = (wanted as u32).min(accuracy.max_division);
     let off_px = stray_px / f64::from(parts * parts);
-    PixelMean::Edge { value: mean_of_parts(pattern, taylor, parts), parts, off_px }
+    PixelMean::Edge { value: mean_of_parts(mean, taylor, parts), parts, off_px }
 }
 
 /// The corners of a pixel, in the order of its polygon.
@@ -265,7 +277,7 @@ const SQUARE: [DVec2; 4] = [DVec2::new(-0.5, -0.5), DVec2::new(0.5, -0.5), DVec2
 
 /// The mean over n x n parts of the pixel, each by the tangent of the map at its centre, which is moved to where the mean
 /// of its second order lies. Mirror images are summed in pairs, so that their sums have the same bits.
-fn mean_of_parts(pattern: &Checkerboard, taylor: &Taylor2, n: u32) -> f64 {
+fn mean_of_parts(mean: &impl Fn(&[DVec2; 4]) -> f64, taylor: &Taylor2, n: u32) -> f64 {
     let side = 1.0 / f64::from(n);
     let shift = (taylor.dxx + taylor.dyy) * (side * side / 24.0);
     let place = |k: u32| (f64::from(2 * k + 1) - f64::from(n)) * (0.5 * side);
@@ -275,8 +287,7 @@ fn mean_of_parts(pattern: &Checkerboard, taylor: &Taylor2, n: u32) -> f64 {
         let seen = taylor.seen + (taylor.dx * p.x + taylor.dy * p.y) + bend + shift;
         let right = (taylor.dx + (taylor.dxx * p.x + taylor.dxy * p.y)) * (0.5 * side);
         let down = (taylor.dy + (taylor.dxy * p.x + taylor.dyy * p.y)) * (0.5 * side);
-        let polygon = [seen - right - down, seen + right - down, seen + right + down, seen - right + down];
-        pattern.mean_over(&polygon).unwrap_or_else(|| mean_of_points(pattern, &polygon, &SQUARE))
+        mean(&[seen - right - down, seen + right - down, seen + right + down, seen - right + down])
     };
     let row = |j: u32| {
         let pairs: f64 = (0..n / 2).map(|i| part(i, j) + part(n - 1 - i, j)).sum();
@@ -287,7 +298,7 @@ fn mean_of_parts(pattern: &Checkerboard, taylor: &Taylor2, n: u32) -> f64 {
 
 /// The mean over a polygon that has shrunk to a line, the image of the convex `outline` in the picture, vertex by vertex:
 /// points spread evenly over the outline.
-pub(super) fn mean_of_points(pattern: &Checkerboard, polygon: &[DVec2], outline: &[DVec2]) -> f64 {
+pub(super) fn mean_of_points(radiance: &dyn Fn(DVec2) -> f64, polygon: &[DVec2], outline: &[DVec2]) -> f64 {
     const N: usize = 32;
     let place = |k: usize| (k as f64 + 0.5) / N as f64;
     let (mut sum, mut weights) = (0.0, 0.0);
@@ -296,7 +307,7 @@ pub(super) fn mean_of_points(pattern: &Checkerboard, polygon: &[DVec2], outline:
         let (a, b) = (polygon[k] - polygon[0], polygon[k + 1] - polygon[0]);
         // The far half of a parallelogram, folded back over its triangle.
         let point = |s: f64, t: f64| if s + t <= 1.0 { a * s + b * t } else { a * (1.0 - s) + b * (1.0 - t) };
-        let points = (0..N * N).map(|k| pattern.radiance(polygon[0] + point(place(k % N), place(k / N))));
+        let points = (0..N * N).map(|k| radiance(polygon[0] + point(place(k % N), place(k / N))));
         sum += weight * points.sum::<f64>() / (N * N) as f64;
         weights += weight;
     }

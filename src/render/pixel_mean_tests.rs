@@ -50,7 +50,7 @@ fn one_line_is_wrong_by_the_square_of_the_bend() {
                 continue;
             }
             lines += usize::from(line.all());
-            let parts = mean_of_parts(&pattern, &taylor, 16);
+            let parts = mean_of_parts(&of_squares(&pattern), &taylor, 16);
             // 0.8 of contrast; second order in a bend that slanting steps magnify up to 20 times; in each part of
             // 1/16 the bend is left out along the line, whose mean is right.
             let bound = 1e-13 + 0.8 * (20.0 * bend * 20.0 * bend + bend / 256.0);

@@ -16,6 +16,7 @@ use crate::render::film::Counts;
 use crate::surface::face::Face;
 use crate::surface::shape::Surface;
 use crate::system::{Side, System};
+use crate::texture::Plate;
 use glam::DVec2;
 use std::ops::Range;
 
@@ -59,6 +60,8 @@ pub struct Plan<'a> {
     pub(super) system: &'a System,
     /// The board's radiance.
     pub(super) pattern: Checkerboard,
+    /// What the board shows in place of its squares, where it has a texture.
+    pub(super) plate: Option<&'a Plate>,
     /// How centres are traced.
     pub(super) centre_tracer: CentreTracer<'a>,
     /// Rectangles that a polynomial map stands for.
@@ -129,6 +132,7 @@ impl<'a> Plan<'a> {
             system,
             truncation_px,
             pattern: Checkerboard::new(&system.board().pattern),
+            plate: system.plate(),
             centre_tracer: CentreTracer::new(system, sampling != Sampling::SingleRays),
             patches: tiling.patches,
             traced: tiling.traced,

@@ -206,6 +206,9 @@ impl ReferenceRenderer<'_> {
         if centre.passage.class.side().is_none() {
             return Some(self.light(centre));
         }
+        if self.plan.plate.is_some() {
+            return None;
+        }
         let low = corners.iter().fold(centre.seen, |low, c| low.min(c.seen));
         let high = corners.iter().fold(centre.seen, |high, c| high.max(c.seen));
         // Beyond a kink it may be seen farther out.
@@ -230,12 +233,18 @@ impl ReferenceRenderer<'_> {
         lines
     }
 
+    /// What a place sees, in mm in the board's frame.
+    fn mm(&self, place: &TracedPoint) -> DVec2 {
+        (place.seen - 0.5 * DVec2::new(self.board.columns as f64, self.board.rows as f64)) * self.board.square_mm
+    }
+
     /// The radiance at a place.
     fn radiance(&self, place: &TracedPoint) -> f64 {
         let board = self.board;
         let count = DVec2::new(board.columns as f64, board.rows as f64);
         let outside = (place.seen - count).max(-place.seen).max_element();
         match place.passage.class {
+            Class::Left | Class::Right if self.plan.plate.is_some() => self.plan.face().at(self.mm(place)),
             Class::Left | Class::Right if outside > board.margin_mm / board.square_mm => board.background,
             Class::Left | Class::Right if outside > 0.0 => board.white,
             Class::Left | Class::Right => {
@@ -320,6 +329,11 @@ impl ReferenceRenderer<'_> {
         let high = vertices[0].seen.max(vertices[1].seen).max(vertices[2].seen);
         if vertices[0].passage.class.side().is_none() {
             return area(vertices) * self.light(&vertices[0]);
+        }
+        if let Some(plate) = self.plan.plate {
+            let mm = vertices.map(|p| self.mm(&p));
+            let mean = plate.mean_over(&mm).unwrap_or_else(|| plate.at(self.mm(&middle(vertices))));
+            return area(vertices) * mean * self.plan.throughput(middle(vertices).px);
         }
         let lines = [self.lines(0, low, high), self.lines(1, low, high)];
         if lines.iter().any(|l| l.len() > MOST_STRIPS) {

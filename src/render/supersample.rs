@@ -1,7 +1,7 @@
 //! Supersampling: the mean of point samples a pixel, as a general renderer takes it that knows nothing of its scene.
 
+use super::board_face::BoardFace;
 use super::centre_rays::{CentreTracer, Run, trace_scalar};
-use super::checkerboard::Checkerboard;
 use super::film::Class;
 use super::plan::BAND_ROWS;
 use crate::raster::Raster;
@@ -21,7 +21,7 @@ pub enum SamplePlaces {
 /// The mean of n x n point samples a pixel, each traced.
 pub fn supersampled(system: &System, n: usize, samples: SamplePlaces) -> Raster<f32> {
     let [width, height] = system.camera().size_px();
-    let pattern = Checkerboard::new(&system.board().pattern);
+    let face = BoardFace::new(system);
     let centre_tracer = CentreTracer::new(system, true);
     let mut picture = Raster::filled(width, height, 0.0f32);
 
@@ -56,8 +56,8 @@ pub fn supersampled(system: &System, n: usize, samples: SamplePlaces) -> Raster<
                 // Add the radiance that they see.
                 for i in 0..width {
                     sums[i] += match class[i] {
-                        Class::Left | Class::Right => pattern.at(DVec2::new(x_mm[i], y_mm[i])),
-                        Class::PastBoard => pattern.background(),
+                        Class::Left | Class::Right => face.at(DVec2::new(x_mm[i], y_mm[i])),
+                        Class::PastBoard => face.background(),
                         _ => 0.0,
                     };
                 }

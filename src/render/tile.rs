@@ -5,8 +5,8 @@ use super::border::{Nearby, border_pixel};
 use super::centre_rays::Run;
 use super::film::Class;
 use super::kinks;
-use super::pixel::{ended_ray_radiance, mean_or_subdivide};
-use super::pixel_mean::{PackedTaylor2, Taylor2, pixel_means};
+use super::pixel::{ended_ray_radiance, mean_or_subdivide, means_of};
+use super::pixel_mean::{PackedTaylor2, Taylor2};
 use super::plan::{PartBorders, Plan};
 use super::region::Region;
 use super::steep;
@@ -80,7 +80,7 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         }
 
         // Fill the pixels within one square, then integrate those on lines of the pattern.
-        widest(ConstantPixels { plan, centres: &centres, at, row, edge_pixels: &mut edge_pixels });
+        constant_pixels(plan, &centres, at, row, &mut edge_pixels);
         edge_pixels.retain(|i| border.binary_search(i).is_err());
         let kinked = kinked_pixels(plan, &centres, at, start_px, &mut edge_pixels, work);
         widest(EdgePixels { plan, centres: &centres, at, start: start_px, row, edge_pixels: &edge_pixels, work });
@@ -106,6 +106,14 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         }
 
         centres.store_truth(at, band, start, rect.columns.len());
+    }
+}
+
+/// Fills the pixels of a row that are of one radiance, and lists the others: of a texture all.
+fn constant_pixels(plan: &Plan, centres: &Centres, at: usize, row: &mut [f32], edge_pixels: &mut Vec<u32>) {
+    match plan.plate {
+        None => widest(ConstantPixels { plan, centres, at, row, edge_pixels }),
+        Some(_) => edge_pixels.extend(0..row.len() as u32),
     }
 }
 
@@ -247,7 +255,7 @@ impl Kernel for EdgePixels<'_> {
             for (k, &i) in few.iter().enumerate().skip(1) {
                 packed.set_lane(k, &taylor(i));
             }
-            let means = pixel_means(&plan.pattern, &packed, &accuracy);
+            let means = means_of(plan, &packed, &accuracy);
             for (k, &i) in few.iter().enumerate() {
                 row[i as usize] = mean_or_subdivide(plan, start + DVec2::new(f64::from(i), 0.0), means[k], work) as f32;
             }

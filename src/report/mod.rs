@@ -19,3 +19,4 @@ pub mod table;
 pub mod cameras;
 pub mod corner_table;
 mod truth;
+mod stereo_file;

@@ -1,8 +1,10 @@
 //! A rendered picture as a file: PNG of the radiance, EXR with the ground truth of every pixel through the prism, or NPY of
 //! that truth alone at full precision. PNG and EXR say of which instrument ([`identity`]).
 
-use super::{identity, truth};
+use super::stereo_file::StereoPart;
+use super::{identity, stereo_file, truth};
 use crate::analysis::fates::fates;
+use crate::analysis::stereo_truth::StereoTruth;
 use crate::effect::Sensor;
 use crate::error::Error;
 use crate::io::exr::Channel;
@@ -14,6 +16,7 @@ use crate::render::{AccuracyReport, Counts, Film, Strip, render_strips};
 use crate::scene::{Encoding, Scene};
 use crate::system::in_light::light_name;
 use crate::system::{InLight, System};
+use crate::vision::half::{Half, columns_of};
 use glam::DVec2;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -49,7 +52,35 @@ pub fn check_name(path: &Path) -> Result<(), Error> {
 /// # Errors
 /// As [`check_name`], and when the file cannot be written.
 pub fn write(path: &Path, scene: &Scene, system: &System, film: &Film) -> Result<usize, Error> {
-    write_strips(path, scene, system, once(Arc::new(Strip::from(film))))
+    write_strips(&PictureFile::plain(path.to_owned()), scene, system, once(Arc::new(Strip::from(film))))
+}
+
+/// A file of a picture, and what goes into it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PictureFile {
+    /// Its name, whose ending says of which kind it is.
+    pub path: PathBuf,
+    /// The half that is a picture of its own; the whole picture where there is none.
+    pub half: Option<Half>,
+    /// Whether EXR and NPY hold what is true of a stereo pair as well.
+    pub stereo: bool,
+}
+
+impl PictureFile {
+    /// The whole picture, without what is true of a stereo pair.
+    pub fn plain(path: PathBuf) -> Self {
+        Self { path, half: None, stereo: false }
+    }
+
+    /// The files of both halves: `a_left.png` and `a_right.png` of `a.png`.
+    #[must_use]
+    pub fn halves(&self) -> [Self; 2] {
+        Half::BOTH.map(|half| {
+            let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
+            let name = format!("{stem}_{}.{}", half.name(), self.path.extension().unwrap_or_default().display());
+            Self { path: self.path.with_file_name(name), half: Some(half), ..self.clone() }
+        })
+    }
 }
 
 /// Writes a picture that comes in strips, one below the other, as [`write()`].
@@ -57,16 +88,32 @@ pub fn write(path: &Path, scene: &Scene, system: &System, film: &Film) -> Result
 /// # Errors
 /// As [`write()`].
 pub fn write_strips(
-    path: &Path,
+    file: &PictureFile,
     scene: &Scene,
     system: &System,
     strips: impl Iterator<Item = Arc<Strip>>,
 ) -> Result<usize, Error> {
-    let mut strips = strips.peekable();
+    // Cut each strip to the half.
+    let PictureFile { path, half, stereo } = file;
+    let whole = scene.camera.width_px;
+    let columns = half.map_or(0..whole, |half| columns_of(whole, half));
+    let cut = |strip: Arc<Strip>| if half.is_some() { Arc::new(strip.columns(columns.clone())) } else { strip };
+    let mut strips = strips.map(cut).peekable();
+
+    // Note what the file holds.
     let sampled = strips.peek().is_some_and(|first| first.noise.is_some());
-    let json = notes(scene, system, sampled);
+    let json = notes(scene, system, sampled, file);
     let notes = Notes { json: &json, pitch_mm: Some(scene.camera.pitch_mm) };
-    let size = (scene.camera.width_px, scene.camera.height_px);
+    let size = (columns.len(), scene.camera.height_px);
+
+    // Count the rows of what is true.
+    let rows_of = |done: &mut usize, strip: &Strip| {
+        let first = *done;
+        *done += strip.radiance.height();
+        first..*done
+    };
+    let truth = (*stereo && ending(path) != "png").then(|| StereoTruth::new(system));
+    let part = |rows| truth.as_ref().map(|truth| StereoPart::new(truth, whole, *half, rows));
     match ending(path).as_str() {
         "png" => {
             let transfer = match scene.encoding {
@@ -81,23 +128,31 @@ pub fn write_strips(
                 png::write_grey16_strips(path, size, greys, transfer, &notes)
             }
         }
-        "exr" => exr::write_strips(path, size.1, strips.map(|strip| channels(system, &strip)), &notes).map(|()| 0),
+        "exr" => {
+            let parts = strips.scan(0, |done, strip| {
+                let stereo = part(rows_of(done, &strip));
+                let mut all = channels(system, &strip);
+                all.extend(stereo.iter().flat_map(StereoPart::channels));
+                Some(all)
+            });
+            exr::write_strips(path, size.1, parts, &notes).map(|()| 0)
+        }
         "npy" => {
             let light = InLight::new(system);
-            let rows = strips.scan(0, |done, strip| {
-                let first = *done;
-                *done += strip.radiance.height();
-                Some(first..*done)
+            let rows = strips.scan(0, |done, strip| Some(rows_of(done, &strip)));
+            let parts = rows.map(|rows| match part(rows.clone()) {
+                Some(stereo) => stereo.records(),
+                None => truth::records(&light, columns.clone(), rows),
             });
-            let parts = rows.map(|rows| truth::records(&light, size.0, rows));
-            npy::write_parts(path, &truth::FIELDS, [size.1, size.0], parts).map(|()| 0)
+            let fields = if truth.is_some() { &stereo_file::FIELDS[..] } else { &truth::FIELDS };
+            npy::write_parts(path, fields, [size.1, size.0], parts).map(|()| 0)
         }
         _ => check_name(path).map(|()| 0),
     }
 }
 
 /// What is noted in a picture's file, as JSON: scene, instrument, and what each channel is.
-fn notes(scene: &Scene, system: &System, sampled: bool) -> String {
+fn notes(scene: &Scene, system: &System, sampled: bool, file: &PictureFile) -> String {
     let mut what = serde_json::json!({
         "scene": scene.name,
         "prism": scene.prism.kind(),
@@ -118,11 +173,23 @@ fn notes(scene: &Scene, system: &System, sampled: bool) -> String {
     {
         classes.push("clipped".into());
     }
+    if let Some(half) = file.half {
+        what["half"] = half.name().into();
+    }
+    if file.stereo {
+        what["stereo"] = STEREO_WORDS.into();
+    }
     if sampled {
         what["Y.error"] = "standard error of Y, from the spread of random sets of samples".into();
     }
     what.to_string()
 }
+
+/// What the channels of a stereo pair are.
+const STEREO_WORDS: &str = "Z: depth along the camera's axis, mm; distance: from the camera's position, mm; other: where the other \
+                            side of the prism sees the same point, px of the whole picture, or of the other half where a half is \
+                            a picture of its own; disparity: position in the left half less that in the right one, px of each; \
+                            seen_by: 0 nothing is seen, 1 by the left half alone, 2 by the right one alone, 3 by both";
 
 /// What the value of a pixel is, and how a sensor's is made light again.
 fn radiance_words(sensor: Option<&Sensor>) -> String {
@@ -193,29 +260,29 @@ pub struct Written {
     pub clamped: Vec<usize>,
 }
 
-/// Renders the picture of `scene`, whose instrument is `system`, strip by strip into all the files at once, as [`write()`]: of
+/// Renders the picture of `scene`, whose instrument is `system`, strip by strip into all the files at once, as [`write_strips`]: of
 /// each file a thread writes one strip while the next is made, so that few strips are held at a time. `observer` hears how
 /// many more pixels are done.
 ///
 /// # Errors
 /// As [`write()`].
 pub fn render_to_files<'env>(
-    paths: &'env [PathBuf],
+    files: &'env [PictureFile],
     scene: &'env Scene,
     system: &'env System,
     observer: &dyn Observer,
 ) -> Result<Written, Error> {
     std::thread::scope(|scope| {
-        let writer = |path: &'env PathBuf| {
+        let writer = |file: &'env PictureFile| {
             let (strips, received) = sync_channel::<Arc<Strip>>(1);
-            let write = move || write_strips(path, scene, system, received.into_iter());
+            let write = move || write_strips(file, scene, system, received.into_iter());
             let thread = Builder::new().spawn_scoped(scope, write).map_err(|error| {
                 let rule = format!("no thread can be made to write it: {error}");
-                Error::new(path.display(), rule, "write fewer files at once, or end other programs")
+                Error::new(file.path.display(), rule, "write fewer files at once, or end other programs")
             })?;
             Ok((strips, thread))
         };
-        let writers = paths.iter().map(writer).collect::<Result<Vec<_>, Error>>()?;
+        let writers = files.iter().map(writer).collect::<Result<Vec<_>, Error>>()?;
         let mut all_fates = BTreeMap::new();
         let (counts, account) = render_strips(system, observer, &mut |strip| {
             strip.class.iter().flat_map(fates).for_each(|(fate, n)| *all_fates.entry(fate).or_insert(0) += n);

@@ -11,11 +11,11 @@ use std::ops::Range;
 /// the class is no side, as in the EXR; the class tells which these are.
 pub(super) const FIELDS: [NpyField; 2] = [NpyField::F64("board_mm", 2), NpyField::U32("class")];
 
-/// The records of some rows of a picture of `width` columns, as `biprism trace` has them at pixel centres.
-pub(super) fn records(light: &InLight<'_>, width: usize, rows: Range<usize>) -> Vec<u8> {
+/// The records of some rows and `columns` of a picture, as `biprism trace` has them at pixel centres.
+pub(super) fn records(light: &InLight<'_>, columns: Range<usize>, rows: Range<usize>) -> Vec<u8> {
     let row = |j: usize| {
-        let mut bytes = Vec::with_capacity(width * FIELDS.iter().map(|field| field.bytes()).sum::<usize>());
-        for i in 0..width {
+        let mut bytes = Vec::with_capacity(columns.len() * FIELDS.iter().map(|field| field.bytes()).sum::<usize>());
+        for i in columns.clone() {
             let (board_mm, class) = match light.trace(DVec2::new(i as f64 + 0.5, j as f64 + 0.5)) {
                 Ok(hit) => (hit.board_mm, Class::from(hit.side)),
                 Err(fate) => (DVec2::NAN, Class::from(fate)),

@@ -13,6 +13,7 @@ use super::rules;
 use super::schema::*;
 use super::source::ValueSource;
 use super::surface_files;
+use super::texture_keys;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::error::Error;
@@ -40,6 +41,10 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
         effects,
         prism,
         camera,
+        texture: match &file.board.texture {
+            Some(texture) => Some(texture_keys::texture(document, "board.texture", texture, &board, folder)?),
+            None => None,
+        },
         board,
         board_pose: match file.board.pose {
             BoardPoseFile::Stated => BoardPose::Stated,

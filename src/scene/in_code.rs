@@ -4,7 +4,7 @@ use super::effects::rules as effect_rules;
 use super::model::*;
 use super::ranges::Ranges;
 use super::source::{Code, ValueSource};
-use super::{design_rules, physics, rules};
+use super::{design_rules, physics, rules, texture_keys};
 use crate::accuracy::Accuracy;
 use crate::effect::{Effects, Lens};
 use crate::error::Error;
@@ -19,6 +19,7 @@ impl Scene {
             camera,
             prism,
             board,
+            texture: None,
             board_pose: BoardPose::Stated,
             accuracy: Accuracy::standard(),
             effects: Effects::default(),
@@ -77,6 +78,10 @@ impl Scene {
         ranges.camera(&self.camera)?;
         ranges.prism(&self.prism)?;
         ranges.board(&self.board)?;
+        if let Some(texture) = &self.texture {
+            ranges.texture("board.texture", texture)?;
+            texture_keys::texels(source, "board.texture", texture, &self.board)?;
+        }
         ranges.effects(&self.effects)?;
         ranges.list("analysis.depths_mm", &self.analysis.depths_mm)?;
         ranges.count("analysis.grid", self.analysis.grid)?;

@@ -30,6 +30,8 @@ mod camera;
 mod camera_keys;
 mod surface_files;
 mod surface_keys;
+mod texture_spec;
+mod texture_keys;
 
 pub use design_model::{DesignGoal, DesignSettings, DesignedSurface, MarchOrder, Method, Objective, Rear};
 pub use law::PrismLaw;
@@ -42,7 +44,9 @@ pub use model::{
 pub use crate::num::curve::ChebyshevCurve;
 pub use crate::surface::mesh::{Normals, Triangles};
 pub use crate::surface::shape::{PolynomialPatch, RevolvedPatch};
+pub use crate::texture::TexelFilter;
 pub use schema::schema_json;
+pub use texture_spec::{ImageSpec, TextureSpec};
 
 use crate::error::Error;
 use std::io::Read;

@@ -3,6 +3,7 @@
 use super::design_model::DesignSettings;
 use super::law::PrismLaw;
 use super::limits;
+use super::texture_spec::TextureSpec;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::geom::{Distortion, Pose};
@@ -24,6 +25,8 @@ pub struct Scene {
     pub prism: PrismSpec,
     /// What it looks at.
     pub board: BoardSpec,
+    /// What the board shows in place of its squares, where it has a texture.
+    pub texture: Option<TextureSpec>,
     /// How the board's place is known where a picture is measured.
     pub board_pose: BoardPose,
     /// Accuracy of the simulation.
@@ -268,6 +271,13 @@ pub struct BoardSpec {
     pub white: f64,
     /// Radiance around the plate.
     pub background: f64,
+}
+
+impl BoardSpec {
+    /// Width and height of all squares together, in mm.
+    pub fn squares_mm(&self) -> DVec2 {
+        DVec2::new(self.columns as f64, self.rows as f64) * self.square_mm
+    }
 }
 
 /// How the place of the board of a measured picture is known. Pictures that are made here have it where the scene says.

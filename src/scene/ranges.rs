@@ -6,10 +6,13 @@ use super::model::*;
 use super::schema::SCHEMA;
 use super::source::ValueSource;
 use super::structure::{change, item_schema, of_wrong_length, out_of_range, tag, too_short_or_long};
+use super::texture_spec::TextureSpec;
 use crate::error::Error;
 use crate::geom::Pose;
+use crate::raster::Raster;
 use crate::surface::mesh::Triangles;
 use crate::surface::shape::{PolynomialPatch, RevolvedPatch};
+use crate::texture::MOST_TEXELS;
 use glam::{DMat3, DVec2, DVec3};
 use serde_json::Value;
 
@@ -184,6 +187,31 @@ impl<'a> Ranges<'a> {
         self.number("board.black", board.black)?;
         self.number("board.white", board.white)?;
         self.number("board.background", board.background)
+    }
+
+    /// The texture that stands at `key`.
+    pub(super) fn texture(&self, key: &str, texture: &TextureSpec) -> Result<(), Error> {
+        match texture {
+            TextureSpec::Chart => Ok(()),
+            TextureSpec::Noise { finest_mm, .. } => self.number(&format!("{key}.finest_mm"), *finest_mm),
+            TextureSpec::Image(image) => {
+                self.word(&format!("{key}.image"), &image.file)?;
+                self.number(&format!("{key}.width_mm"), image.width_mm)?;
+                self.light(&format!("{key}.image"), &image.light)
+            }
+        }
+    }
+
+    /// The light of a picture: not below 0, and not more than a texture may have.
+    fn light(&self, key: &str, light: &Raster<f32>) -> Result<(), Error> {
+        let (rule, help) = if light.data().is_empty() || light.data().len() > MOST_TEXELS {
+            (format!("has {} pixels, and must have 1 to {MOST_TEXELS}", light.data().len()), "take fewer pixels")
+        } else if let Some(value) = light.data().iter().find(|v| !(**v >= 0.0 && v.is_finite())) {
+            (format!("has a pixel of {value}, and light is finite and not below 0"), "correct the picture")
+        } else {
+            return Ok(());
+        };
+        Err(self.source.refuse(key, format!("`{key}` {rule}"), help))
     }
 
     pub(super) fn prism(&self, prism: &PrismSpec) -> Result<(), Error> {

@@ -9,6 +9,7 @@ pub(super) use super::effects::tables::{EffectTables, EffectsFile};
 use super::limits::*;
 use super::model::Analysis;
 use super::prism_tables::PrismFile;
+use super::texture_keys::TextureFile;
 use super::tidy::tidy;
 use crate::accuracy::COARSEST_TARGET_PX;
 use schemars::generate::SchemaSettings;
@@ -116,6 +117,9 @@ pub(super) struct BoardFile {
     /// Width of the white margin around the squares, in mm. Left out, it is one square.
     #[schemars(range(min = 0, max = LONGEST_MM))]
     pub(super) margin_mm: Option<f64>,
+    /// What the board shows in place of its squares: "noise" or "chart", or a table with a picture's file or with settings of the
+    /// two. A board with a texture has no corners.
+    pub(super) texture: Option<TextureFile>,
     /// Radiance of a black square, of full scale 1.
     #[serde(default = "black")]
     #[schemars(range(min = 0, max = RADIANCE))]

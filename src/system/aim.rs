@@ -61,12 +61,20 @@ impl<'a> Aimer<'a> {
     /// # Errors
     /// [`Fate::NotConverged`] when no position is found; the fate of the starting rays when none reaches the board.
     pub fn aim(&self, board_mm: DVec2, side: Side) -> Result<DVec2, Fate> {
+        self.aim_from(board_mm, side, None)
+    }
+
+    /// [`Aimer::aim`], from a position `near` the one that is sought, where one is known.
+    ///
+    /// # Errors
+    /// As [`Aimer::aim`].
+    pub fn aim_from(&self, board_mm: DVec2, side: Side, near: Option<DVec2>) -> Result<DVec2, Fate> {
         match &self.lights[..] {
-            [only] => only.aim(board_mm, side),
+            [only] => only.aim(board_mm, side, near),
             lights => {
                 let mut mean = DVec2::ZERO;
                 for light in lights {
-                    mean += light.aim(board_mm, side)? * light.share;
+                    mean += light.aim(board_mm, side, near)? * light.share;
                 }
                 Ok(mean)
             }
@@ -88,13 +96,15 @@ impl<'a> OneLight<'a> {
         Self { share, system, starts }
     }
 
-    /// Newton's method from the nearest start.
-    fn aim(&self, board_mm: DVec2, side: Side) -> Result<DVec2, Fate> {
+    /// The position that sees `board_mm`: from `near`, and where nothing is found from there, from the grid.
+    fn aim(&self, board_mm: DVec2, side: Side, near: Option<DVec2>) -> Result<DVec2, Fate> {
+        if let Some(Ok(found)) = near.map(|near| self.system.aim_from(near, board_mm, side)) {
+            return Ok(found);
+        }
         let nearest = self.starts[side as usize]
             .iter()
             .min_by(|a, b| a.1.distance_squared(board_mm).total_cmp(&b.1.distance_squared(board_mm)));
-        let &(px, _) = nearest.ok_or(Fate::Missed)?;
-        self.system.aim_from(px, board_mm, side)
+        self.system.aim_from(nearest.ok_or(Fate::Missed)?.0, board_mm, side)
     }
 }
 

@@ -3,6 +3,7 @@
 use super::board::Board;
 use super::camera::Camera;
 use super::clip::Opening;
+use super::plate::plate;
 use crate::accuracy::Accuracy;
 use crate::effect::Effects;
 use crate::geom::Ray;
@@ -11,6 +12,7 @@ use crate::prism::biprism::Prism;
 use crate::prism::payload::{Differentials, Path, Payload};
 use crate::prism::side::Side;
 use crate::scene;
+use crate::texture::Plate;
 use glam::{DMat2, DVec2};
 use std::sync::Arc;
 
@@ -28,6 +30,8 @@ pub struct System {
     pub(super) designed: Option<Arc<Prism>>,
     /// The board.
     pub(super) board: Board,
+    /// What it shows in place of its squares, where it has a texture.
+    pub(super) plate: Option<Arc<Plate>>,
     /// An opening before the camera, through which all rays must go.
     pub(super) stop: Option<Opening>,
     /// What is asked of each ray.
@@ -63,6 +67,7 @@ impl System {
             designed: designed.clone().map(Arc::new),
             prism: designed,
             board: Board::new(&scene.board),
+            plate: scene.texture.as_ref().map(|texture| plate(texture, &scene.board)),
             stop: None,
             accuracy: scene.accuracy,
             effects: Effects::default(),
@@ -95,6 +100,17 @@ impl System {
     #[inline(always)]
     pub fn board(&self) -> &Board {
         &self.board
+    }
+
+    /// What the board shows in place of its squares, where it has a texture.
+    #[inline(always)]
+    pub fn plate(&self) -> Option<&Plate> {
+        self.plate.as_deref()
+    }
+
+    /// The shortest distance of lines on the board, in mm: the side of a square, or what is finest in its texture.
+    pub fn feature_mm(&self) -> f64 {
+        self.plate().map_or(self.board.pattern.square_mm, Plate::feature_mm)
     }
 
     /// An opening before the camera, through which all rays must go.
@@ -194,7 +210,8 @@ impl System {
     /// Whether prism and board have the plane x = 0 as their plane of symmetry.
     fn has_symmetric_scenery(&self) -> bool {
         let board = &self.board.pattern;
-        self.prism.as_ref().is_none_or(Prism::keeps_mirror_images)
+        self.plate.is_none()
+            && self.prism.as_ref().is_none_or(Prism::keeps_mirror_images)
             && board.columns % 2 == 1
             && board.world_from_board.keeps_mirror_images()
     }

@@ -18,6 +18,7 @@ pub mod tessellated;
 pub mod solid;
 pub mod crossing;
 mod variants;
+mod plate;
 mod ghost_rays;
 pub(crate) mod instrument;
 mod build;

@@ -85,7 +85,7 @@ impl RadianceRange {
 /// is in a pixel at most. In a pixel on the ridge those on both sides of it count.
 fn sweeps(system: &System, board: &BoardSpec) -> ([f64; 2], f64) {
     let margin = if board.margin_mm > 0.0 { board.margin_mm } else { f64::INFINITY };
-    let distance_mm = board.square_mm.min(margin);
+    let distance_mm = system.feature_mm().min(margin);
     let ridge = system.prism().map(|_| ridge_direction(system));
     let family = |axis: usize| {
         // Of each place: the lines across a pixel, and how long one is, on both sides of the ridge together.

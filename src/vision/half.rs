@@ -3,6 +3,7 @@
 
 use crate::raster::Raster;
 use glam::DVec2;
+use std::ops::Range;
 
 /// A half of the *image* (not of the prism).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -49,9 +50,14 @@ impl<T: Copy> HalfImage<T> {
     /// to neither half.
     pub fn cut(image: &Raster<T>, half: Half) -> Self {
         let width = image.width();
-        let columns = if half == Half::Left { 0..width / 2 } else { width.div_ceil(2)..width };
+        let columns = columns_of(width, half);
         Self { half, first_column: columns.start, image: image.columns(columns.start, columns.end) }
     }
+}
+
+/// The columns of one half of a picture of `width` columns, as [`HalfImage::cut`] takes them.
+pub fn columns_of(width: usize, half: Half) -> Range<usize> {
+    if half == Half::Left { 0..width / 2 } else { width.div_ceil(2)..width }
 }
 
 /// The left and the right half of a picture: [`HalfImage::cut`].

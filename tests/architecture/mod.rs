@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// The rooms, each with the rooms that it uses, all of them above it in this list: so no room uses itself by a detour.
 /// The list is the smallest that holds: a use that is not in it is a fault, and so is one of it that nobody has.
-const ROOMS: [(&str, &[&str]); 22] = [
+const ROOMS: [(&str, &[&str]); 23] = [
     ("error", &[]),
     ("accuracy", &[]),
     ("progress", &[]),
@@ -18,16 +18,26 @@ const ROOMS: [(&str, &[&str]); 22] = [
     ("optics", &["num"]),
     ("surface", &["num", "geom", "optics"]),
     ("raster", &["error", "num"]),
+    ("texture", &["num", "raster"]),
     ("vision", &["num", "raster"]),
     ("metrics", &["num", "geom"]),
     ("plot", &["num", "geom", "raster"]),
     ("io", &["error", "geom", "surface", "raster", "vision"]),
     ("effect", &["num", "geom", "optics", "surface", "raster"]),
-    ("scene", &["error", "accuracy", "num", "geom", "optics", "surface", "io", "effect"]),
+    ("scene", &["error", "accuracy", "num", "geom", "optics", "surface", "raster", "texture", "io", "effect"]),
     ("design", &["error", "num", "geom", "optics", "surface", "scene"]),
     ("prism", &["num", "geom", "optics", "surface", "effect", "scene", "design"]),
-    ("system", &["error", "accuracy", "num", "geom", "optics", "surface", "effect", "scene", "design", "prism"]),
-    ("render", &["accuracy", "progress", "num", "optics", "surface", "raster", "effect", "scene", "prism", "system"]),
+    (
+        "system",
+        &["error", "accuracy", "num", "geom", "optics", "surface", "texture", "effect", "scene", "design", "prism"],
+    ),
+    (
+        "render",
+        &[
+            "accuracy", "progress", "num", "optics", "surface", "raster", "texture", "effect", "scene", "prism",
+            "system",
+        ],
+    ),
     (
         "analysis",
         &[

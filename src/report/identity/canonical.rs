@@ -91,13 +91,24 @@ fn list<W: Write, T>(out: &mut W, items: &[T], write: impl Fn(&mut W, &T) -> fmt
     out.write_char(']')
 }
 
+/// The hash FNV-1a of 64 bits of words of 32 bits, byte by byte from the lowest, in hexadecimal.
+pub(super) fn checksum_of_bits(words: impl Iterator<Item = u32>) -> String {
+    let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+    words.flat_map(u32::to_le_bytes).for_each(|byte| hash.add(byte));
+    format!("{:016x}", hash.0)
+}
+
 struct Fnv(u64);
+
+impl Fnv {
+    fn add(&mut self, byte: u8) {
+        self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+    }
+}
 
 impl Write for Fnv {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        for byte in text.bytes() {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
+        text.bytes().for_each(|byte| self.add(byte));
         Ok(())
     }
 }

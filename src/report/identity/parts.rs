@@ -1,12 +1,12 @@
 //! The parts of an instrument and their checksums.
 
-use super::canonical::{Canonical, CanonicalObject};
+use super::canonical::{Canonical, CanonicalObject, checksum_of_bits};
 use super::effects::effects;
 use crate::geom::{Pose, Rect};
 use crate::scene::{
     BiprismSpec, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, DesignGoal, DesignSettings, DesignedSurface,
-    GlassSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec, PolynomialPatch, PolynomialSpec, PrismSpec,
-    Rear, RevolvedPatch, RevolvedSpec, Scene,
+    GlassSpec, ImageSpec, MarchOrder, MeshSpec, Method, Objective, PointCloudSpec, PolynomialPatch, PolynomialSpec,
+    PrismSpec, Rear, RevolvedPatch, RevolvedSpec, Scene, TexelFilter, TextureSpec,
 };
 use crate::surface::mesh::{Normals, Triangles};
 use crate::system::System;
@@ -31,7 +31,7 @@ fn texts<'a>(scene: &'a Scene, system: &'a System) -> [(&'static str, CanonicalO
     [
         ("camera", camera(&scene.camera)),
         ("prism", prism(&scene.prism)),
-        ("board", board(&scene.board)),
+        ("board", board(&scene.board).maybe("texture", scene.texture.as_ref().map(texture))),
         ("effects", effects(system.effects())),
     ]
 }
@@ -94,6 +94,21 @@ fn board<'a>(board: &BoardSpec) -> CanonicalObject<'a> {
         .with("white", white)
         .with("background", background)
         .with("pose", pose(&world_from_board))
+}
+
+fn texture<'a>(texture: &TextureSpec) -> CanonicalObject<'a> {
+    match texture {
+        TextureSpec::Chart => object().with("kind", "chart"),
+        TextureSpec::Noise { seed, finest_mm } => {
+            object().with("kind", "noise").with("seed", *seed).with("finest_mm", *finest_mm)
+        }
+        TextureSpec::Image(ImageSpec { file: _, light, width_mm, filter }) => object()
+            .with("kind", "image")
+            .with("width_mm", *width_mm)
+            .with("linear", *filter == TexelFilter::Linear)
+            .with("columns", light.width())
+            .with("light", checksum_of_bits(light.data().iter().map(|v| v.to_bits())).as_str()),
+    }
 }
 
 fn prism(prism: &PrismSpec) -> CanonicalObject<'_> {
