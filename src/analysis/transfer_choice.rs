@@ -2,7 +2,7 @@
 //!
 //! An edge under a blur is as wide on its bright side as on its dark one, in light. Read by another curve it is not, and the
 //! fit of a corner leaves the more of it the farther the curve is off. So the board is measured under each curve, and
-//! the one of the least median of residual over contrast is taken.
+//! the one of the least median of residual over contrast is taken. Some fifty corners are enough for that.
 
 use crate::num::stats::quantile;
 use crate::raster::Raster;
@@ -150,9 +150,62 @@ fn fitted(stored: &Raster<f32>, powers: &[Trial], halves: bool) -> Option<Trial>
     trial(stored, Curve::Power(place.clamp(low, high)), halves)
 }
 
+/// Columns and rows of corners that are measured under each curve, at most: some fifty tell curves apart.
+const SOME: i32 = 7;
+
+/// The part of the picture around the middle corners of its largest board, as sRGB shows it; `None` where that shows none, or where
+/// the part is most of what is looked at.
+fn part(stored: &Raster<f32>, halves: bool) -> Option<Raster<f32>> {
+    // Find the board, in one of the halves.
+    let light = Curve::Named(Transfer::Srgb).light(stored);
+    let settings = Settings::default();
+    let (first_column, found) = if halves {
+        let of = |half: Half| {
+            let half = HalfImage::cut(&light, half);
+            (half.first_column, detect(&half.image, None, &settings).corners)
+        };
+        let [left, right] = Half::BOTH.map(of);
+        if right.1.len() > left.1.len() { right } else { left }
+    } else {
+        (0, detect(&light, None, &settings).corners)
+    };
+
+    // Take the corners about the one nearest to the middle of them.
+    let middle = found.iter().map(|c| c.position_px).sum::<DVec2>() / found.len().max(1) as f64;
+    let distance = |c: &Corner| c.position_px.distance(middle);
+    let centre = found.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+    let near = |c: &&Corner| (0..2).all(|k| (c.index[k] - centre.index[k]).abs() <= SOME / 2);
+    let some: Vec<&Corner> = found.iter().filter(near).collect();
+
+    // Cut them out with a step around them, and leave it where that saves little.
+    let step_px =
+        some.iter().filter(|c| c.index != centre.index).map(|c| distance_between(c, centre)).reduce(f64::min)?;
+    let place = |c: &&Corner| c.position_px + DVec2::new(first_column as f64, 0.0);
+    let low = some.iter().map(place).reduce(DVec2::min)? - 1.5 * step_px;
+    let high = some.iter().map(place).reduce(DVec2::max)? + 1.5 * step_px;
+    let [x, y] = low.max(DVec2::ZERO).to_array().map(|v| v as usize);
+    let [right, bottom] = [(high.x as usize).min(stored.width()), (high.y as usize).min(stored.height())];
+    (2 * (right - x) * (bottom - y) < stored.data().len()).then(|| {
+        let data = (y..bottom).flat_map(|row| stored.row(row)[x..right].iter().copied());
+        Raster::from_data(right - x, bottom - y, data.collect())
+    })
+}
+
+fn distance_between(a: &Corner, b: &Corner) -> f64 {
+    a.position_px.distance(b.position_px)
+}
+
 /// Chooses among linear, sRGB and a fitted power by what the corner fit leaves of `stored` values, on a scale to 1; of both
 /// halves of the picture, or of the whole. `None` where no curve shows a board.
 pub fn choose(stored: &Raster<f32>, halves: bool) -> Option<TransferChoice> {
+    match part(stored, halves) {
+        Some(part) => of_boards(&part, false),
+        None => of_boards(stored, halves),
+    }
+}
+
+/// The choice by the boards of the whole of `stored`, or of both its halves.
+fn of_boards(stored: &Raster<f32>, halves: bool) -> Option<TransferChoice> {
     // Measure under each curve; only those that show most of the corners count.
     let srgb = trial(stored, Curve::Named(Transfer::Srgb), halves);
     let linear = trial(stored, Curve::Named(Transfer::Linear), halves);

@@ -9,6 +9,7 @@ mod open;
 pub(crate) mod picture_file;
 mod photo;
 mod jpeg;
+mod jpeg_scan;
 mod pnm;
 mod tiff;
 pub mod memory;

@@ -3,6 +3,7 @@
 use super::curve_source::CurveSource;
 use super::inputs::unreadable;
 use super::jpeg::{self, JpegOutline};
+use super::jpeg_scan::{self, Coded};
 use super::memory::{PICTURE_BYTES, check_length, check_memory, length};
 use super::metadata::{Metadata, checked_size};
 use crate::error::Error;
@@ -38,9 +39,10 @@ pub(super) fn read_from(
     let (transfer, transfer_source) = curve.of_silent(path, name(format))?;
     // Look at the file before the library takes memory for it.
     let needs = PhotoNeeds::of(path, &mut source, format)?;
+    let whole = if format == ImageFormat::Jpeg { Some(WholeJpeg::read(path, &mut source)?) } else { None };
 
     // Check size, colours, memory and length.
-    let decoder = ImageReader::with_format(source, format).into_decoder().map_err(damaged)?;
+    let decoder = ImageReader::with_format(&mut source, format).into_decoder().map_err(damaged)?;
     let (width, height) = decoder.dimensions();
     let (width, height) = checked_size(path, width as usize, height as usize)?;
     let colour = decoder.color_type();
@@ -53,6 +55,9 @@ pub(super) fn read_from(
     // Decode, and take the light by a table of all values.
     let mut samples = vec![0; decoder.total_bytes() as usize];
     decoder.read_image(&mut samples).map_err(damaged)?;
+    if let Some(whole) = whole.filter(|_| needs.progressive) {
+        whole.check_last_scan(path, &samples)?;
+    }
     let table: Vec<f64> = (0..=255u8).map(|v| transfer.decode(f64::from(f32::from(v) / 255.0))).collect();
     let light = |v: u8| table[usize::from(v)];
     let data = match colour {
@@ -74,6 +79,40 @@ pub(super) fn read_from(
     Ok((Raster::from_data(width, height, data), metadata))
 }
 
+/// A JPEG file whose codes reach to the end of its picture.
+struct WholeJpeg {
+    bytes: Vec<u8>,
+    /// Where its end is marked.
+    end: Option<usize>,
+}
+
+impl WholeJpeg {
+    /// Reads the file from its start, and goes back there. One that was cut off and then ended is refused.
+    fn read(path: &Path, source: &mut (impl BufRead + Seek)) -> Result<Self, Error> {
+        let mut bytes = Vec::new();
+        source.read_to_end(&mut bytes).and_then(|_| source.rewind()).map_err(|error| unreadable(path, &error))?;
+        match jpeg_scan::coded(&bytes) {
+            Coded::Cut => Err(Self::cut(path)),
+            Coded::Whole(end) => Ok(Self { bytes, end: Some(end) }),
+            Coded::Unknown => Ok(Self { bytes, end: None }),
+        }
+    }
+
+    /// Refuses a progressive file whose last scan ends early: there other bytes behind it make another picture.
+    fn check_last_scan(mut self, path: &Path, samples: &[u8]) -> Result<(), Error> {
+        let Some(end) = self.end else { return Ok(()) };
+        self.bytes.truncate(end - 2);
+        self.bytes.extend([0x5a; 64].into_iter().chain([0xff, 0xd9]));
+        let other = image::load_from_memory_with_format(&self.bytes, ImageFormat::Jpeg);
+        if other.is_ok_and(|other| other.as_bytes() == samples) { Ok(()) } else { Err(Self::cut(path)) }
+    }
+
+    fn cut(path: &Path) -> Error {
+        let rule = "the JPEG is damaged: its coded data end before its picture does, as in a file that was cut short and then ended";
+        Error::new(path.display(), rule, "copy the file again, or export it anew")
+    }
+}
+
 /// What a file asks for, as far as it tells before it is decoded.
 struct PhotoNeeds {
     file_bytes: u64,
@@ -82,6 +121,8 @@ struct PhotoNeeds {
     /// Bytes that the file must have, and pixels that each of them may stand for.
     least: u64,
     pixels_a_byte: u64,
+    /// Whether it is a progressive JPEG, which is decoded twice.
+    progressive: bool,
 }
 
 impl PhotoNeeds {
@@ -101,11 +142,12 @@ impl PhotoNeeds {
                 return Err(Error::new(path.display(), rule, "use a smaller picture"));
             }
             // The file itself, and where it is progressive the coefficients of three components in two bytes each.
-            let held = [if progressive { 6 } else { 0 }, file_bytes];
-            Self { file_bytes, held, least: 0, pixels_a_byte: jpeg::PIXELS_A_BYTE }
+            // The file is held twice, and where it is progressive its samples are.
+            let held = [if progressive { 9 } else { 0 }, 2 * file_bytes];
+            Self { file_bytes, held, least: 0, pixels_a_byte: jpeg::PIXELS_A_BYTE, progressive }
         } else {
             let least = bmp_bytes(source).map_err(failed)?.unwrap_or(0);
-            Self { file_bytes, held: [0; 2], least, pixels_a_byte: u64::MAX }
+            Self { file_bytes, held: [0; 2], least, pixels_a_byte: u64::MAX, progressive: false }
         };
         source.rewind().map_err(failed)?;
         Ok(needs)

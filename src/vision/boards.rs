@@ -39,6 +39,30 @@ pub fn measure(candidates: &Candidates<'_>, lattices: Lattices, settings: &Setti
     }
 }
 
+/// A detection in the picture itself, or of a lattice that only coarser pictures show, where that has more corners.
+pub(super) fn measure_coarser(
+    candidates: &Candidates<'_>,
+    lattices: &Lattices,
+    found: Detection,
+    settings: &Settings,
+) -> Detection {
+    let mut best: Option<(usize, Detection)> = None;
+    for (number, lattice) in lattices.0.iter().enumerate() {
+        let most = best.as_ref().map_or(&found, |(_, best)| best).corners.len();
+        if most >= lattice.len() {
+            break;
+        }
+        let coarse = lattice.values().any(|&k| k >= candidates.crossings());
+        let other = coarse.then(|| measure_lattice(candidates, lattice, settings));
+        best = other.filter(|other| other.corners.len() > most).map(|other| (number, other)).or(best);
+    }
+    let Some((answered, best)) = best else { return found };
+    let others = lattices.0.iter().enumerate().filter(|(number, _)| *number != answered);
+    let mut rejected = outside(candidates, lattices, others.flat_map(|(_, lattice)| lattice.values().copied()));
+    rejected.extend(best.rejected);
+    Detection { rejected, ..best }
+}
+
 /// Measures every board, that of most corners first. Candidates that belong to none are in the answer of the first, which is there
 /// even where there is no board.
 pub fn measure_all(candidates: &Candidates<'_>, lattices: &Lattices, settings: &Settings) -> Vec<Detection> {

@@ -103,13 +103,12 @@ pub fn find_candidates<'a>(image: &'a Raster<f32>, mask: Option<&Raster<bool>>) 
     let (list, rejected) = candidates(&prepared, found.valid.as_ref(), 1.0);
     found.levels.push(0..list.len());
     (found.list, found.rejected, found.prepared) = (list, rejected, Some(prepared));
-    found.add_coarser();
     found
 }
 
 impl Candidates<'_> {
     /// Adds the crossings of coarser pictures: of pixels twice as large, and twice as large again.
-    fn add_coarser(&mut self) {
+    pub(super) fn add_coarser(&mut self) {
         let Some(mut coarse) = self.prepared.as_ref().map(halved) else { return };
         for level in 1..LEVELS {
             if coarse.width().min(coarse.height()) < LEAST_SIDE_PX {

@@ -69,6 +69,7 @@ pub use settings::{Blur, LEAST_VISIBLE, Settings, UnevenLight};
 use crate::raster::Raster;
 
 pub use board_size::{BoardSize, SizedBoard, board_of_size};
+use boards::measure_coarser;
 pub use boards::{measure, measure_all};
 pub use candidates::{Candidates, find_candidates};
 pub use lattice_growth::{Lattices, grow};
@@ -78,14 +79,22 @@ pub use numbering::{LatticeCorner, turned_like, upright};
 ///
 /// Pixels where `mask` is false or whose value is not finite do not count. The answer is the same, bit for bit, for any
 /// number of threads. Any picture is taken: where there is no board the answer is empty. It is [`find_candidates()`],
-/// [`grow()`] and [`measure()`] in turn.
+/// [`grow()`] and [`measure()`] in turn, and where the corners found do not fill a rectangle, the same in coarser pictures.
 ///
 /// # Panics
 /// When the mask has another size than the picture.
 pub fn detect(image: &Raster<f32>, mask: Option<&Raster<bool>>, settings: &Settings) -> Detection {
-    let candidates = find_candidates(image, mask);
+    let mut candidates = find_candidates(image, mask);
     let lattices = grow(&candidates, settings);
-    measure(&candidates, lattices, settings)
+    let found = measure(&candidates, lattices, settings);
+    if found.fills_its_columns_and_rows() {
+        return found;
+    }
+
+    // Look whether coarser pictures show more.
+    candidates.add_coarser();
+    let lattices = grow(&candidates, settings);
+    measure_coarser(&candidates, &lattices, found, settings)
 }
 
 /// Finds and measures the corners of every checkerboard in a picture, that of most corners first; the first is there even where there
@@ -94,7 +103,8 @@ pub fn detect(image: &Raster<f32>, mask: Option<&Raster<bool>>, settings: &Setti
 /// # Panics
 /// When the mask has another size than the picture.
 pub fn detect_all(image: &Raster<f32>, mask: Option<&Raster<bool>>, settings: &Settings) -> Vec<Detection> {
-    let candidates = find_candidates(image, mask);
+    let mut candidates = find_candidates(image, mask);
+    candidates.add_coarser();
     let lattices = grow(&candidates, settings);
     measure_all(&candidates, &lattices, settings)
 }
