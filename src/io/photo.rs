@@ -11,7 +11,7 @@ use crate::raster::Raster;
 use crate::raster::transfer::luminance;
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
 use std::collections::BTreeMap;
-use std::io::{self, BufRead, Read, Seek};
+use std::io::{self, BufRead, Cursor, Read, Seek};
 use std::path::Path;
 
 /// The format that a file's first bytes announce, if it is one of these.
@@ -103,8 +103,12 @@ impl WholeJpeg {
         let Some(end) = self.end else { return Ok(()) };
         self.bytes.truncate(end - 2);
         self.bytes.extend([0x5a; 64].into_iter().chain([0xff, 0xd9]));
-        let other = image::load_from_memory_with_format(&self.bytes, ImageFormat::Jpeg);
-        if other.is_ok_and(|other| other.as_bytes() == samples) { Ok(()) } else { Err(Self::cut(path)) }
+        let mut reader = ImageReader::with_format(Cursor::new(&self.bytes), ImageFormat::Jpeg);
+        reader.no_limits();
+        match reader.decode() {
+            Ok(other) if other.as_bytes() != samples => Err(Self::cut(path)),
+            _ => Ok(()),
+        }
     }
 
     fn cut(path: &Path) -> Error {
