@@ -128,6 +128,7 @@ fn run(folder: Option<&Path>) -> Result<(), Error> {
                 corners: corners.iter().map(listed).collect(),
                 rejected: Vec::new(),
                 blur_px: None,
+                elongated_blur: None,
                 lean_px: None,
                 transfer: None,
             };
