@@ -92,7 +92,7 @@ fn a_file_too_short_for_its_pixels_is_refused() {
     assert_eq!((picture.get(254, 0), picture.get(299, 1)), (200.0 / 255.0, 100.0 / 255.0));
 }
 
-/// Cut anywhere, a JPEG lacks the marker of its end.
+/// Cut anywhere, a JPEG lacks the marker of its end; where one is written behind what is left, the picture is still not whole.
 #[test]
 fn a_jpeg_that_is_cut_off_is_damaged() {
     let place = Place::new();
@@ -106,6 +106,11 @@ fn a_jpeg_that_is_cut_off_is_damaged() {
     for length in (2..whole.len() - 1).step_by(7) {
         fs::write(&path, &whole[..length]).expect("it is written");
         let told = read(&path, Some(Transfer::Srgb)).expect_err("it is cut").rule;
+        assert!(told.contains("damaged") || told.contains("bytes"), "{length} of {}: {told}", whole.len());
+    }
+    for length in (2..whole.len() - 4).step_by(7) {
+        fs::write(&path, [&whole[..length], b"\xff\xd9"].concat()).expect("it is written");
+        let told = read(&path, Some(Transfer::Srgb)).expect_err("it is cut and ended").rule;
         assert!(told.contains("damaged") || told.contains("bytes"), "{length} of {}: {told}", whole.len());
     }
 }
