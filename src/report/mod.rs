@@ -17,5 +17,6 @@ pub mod sheet;
 pub mod study;
 pub mod table;
 pub mod cameras;
+pub mod rectify;
 pub mod corner_table;
 mod truth;
