@@ -71,6 +71,7 @@ fn every_key_of_every_verb_stands_on_the_page() {
     hold("check", run("check scene.toml --json", "", "0"));
     hold("trace", run("trace scene.toml --json", "20,30\n200,100\n1e9,1e9\n", "0"));
     hold("trace", run("trace scene.toml --back --json", "left,10,20\nright,1e9,1e9\n", "0"));
+    hold("rectify", run("rectify scene.toml --json", "", "0"));
     hold("corners", run("corners a.exr --json", "", "0"));
     hold("corners", run("corners a.exr --out a.csv --json", "", "0"));
     hold("design", run("design scene.toml --json", "", "0"));

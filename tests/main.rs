@@ -47,6 +47,7 @@ mod paper;
 mod photograph;
 mod prism_law;
 mod pictures;
+mod rectify;
 mod render;
 mod scene_errors;
 mod scene_schema;

@@ -22,6 +22,7 @@ pub mod transfer_choice;
 pub mod relay;
 pub mod convergence;
 pub mod reprojection_study;
+pub mod rectify;
 pub mod layout;
 pub mod tolerance;
 pub mod surface_fits;

@@ -1,6 +1,7 @@
 //! The arguments, as clap reads them.
 
 use super::design_args::DesignArgs;
+use super::rectify_args::RectifyArgs;
 use super::study_args::AnalyseArgs;
 use super::tolerance_args::MergeArgs;
 use crate::accuracy::COARSEST_TARGET_PX;
@@ -37,6 +38,8 @@ pub enum Verb {
     Check(CheckArgs),
     /// Trace given pixels to the board, or board points back to pixels, at full precision.
     Trace(TraceArgs),
+    /// Write the maps that make a rectified pair of the halves of a picture, for cv2.remap, with stereo.yml for OpenCV.
+    Rectify(RectifyArgs),
     /// Study the program or an instrument.
     Analyse(AnalyseArgs),
     /// Make one of the trials of several machines: the parts of an `analyse tolerance --trials --shard`.

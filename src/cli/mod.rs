@@ -9,6 +9,7 @@ mod analyse;
 pub mod args;
 pub mod design_args;
 pub mod prisms_args;
+pub mod rectify_args;
 pub mod study_args;
 pub mod tolerance_args;
 mod check;
@@ -26,6 +27,7 @@ mod light;
 mod machine;
 mod measure;
 mod progress;
+mod rectify;
 mod render;
 mod study;
 mod trace;
@@ -89,6 +91,7 @@ fn verb(args: Args) -> Result<Outcome, Error> {
         Verb::Design(args) => design::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::Trace(args) => trace::run(&args),
+        Verb::Rectify(args) => rectify::run(&args),
         Verb::Analyse(args) => analyse::run(&args),
         Verb::Merge(args) => study::tolerance::merge(&args),
         Verb::Cost(args) => cost::run(&args),

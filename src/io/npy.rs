@@ -1,7 +1,8 @@
-//! Tables of records to NPY files, format 1.0 of NumPy: a header that is a Python dictionary, then the records, little-endian.
+//! Tables of records, and planes of f32, to NPY files, format 1.0 of NumPy: a header that is a Python dictionary, then the values, little-endian.
 
 use super::atomic::write_atomically;
 use crate::error::Error;
+use crate::raster::Raster;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -40,9 +41,14 @@ impl NpyField {
 }
 
 /// The header of so many rows and columns of records.
-fn header(fields: &[NpyField], [rows, columns]: [usize; 2]) -> Vec<u8> {
+fn header(fields: &[NpyField], size: [usize; 2]) -> Vec<u8> {
     let fields: Vec<String> = fields.iter().map(|field| field.described()).collect();
-    let text = format!("{{'descr': [{}], 'fortran_order': False, 'shape': ({rows}, {columns}), }}", fields.join(", "));
+    header_of(&format!("[{}]", fields.join(", ")), size)
+}
+
+/// The header of so many rows and columns of values that are described so.
+fn header_of(described: &str, [rows, columns]: [usize; 2]) -> Vec<u8> {
+    let text = format!("{{'descr': {described}, 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
     // The magic bytes, the length in two bytes, the text, blanks, and a line's end.
     let whole = (MAGIC.len() + 2 + text.len() + 1).next_multiple_of(ALIGNMENT);
     let length = u16::try_from(whole - MAGIC.len() - 2).expect("a dictionary of a few fields");
@@ -77,6 +83,20 @@ pub fn write_parts(
     })
 }
 
+/// Writes a plane as an array of f32 of its rows and columns.
+///
+/// # Errors
+/// Those of [`write_atomically`].
+pub fn write_plane(path: &Path, plane: &Raster<f32>) -> Result<(), Error> {
+    write_atomically(path, |out| {
+        out.write_all(&header_of("'<f4'", [plane.height(), plane.width()]))?;
+        (0..plane.height()).try_for_each(|j| {
+            let row: Vec<u8> = plane.row(j).iter().flat_map(|value| value.to_le_bytes()).collect();
+            out.write_all(&row)
+        })
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -98,6 +118,20 @@ mod tests {
         for columns in [1, 100, 10_000, 1_000_000, usize::MAX] {
             assert!(header(&FIELDS, [columns, columns]).len().is_multiple_of(64));
         }
+    }
+
+    #[test]
+    fn a_plane_is_its_rows() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.npy");
+        write_plane(&path, &Raster::from_data(3, 2, vec![0.5f32, -1.0, 2.0, 3.0, 4.0, 1e-30])).unwrap();
+        let bytes = std::fs::read(path).unwrap();
+        let head = bytes.len() - 24;
+        assert!(head.is_multiple_of(64));
+        let text = str::from_utf8(&bytes[10..head]).unwrap();
+        assert_eq!(text.trim_end(), "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3), }");
+        let values: Vec<f32> = bytes[head..].chunks(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+        assert_eq!(values, [0.5, -1.0, 2.0, 3.0, 4.0, 1e-30]);
     }
 
     #[test]

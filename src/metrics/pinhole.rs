@@ -5,6 +5,9 @@ use super::observation::Observation;
 use crate::geom::Pose;
 use glam::{DVec2, DVec3};
 
+/// OpenCV's pixels have their centres at whole numbers: its positions are less by half a pixel.
+pub const OPENCV_CENTRE_PX: f64 = 0.5;
+
 /// A pinhole camera without distortion that looks along the +z of its own frame, image un-inverted (+u sees +x).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pinhole {

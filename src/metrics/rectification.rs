@@ -8,6 +8,20 @@ use super::observation::Pair;
 use super::pinhole::Pinhole;
 use glam::{DMat3, DVec2, DVec3};
 
+/// The turn from the world to the frame of a rectified pair: x along the line `apart_mm` between the centres, towards +x of the
+/// world, and z across it, nearest to `axes`, the sum of the directions in which the two cameras look.
+///
+/// # Errors
+/// [`Unmeasurable::Degenerate`] where both have one centre, or look along the line between the two.
+pub fn common_frame(apart_mm: DVec3, axes: DVec3) -> Result<DMat3, Unmeasurable> {
+    let x = apart_mm.try_normalize().ok_or(Unmeasurable::Degenerate("both cameras have one centre"))?;
+    let x = if x.x < 0.0 { -x } else { x };
+    let z = (axes - x * axes.dot(x))
+        .try_normalize()
+        .ok_or(Unmeasurable::Degenerate("the cameras look along the line between them"))?;
+    Ok(DMat3::from_cols(x, z.cross(x), z).transpose())
+}
+
 /// The homographies of the left and of the right image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rectification {
@@ -21,16 +35,9 @@ impl Rectification {
     /// # Errors
     /// [`Unmeasurable::Degenerate`] where both have one centre, or look along the line between the two.
     pub fn of(cameras: [&Pinhole; 2]) -> Result<Self, Unmeasurable> {
-        // Turn the common frame: x along the baseline, z between the two axes.
         let [left, right] = cameras;
-        let apart = right.centre_mm() - left.centre_mm();
-        let x = apart.try_normalize().ok_or(Unmeasurable::Degenerate("both cameras have one centre"))?;
-        let x = if x.x < 0.0 { -x } else { x };
         let axes: DVec3 = cameras.iter().map(|c| c.camera_from_world.rotation.transpose() * DVec3::Z).sum();
-        let z = (axes - x * axes.dot(x))
-            .try_normalize()
-            .ok_or(Unmeasurable::Degenerate("the cameras look along the line between them"))?;
-        let common_from_world = DMat3::from_cols(x, z.cross(x), z).transpose();
+        let common_from_world = common_frame(right.centre_mm() - left.centre_mm(), axes)?;
 
         // Give both the mean focal length along y and the left principal point.
         let focal_px = 0.5 * (left.focal_px.y + right.focal_px.y);

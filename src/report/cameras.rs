@@ -4,12 +4,9 @@ use super::json::{CameraEntry, Cameras, Geometry, PairPose, judgement as to};
 use crate::analysis::judge::{CameraFigures, Judgement};
 use crate::geom::Pose;
 use crate::io::file_storage::{YamlMap, number};
-use crate::metrics::pinhole::Pinhole;
+use crate::metrics::pinhole::{OPENCV_CENTRE_PX, Pinhole};
 use crate::metrics::reprojection::PinholeFit;
 use glam::DMat3;
-
-/// OpenCV's pixels have their centres at whole numbers: its positions are less by half a pixel.
-const OPENCV_CENTRE_PX: f64 = 0.5;
 
 /// What positions the cameras are for where the real camera has a lens or a turn of its own.
 const RECTIFIED: &str = "where a plain camera of the same focal length in pixels would see them";
@@ -54,7 +51,8 @@ fn camera(fit: &PinholeFit) -> CameraEntry {
     }
 }
 
-fn pose(pose: &Pose) -> PairPose {
+/// A motion, row by row.
+pub(super) fn pose(pose: &Pose) -> PairPose {
     PairPose { r: rows(&pose.rotation), t_mm: pose.translation_mm.to_array() }
 }
 
@@ -98,6 +96,7 @@ fn opencv_map(cameras: &Cameras) -> YamlMap {
     map
 }
 
-fn column(map: &mut YamlMap, key: &str, values: &[f64; 3]) {
+/// A column of numbers.
+pub(super) fn column(map: &mut YamlMap, key: &str, values: &[f64; 3]) {
     map.doubles(key, &values.each_ref().map(std::slice::from_ref));
 }

@@ -17,6 +17,7 @@ pub mod sheet;
 pub mod study;
 pub mod table;
 pub mod cameras;
+pub mod rectify;
 pub mod corner_table;
 mod truth;
 mod stereo_file;
