@@ -72,7 +72,7 @@ fn sphere(vertex_mm: f64, radius_mm: f64) -> String {
 /// about y.
 fn plate() -> String {
     let (a, b) = (15f64.to_radians(), 25f64.to_radians());
-    let normal = DVec3::new(a.cos() * b.sin(), a.sin(), a.cos() * b.cos());
+    let normal = DVec3::new(libm::cos(a) * libm::sin(b), libm::sin(a), libm::cos(a) * libm::cos(b));
     let slope = -normal.truncate() / normal.z * 10.0;
     let plane = |z: f64| format!("[0, 0, {z:?}], [1, 0, {:?}], [0, 1, {:?}]", slope.x, slope.y);
     polynomial(1.62, &plane(60.0), &plane(76.0))

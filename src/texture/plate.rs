@@ -43,7 +43,7 @@ impl Texture {
 pub struct Plate {
     texture: Texture,
     /// Half the size of the texture.
-    half_mm: DVec2,
+    texture_mm: DVec2,
     /// Half the size with the margin.
     plate_mm: DVec2,
     /// Columns and rows a mm.
@@ -59,7 +59,7 @@ impl Plate {
     pub fn new(texture: Texture, half_mm: DVec2, margin_mm: f64, radiance: [f64; 3]) -> Self {
         let per_mm = texture.size() / (2.0 * half_mm);
         let [black, white, background] = radiance;
-        Self { texture, half_mm, plate_mm: half_mm + margin_mm, per_mm, black, white, background }
+        Self { texture, texture_mm: half_mm, plate_mm: half_mm + margin_mm, per_mm, black, white, background }
     }
 
     /// Half the size of the plate with its margin, in mm.
@@ -85,10 +85,10 @@ impl Plate {
         let outside = |half: DVec2| mm.abs().cmpgt(half).any();
         if outside(self.plate_mm) {
             self.background
-        } else if outside(self.half_mm) {
+        } else if outside(self.texture_mm) {
             self.white
         } else {
-            self.radiance(self.texture.at((mm + self.half_mm) * self.per_mm))
+            self.radiance(self.texture.at((mm + self.texture_mm) * self.per_mm))
         }
     }
 
@@ -105,10 +105,10 @@ impl Plate {
         }
 
         // Integrate what lies on the texture.
-        let on_texture = whole.within(-self.half_mm, self.half_mm);
+        let on_texture = whole.within(-self.texture_mm, self.texture_mm);
         let covered = on_texture.area();
         let light = if covered > 0.0 {
-            let places = on_texture.map(|mm| (mm + self.half_mm) * self.per_mm);
+            let places = on_texture.map(|mm| (mm + self.texture_mm) * self.per_mm);
             self.texture.integral(&places) / (self.per_mm.x * self.per_mm.y)
         } else {
             0.0

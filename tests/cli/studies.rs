@@ -136,10 +136,11 @@ fn slopes_and_curvatures_of_a_surface_are_its_own() {
         let (zx, zy) = (0.2 + 0.008 * x + 0.002 * y, -0.006 * y + 0.002 * x);
         let (zxx, zyy, zxy) = (0.008, -0.006, 0.002);
         let stretched = 1.0 + zx * zx + zy * zy;
-        let mean = ((1.0 + zy * zy) * zxx - 2.0 * zx * zy * zxy + (1.0 + zx * zx) * zyy) / (2.0 * stretched.powf(1.5));
+        let mean =
+            ((1.0 + zy * zy) * zxx - 2.0 * zx * zy * zxy + (1.0 + zx * zx) * zyy) / (2.0 * libm::pow(stretched, 1.5));
         let gauss = (zxx * zyy - zxy * zxy) / (stretched * stretched);
         let [a, b] = ["curvature_1_per_mm", "curvature_2_per_mm"].map(|key| number(row, key));
-        let slope_deg = (zx * zx + zy * zy).sqrt().atan().to_degrees();
+        let slope_deg = libm::atan((zx * zx + zy * zy).sqrt()).to_degrees();
         largest = largest.max(slope_deg);
         // Some roundings of a height of 80 mm over the 10 mm that scale it, and of the cosine of a small angle.
         assert!((z - (80.0 + 0.2 * x + 0.004 * x * x - 0.003 * y * y + 0.002 * x * y)).abs() < 1e-9, "{row}");

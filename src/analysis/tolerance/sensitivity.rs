@@ -13,7 +13,7 @@ const FARTHEST: f64 = 1024.0;
 
 /// What an error does to each criterion.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ErrorSensitivity {
+pub struct OperandSensitivity {
     /// The error.
     pub operand: Operand,
     /// Its size, in the operand's unit.
@@ -43,7 +43,7 @@ pub fn sensitivities(
     asked: &[Criterion],
     budgets: &[Budgeted],
     done: &(dyn Fn() + Sync),
-) -> Vec<ErrorSensitivity> {
+) -> Vec<OperandSensitivity> {
     let acting: Vec<(Operand, f64)> =
         operands.iter().copied().filter(|(operand, _)| operand.acts_on(&probe.scene.prism)).collect();
     let one = |&(operand, amount): &(Operand, f64)| {
@@ -52,7 +52,7 @@ pub fn sensitivities(
             let budget = budgets.iter().find(|budget| budget.criterion == *criterion)?;
             allowed(probe, operand, amount, budget)
         });
-        let found = ErrorSensitivity { operand, amount, figures, allowed: allowed.collect() };
+        let found = OperandSensitivity { operand, amount, figures, allowed: allowed.collect() };
         done();
         found
     };

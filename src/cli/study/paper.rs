@@ -8,7 +8,7 @@ use crate::analysis::reprojection_study::errors;
 use crate::analysis::surface_fits::degree_fits;
 use crate::analysis::tolerance::operand::Operand;
 use crate::analysis::tolerance::probe::{Criterion, Probe};
-use crate::analysis::tolerance::sensitivity::{ErrorSensitivity, sensitivities};
+use crate::analysis::tolerance::sensitivity::{OperandSensitivity, sensitivities};
 use crate::analysis::{cutter, layout};
 use crate::cli::compare::paper_prisms;
 use crate::cli::outcome::Outcome;
@@ -124,7 +124,7 @@ fn tolerances_of(freeform: &StudiedPrism, progress: &Progress) -> Result<NamedSe
 
 /// The spots of the worse sign, as Table 2 has them.
 fn operand_spots(found: &NamedSensitivities) -> Vec<OperandSpot> {
-    let spot = |error: &ErrorSensitivity| {
+    let spot = |error: &OperandSensitivity| {
         let (operand, surface) = error.operand.name().split_once(' ')?;
         let spot_um = error.figures.iter().flatten().map(|figures| figures[0]).fold(f64::NAN, f64::max);
         Some(OperandSpot { operand, surface, spot_um })

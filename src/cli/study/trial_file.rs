@@ -182,9 +182,8 @@ pub(super) fn read_whole(paths: &[PathBuf]) -> Result<(TrialRun, Vec<TrialLine>)
 
     // Every trial must be there once.
     lines.sort_by_key(|(line, k)| (line.prism, line.trial, *k));
-    if let Some([(line, a), (_, b)]) =
-        lines.array_windows().find(|[(a, _), (b, _)]| (a.prism, a.trial) == (b.prism, b.trial))
-    {
+    let twice = lines.windows(2).find(|pair| (pair[0].0.prism, pair[0].0.trial) == (pair[1].0.prism, pair[1].0.trial));
+    if let Some([(line, a), (_, b)]) = twice {
         let rule = format!(
             "the trial {} of prism {} is in {} as well",
             line.trial,

@@ -2,7 +2,7 @@
 
 use super::document::StudyFigure;
 use crate::analysis::tolerance::probe::Criterion;
-use crate::analysis::tolerance::sensitivity::{Budgeted, ErrorSensitivity};
+use crate::analysis::tolerance::sensitivity::{Budgeted, OperandSensitivity};
 use crate::plot::axis::significant;
 use crate::plot::tornado::{self, TornadoBar, TornadoPanel};
 use crate::report::sheet::{Cell, StudySheet};
@@ -15,7 +15,7 @@ pub struct NamedSensitivities {
     /// For each criterion, without errors.
     pub right: Vec<f64>,
     /// Error by error.
-    pub errors: Vec<ErrorSensitivity>,
+    pub errors: Vec<OperandSensitivity>,
 }
 
 /// The sheets, of what was `asked`.
@@ -135,7 +135,7 @@ fn worse(all: &[NamedSensitivities], asked: &[Criterion]) -> StudySheet {
 pub fn figures(all: &[NamedSensitivities], asked: &[Criterion]) -> Vec<StudyFigure> {
     let one = |(k, criterion): (usize, &Criterion)| {
         let panel = |one: &NamedSensitivities| {
-            let bar = |error: &ErrorSensitivity| TornadoBar {
+            let bar = |error: &OperandSensitivity| TornadoBar {
                 name: format!(
                     "{} ±{} {}",
                     error.operand.name(),
