@@ -118,6 +118,19 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
         return Detection::none(rejected);
     }
 
+    // Number the corners, and hold their covariances against the lattice.
+    let mut corners = numbered(&grid, last);
+    hold_against_lattice(&mut corners, grid.lean_px != 0.0);
+
+    // Take the blur's shape at a corner in the middle of those that told it.
+    let some = grid.pilots();
+    let elongated_blur =
+        sigma_px.and_then(|sigma_px| elongation(some.get(some.len() / 2)?.normals(), sigma_px, grid.skew));
+    Detection { corners, rejected, sigma_px, elongated_blur, lean_px: grid.lean_px }
+}
+
+/// The corners of the last fits, numbered from column and row 0.
+fn numbered(grid: &Grid, last: Vec<Outcome>) -> Vec<Corner> {
     // Add the doubt of the bends that were carried over from the lattice.
     let doubted = |cell: [i32; 2], half: f64, fit: CornerFit| {
         let doubt_px2 = grid.doubt_px2(cell, &fit.model, half);
@@ -128,16 +141,7 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
     let fits: BTreeMap<usize, CornerFit> =
         last.into_iter().filter_map(|(cell, k, half, fit)| Some((k, doubted(cell, half, fit.ok()?)))).collect();
     let lattice = from_zero(&grid.lattice);
-    let mut corners: Vec<Corner> =
-        lattice.iter().filter_map(|(&index, k)| Some(corner(index, grid.positions[*k], fits.get(k)?))).collect();
-
-    // Hold their covariances against the lattice.
-    hold_against_lattice(&mut corners, grid.lean_px != 0.0);
-    // Take the blur's shape at a corner in the middle of those that told it.
-    let some = grid.pilots();
-    let elongated_blur =
-        sigma_px.and_then(|sigma_px| elongation(some.get(some.len() / 2)?.normals(), sigma_px, grid.skew));
-    Detection { corners, rejected, sigma_px, elongated_blur, lean_px: grid.lean_px }
+    lattice.iter().filter_map(|(&index, k)| Some(corner(index, grid.positions[*k], fits.get(k)?))).collect()
 }
 
 /// Whether the fit of a corner ended too far from where it was sought.

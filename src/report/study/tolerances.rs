@@ -20,6 +20,25 @@ pub struct NamedSensitivities {
 
 /// The sheets, of what was `asked`.
 pub fn sheets(all: &[NamedSensitivities], asked: &[Criterion], budgets: &[Budgeted]) -> Vec<StudySheet> {
+    let mut sheets = vec![worse(all, asked), both_ways(all, asked).detailed(), sums(all, asked)];
+    if !budgets.is_empty() {
+        sheets.push(inverse(all, asked, budgets));
+    }
+    sheets
+}
+
+/// The criterion of number `k` with an error and with its opposite, where they have figures.
+fn ends(error: &OperandSensitivity, k: usize) -> [Option<f64>; 2] {
+    error.figures.each_ref().map(|found| found.as_ref().ok().map(|figures| figures[k]))
+}
+
+/// The larger of them.
+fn worst(error: &OperandSensitivity, k: usize) -> f64 {
+    ends(error, k).into_iter().flatten().fold(f64::NAN, f64::max)
+}
+
+/// One error at a time, both ways.
+fn both_ways(all: &[NamedSensitivities], asked: &[Criterion]) -> StudySheet {
     let mut sheet = StudySheet::new(
         "sensitivity",
         "One error at a time, both ways",
@@ -34,7 +53,24 @@ pub fn sheets(all: &[NamedSensitivities], asked: &[Criterion], budgets: &[Budget
             ("change", "the larger of the two less the criterion without errors"),
         ],
     );
-    let mut inverse = StudySheet::new(
+    for one in all {
+        for (k, criterion) in asked.iter().enumerate() {
+            for error in &one.errors {
+                let [plus, minus] = ends(error, k).map(Cell::from);
+                let change = (worst(error, k) - one.right[k]).into();
+                let operand = error.operand;
+                let lead: [Cell; 4] =
+                    [one.prism.as_str().into(), operand.name().into(), error.amount.into(), operand.unit().into()];
+                sheet.push(lead.into_iter().chain([criterion.key().into(), plus, minus, change]).collect());
+            }
+        }
+    }
+    sheet
+}
+
+/// How large each error alone may be.
+fn inverse(all: &[NamedSensitivities], asked: &[Criterion], budgets: &[Budgeted]) -> StudySheet {
+    let mut sheet = StudySheet::new(
         "inverse",
         "How large each error alone may be",
         &[
@@ -49,7 +85,22 @@ pub fn sheets(all: &[NamedSensitivities], asked: &[Criterion], budgets: &[Budget
             ("unit", "the unit of that"),
         ],
     );
-    let mut sums = StudySheet::new(
+    for one in all {
+        for (k, criterion) in asked.iter().enumerate() {
+            let Some(budget) = budgets.iter().find(|b| b.criterion == *criterion) else { continue };
+            for error in &one.errors {
+                let lead: [Cell; 3] = [one.prism.as_str().into(), error.operand.name().into(), criterion.key().into()];
+                let rest: [Cell; 3] = [budget.most.into(), error.allowed[k].into(), error.operand.unit().into()];
+                sheet.push(lead.into_iter().chain(rest).collect());
+            }
+        }
+    }
+    sheet
+}
+
+/// All errors together, as if they were small and independent.
+fn sums(all: &[NamedSensitivities], asked: &[Criterion]) -> StudySheet {
+    let mut sheet = StudySheet::new(
         "sum",
         "All of them, as independent small errors",
         &[
@@ -64,43 +115,16 @@ pub fn sheets(all: &[NamedSensitivities], asked: &[Criterion], budgets: &[Budget
     );
     for one in all {
         for (k, criterion) in asked.iter().enumerate() {
-            let name = || -> [Cell; 1] { [one.prism.as_str().into()] };
             let right = one.right[k];
-            let mut square = right * right;
-            for error in &one.errors {
-                let [plus, minus] = error.figures.each_ref().map(|found| found.as_ref().ok().map(|f| f[k]));
-                let worse = [plus, minus].into_iter().flatten().fold(f64::NAN, f64::max);
-                if worse > right {
-                    square += worse * worse - right * right;
-                }
-                let lead: [Cell; 4] = [
-                    error.operand.name().into(),
-                    error.amount.into(),
-                    error.operand.unit().into(),
-                    criterion.key().into(),
-                ];
-                let rest: [Cell; 3] = [plus.into(), minus.into(), (worse - right).into()];
-                sheet.push(name().into_iter().chain(lead).chain(rest).collect());
-                if let Some(budget) = budgets.iter().find(|b| b.criterion == *criterion) {
-                    let row: [Cell; 5] = [
-                        error.operand.name().into(),
-                        criterion.key().into(),
-                        budget.most.into(),
-                        error.allowed[k].into(),
-                        error.operand.unit().into(),
-                    ];
-                    inverse.push(name().into_iter().chain(row).collect());
-                }
-            }
-            let row: [Cell; 3] = [criterion.key().into(), right.into(), square.sqrt().into()];
-            sums.push(name().into_iter().chain(row).collect());
+            let added = |error: &OperandSensitivity| {
+                let worst = worst(error, k);
+                if worst > right { worst * worst - right * right } else { 0.0 }
+            };
+            let square = right * right + one.errors.iter().map(added).sum::<f64>();
+            sheet.push(vec![one.prism.as_str().into(), criterion.key().into(), right.into(), square.sqrt().into()]);
         }
     }
-    let mut sheets = vec![worse(all, asked), sheet.detailed(), sums];
-    if !budgets.is_empty() {
-        sheets.push(inverse);
-    }
-    sheets
+    sheet
 }
 
 /// One error at a time in short: a column a criterion.
@@ -118,7 +142,7 @@ fn worse(all: &[NamedSensitivities], asked: &[Criterion]) -> StudySheet {
         let right: [Cell; 4] = [one.prism.as_str().into(), "none".into(), Cell::Nothing, "-".into()];
         sheet.push(right.into_iter().chain(one.right.iter().map(|figure| (*figure).into())).collect());
         for error in &one.errors {
-            let of = |k: usize| error.figures.iter().flatten().map(|found| found[k]).fold(f64::NAN, f64::max).into();
+            let of = |k: usize| worst(error, k).into();
             let lead: [Cell; 4] = [
                 one.prism.as_str().into(),
                 error.operand.name().into(),
@@ -142,7 +166,7 @@ pub fn figures(all: &[NamedSensitivities], asked: &[Criterion]) -> Vec<StudyFigu
                     significant(error.amount, 3),
                     unit(error.operand.unit())
                 ),
-                ends: error.figures.each_ref().map(|found| found.as_ref().ok().map(|f| f[k])),
+                ends: ends(error, k),
             };
             TornadoPanel { name: one.prism.clone(), middle: one.right[k], bars: one.errors.iter().map(bar).collect() }
         };
