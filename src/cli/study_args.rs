@@ -6,6 +6,9 @@ use crate::scene::DESIGN_DEGREE;
 use clap::Subcommand;
 use std::path::PathBuf;
 
+/// The longest step of the design paper's Fig. 4(b) on the sensor, in um: 29 to half the width of a half image.
+pub(super) const PAPER_STEP_UM: f64 = 91.034_482_758_620_68;
+
 /// Rays along a side of a grid.
 fn grid(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|n| (2..=1001).contains(n)).ok_or_else(|| "give a whole number from 2 to 1001".to_owned())
@@ -80,7 +83,7 @@ pub struct ConvergenceArgs {
     #[arg(long, default_values_t = [5, 9], value_parser = degree)]
     pub degree: Vec<usize>,
     /// The longest step on the sensor, in um; every other is half the one before.
-    #[arg(long, default_value_t = 91.03448275862068, value_parser = positive, value_name = "UM")]
+    #[arg(long, default_value_t = PAPER_STEP_UM, value_parser = positive, value_name = "UM")]
     pub coarsest_um: f64,
     /// The shortest step, in um.
     #[arg(long, default_value_t = 1.0, value_parser = positive, value_name = "UM")]

@@ -1,23 +1,13 @@
 use super::super::virtual_camera::tests::{paper_camera, paper_prism};
 use super::super::virtual_camera::virtual_camera;
 use super::*;
-use crate::scene::{BiprismSpec, DesignGoal, DesignedSurface, Method, Objective};
+use crate::scene::BiprismSpec;
 use glam::DVec3;
-
-const SETTINGS: DesignSettings = DesignSettings {
-    goal: DesignGoal::PLAIN,
-    objective: Objective::March,
-    surface: DesignedSurface::Polynomial,
-    virtual_camera_z_mm: None,
-    order: MarchOrder::XThenY,
-    degree: 5,
-    method: Method::Rk4,
-    step_px: 1.0,
-};
 
 fn paper_cloud(order: MarchOrder, step_px: f64, integrator: Integrator) -> PointGrid {
     let target = virtual_camera(&paper_camera(), &paper_prism(), 0.0).unwrap();
-    march(&paper_camera(), &target, &DesignSettings { order, step_px, ..SETTINGS }, integrator).unwrap()
+    march(&paper_camera(), &target, &DesignSettings { order, step_px, ..DesignSettings::default() }, integrator)
+        .unwrap()
 }
 
 fn spread(cloud: &PointGrid) -> f64 {
@@ -94,7 +84,8 @@ fn the_half_image_is_covered_for_odd_sizes_and_any_step() {
         [(1919, 1079, 7.0), (1920, 1080, 1.7), (192, 108, 0.3), (37, 21, 3.0), (1, 1, 1.0)]
     {
         let camera = CameraSpec { width_px, height_px, ..paper_camera() };
-        let cloud = march(&camera, &target, &DesignSettings { step_px, ..SETTINGS }, Integrator::Rk4).unwrap();
+        let cloud =
+            march(&camera, &target, &DesignSettings { step_px, ..DesignSettings::default() }, Integrator::Rk4).unwrap();
         let corner = cloud.at(cloud.columns() - 1, 0);
         assert_eq!((corner.u_px, corner.v_px), (width_px as f64 / 4.0, -(height_px as f64) / 2.0));
         assert!(cloud.spacing_px().iter().all(|s| *s <= step_px.max(1.0) * (1.0 + 1e-12)));
@@ -121,7 +112,7 @@ fn a_field_too_wide_for_the_glass_is_a_problem_that_says_where_and_why() {
     let camera = CameraSpec { focal_length_mm: 5.0, ..paper_camera() };
     let prism = BiprismSpec { thickness_mm: 80.0, ..paper_prism() };
     let target = virtual_camera(&camera, &prism, 0.0).unwrap();
-    let settings = DesignSettings { step_px: 8.0, ..SETTINGS };
+    let settings = DesignSettings { step_px: 8.0, ..DesignSettings::default() };
     let problem = march(&camera, &target, &settings, Integrator::Rk4).unwrap_err();
     assert!(problem.rule.contains("px from the half image's centre"), "{}", problem.rule);
     assert!(problem.rule.contains("surface"), "{}", problem.rule);
@@ -131,12 +122,19 @@ fn a_field_too_wide_for_the_glass_is_a_problem_that_says_where_and_why() {
 fn impossible_steps_are_problems() {
     let target = virtual_camera(&paper_camera(), &paper_prism(), 0.0).unwrap();
     for step_px in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-4, 1e-300] {
-        let settings = DesignSettings { step_px, ..SETTINGS };
+        let settings = DesignSettings { step_px, ..DesignSettings::default() };
         let problem = march(&paper_camera(), &target, &settings, Integrator::Rk4).unwrap_err();
         assert!(problem.rule.contains("step_px"), "{step_px}: {}", problem.rule);
     }
     let camera = CameraSpec { width_px: 50_000, height_px: 50_000, ..paper_camera() };
-    assert!(march(&camera, &target, &SETTINGS, Integrator::Rk4).unwrap_err().rule.contains("may make 16000000"));
+    assert!(
+        march(&camera, &target, &DesignSettings::default(), Integrator::Rk4)
+            .unwrap_err()
+            .rule
+            .contains("may make 16000000")
+    );
     let camera = CameraSpec { height_px: 0, ..paper_camera() };
-    assert!(march(&camera, &target, &SETTINGS, Integrator::Rk4).unwrap_err().rule.contains("1920 x 0"));
+    assert!(
+        march(&camera, &target, &DesignSettings::default(), Integrator::Rk4).unwrap_err().rule.contains("1920 x 0")
+    );
 }

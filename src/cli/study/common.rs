@@ -1,16 +1,21 @@
 //! The prisms of a study, and its files.
 
+use crate::analysis::convergence::{MarchPlan, axis_misses};
 use crate::analysis::relay::lens::RelayLens;
 use crate::cli::compare::{ToJudge, candidates};
 use crate::cli::outcome::Outcome;
 use crate::cli::prisms_args::{LensArgs, PrismsArgs};
-use crate::cli::progress::Progress;
+use crate::cli::progress::{Progress, Watch};
 use crate::cli::{files, output};
 use crate::error::Error;
+use crate::progress::Observer;
+use crate::report::study::convergences::MarchRow;
 use crate::report::study::document::StudyDocument;
+use crate::scene::Scene;
 use crate::system::{Side, System};
 use serde_json::{Map, Value, json};
 use std::path::Path;
+use std::time::Instant;
 
 /// A prism to be studied.
 pub(super) struct StudiedPrism {
@@ -101,5 +106,29 @@ pub(super) fn lens_words(args: &LensArgs) -> Map<String, Value> {
         ("wavelength_nm", json!(args.wavelength_nm)),
         ("focus_mm", json!(args.focus_mm)),
     ];
+    settings(pairs)
+}
+
+/// What was asked by name, for the JSON.
+pub(super) fn settings(pairs: impl IntoIterator<Item = (&'static str, Value)>) -> Map<String, Value> {
     pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+/// The marches of `plans` one after the other, so that each has its own time.
+pub(super) fn marches(
+    scene: &Scene,
+    plans: Vec<MarchPlan>,
+    degrees: &[usize],
+    watch: &Watch<'_>,
+) -> Result<Vec<MarchRow>, Error> {
+    watch.stage_of("marches", plans.len());
+    let mut rows = Vec::new();
+    for plan in plans {
+        let started = Instant::now();
+        let misses = axis_misses(scene, plan, degrees)?;
+        let seconds = started.elapsed().as_secs_f64();
+        rows.extend(misses.into_iter().map(|miss| MarchRow { plan, miss, seconds }));
+        watch.pixels(1);
+    }
+    Ok(rows)
 }

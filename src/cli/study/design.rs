@@ -1,7 +1,7 @@
 //! `biprism analyse reprojection`, `convergence`, `surface` and `layout`.
 
-use super::common::{prisms, write};
-use crate::analysis::convergence::{axis_misses, plans};
+use super::common::{marches, prisms, settings, write, write_with};
+use crate::analysis::convergence::plans;
 use crate::analysis::cutter;
 use crate::analysis::half_image::HalfFrame;
 use crate::analysis::layout;
@@ -13,8 +13,7 @@ use crate::cli::prisms_args::PrismsArgs;
 use crate::cli::progress::Progress;
 use crate::cli::study_args::{ConvergenceArgs, ReprojectionArgs};
 use crate::error::Error;
-use crate::progress::Observer;
-use crate::report::study::convergences::{self, MarchRow};
+use crate::report::study::convergences;
 use crate::report::study::document::StudyDocument;
 use crate::report::study::layouts::{self, NamedLayout};
 use crate::report::study::reprojections::{self, NamedReprojections};
@@ -23,7 +22,6 @@ use crate::system::Side;
 use crate::vision::half::Half;
 use serde_json::{Map, json};
 use std::path::Path;
-use std::time::Instant;
 
 pub(crate) fn reprojection(args: &ReprojectionArgs) -> Result<Outcome, Error> {
     let progress = Progress::new(0);
@@ -37,8 +35,7 @@ pub(crate) fn reprojection(args: &ReprojectionArgs) -> Result<Outcome, Error> {
         }
     }
     drop(progress);
-    let pairs = [("grid", json!(args.grid)), ("depth_mm", json!(args.depth_mm))];
-    let settings: Map<_, _> = pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    let settings = settings([("grid", json!(args.grid)), ("depth_mm", json!(args.depth_mm))]);
     let (sheets, figures) = (reprojections::sheets(&found), reprojections::figures(&found));
     write(&args.prisms, &StudyDocument { name: "reprojection", settings, sheets, figures })
 }
@@ -47,24 +44,17 @@ pub(crate) fn convergence(args: &ConvergenceArgs) -> Result<Outcome, Error> {
     let scene = files::scene(args.scene.as_deref())?;
     let plans = plans(args.coarsest_um, args.finest_um.min(args.coarsest_um));
     let progress = Progress::new(0);
-    let watch = progress.watch(&scene.name);
-    watch.stage_of("marches", plans.len());
-    let mut rows = Vec::new();
-    for plan in plans {
-        let started = Instant::now();
-        let misses = axis_misses(&scene, plan, &args.degree);
-        let misses = files::named(args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")), misses)?;
-        let seconds = started.elapsed().as_secs_f64();
-        rows.extend(misses.into_iter().map(|miss| MarchRow { plan, miss, seconds }));
-        watch.pixels(1);
-    }
+    let rows = marches(&scene, plans, &args.degree, &progress.watch(&scene.name));
+    let rows = files::named(args.scene.as_deref().unwrap_or(Path::new("scenes/paper.toml")), rows)?;
     drop(progress);
-    let pairs = [("degree", json!(args.degree)), ("coarsest_um", json!(args.coarsest_um))];
-    let pairs = pairs.into_iter().chain([("finest_um", json!(args.finest_um))]);
-    let settings: Map<_, _> = pairs.map(|(key, value)| (key.to_owned(), value)).collect();
+    let settings = settings([
+        ("degree", json!(args.degree)),
+        ("coarsest_um", json!(args.coarsest_um)),
+        ("finest_um", json!(args.finest_um)),
+    ]);
     let (sheets, figures) = (vec![convergences::sheet(&rows)], convergences::figures(&scene.name, &rows));
-    let files = PrismsArgs { scenes: Vec::new(), out: args.out.clone(), json: args.json };
-    write(&files, &StudyDocument { name: "convergence", settings, sheets, figures })
+    let document = StudyDocument { name: "convergence", settings, sheets, figures };
+    write_with(&args.out, args.json, &document, &[])
 }
 
 pub(crate) fn surface(args: &PrismsArgs) -> Result<Outcome, Error> {

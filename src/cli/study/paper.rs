@@ -1,7 +1,8 @@
 //! `biprism analyse paper`: every figure and table of the design paper on its own instrument, as one page.
 
-use super::common::{self, StudiedPrism, write_with};
-use crate::analysis::convergence::{axis_misses, plans};
+use super::common::{self, StudiedPrism, marches, settings, write_with};
+use crate::analysis::convergence::plans;
+use crate::analysis::half_image::HalfFrame;
 use crate::analysis::paper_claims::{OperandSpot, PaperFindings, claims};
 use crate::analysis::relay::study::{PAPER, RelayHalf};
 use crate::analysis::reprojection_study::errors;
@@ -13,13 +14,13 @@ use crate::analysis::{cutter, layout};
 use crate::cli::compare::paper_prisms;
 use crate::cli::outcome::Outcome;
 use crate::cli::progress::Progress;
-use crate::cli::study_args::PaperArgs;
+use crate::cli::study_args::{PAPER_STEP_UM, PaperArgs};
 use crate::design::angle::facet_angle_rad;
 use crate::error::Error;
 use crate::progress::Observer;
 use crate::render::{Outputs, render_wanted};
 use crate::report::study::contrasts::{self, NamedContrasts};
-use crate::report::study::convergences::{self, MarchRow};
+use crate::report::study::convergences;
 use crate::report::study::document::StudyDocument;
 use crate::report::study::foci::{self, NamedFoci};
 use crate::report::study::layouts::{self, NamedLayout};
@@ -28,12 +29,9 @@ use crate::report::study::reprojections::{self, NamedReprojections};
 use crate::report::study::spots::{self, NamedSpots};
 use crate::report::study::surfaces::{self, NamedFits, NamedSurfaces};
 use crate::report::study::tolerances::{self, NamedSensitivities};
-use crate::scene::Scene;
 use crate::system::Side;
 use crate::vision::half::Half;
-use glam::DVec2;
-use serde_json::{Map, json};
-use std::time::Instant;
+use serde_json::json;
 
 /// Rings of the pupil of the spots of Table 2.
 const RINGS: usize = 16;
@@ -41,8 +39,6 @@ const RINGS: usize = 16;
 const CRITERIA: [Criterion; 3] = [Criterion::Spot, Criterion::Vertical, Criterion::Pinhole];
 /// Rays along each side of the grid of Table 1.
 const GRID: usize = 33;
-/// The longest step of Fig. 4(b) on the sensor, in um: 58 over half a half image.
-const COARSEST_UM: f64 = 91.034_482_758_620_7;
 /// Degrees of the polynomials of Fig. 4(b): the paper's, and one that does not end where that does.
 const DEGREES: [usize; 2] = [5, 9];
 
@@ -56,7 +52,8 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Outcome, Error> {
     let picture = |prism: &StudiedPrism| render_wanted(&prism.system, Outputs { truth: false }, &()).radiance;
     let pictures: Vec<_> = prisms.iter().map(|prism| (prism.judged.name.clone(), picture(prism))).collect();
     progress.begin("paper", "design");
-    let rows = marches(scene, args.finest_um, &progress)?;
+    let plans = plans(PAPER_STEP_UM, args.finest_um.min(PAPER_STEP_UM));
+    let rows = marches(scene, plans, &DEGREES, &progress.watch("paper"))?;
     progress.begin("paper", "rays");
     let surfaces = surface_figures(&prisms)?;
     let reprojections = reprojection_of(&prisms)?;
@@ -103,7 +100,7 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Outcome, Error> {
 
     // Write the page, and its figures also by themselves.
     let page = paper_page::html(&found, &parts);
-    let settings: Map<_, _> = [("finest_um".to_owned(), json!(args.finest_um))].into_iter().collect();
+    let settings = settings([("finest_um", json!(args.finest_um))]);
     let figures = parts.into_iter().flat_map(|part| part.figures).collect();
     let document = StudyDocument { name: "paper", settings, sheets: vec![paper_page::sheet(&found)], figures };
     write_with(&args.out, args.json, &document, &[("paper.html", page)])
@@ -132,22 +129,6 @@ fn operand_spots(found: &NamedSensitivities) -> Vec<OperandSpot> {
     found.errors.iter().filter_map(spot).collect()
 }
 
-/// The marches of Fig. 4(b).
-fn marches(scene: &Scene, finest_um: f64, progress: &Progress) -> Result<Vec<MarchRow>, Error> {
-    let plans = plans(COARSEST_UM, finest_um.min(COARSEST_UM));
-    let watch = progress.watch("paper");
-    watch.stage_of("marches", plans.len());
-    let mut rows = Vec::new();
-    for plan in plans {
-        let started = Instant::now();
-        let misses = axis_misses(scene, plan, &DEGREES)?;
-        let seconds = started.elapsed().as_secs_f64();
-        rows.extend(misses.into_iter().map(|miss| MarchRow { plan, miss, seconds }));
-        watch.pixels(1);
-    }
-    Ok(rows)
-}
-
 /// The right halves' surfaces and their fits.
 fn surface_figures(prisms: &[StudiedPrism]) -> Result<Vec<crate::report::study::document::StudyFigure>, Error> {
     let (mut found, mut fits) = (Vec::new(), Vec::new());
@@ -163,8 +144,7 @@ fn surface_figures(prisms: &[StudiedPrism]) -> Result<Vec<crate::report::study::
 fn reprojection_of(prisms: &[StudiedPrism]) -> Result<Vec<NamedReprojections>, Error> {
     let one = |prism: &StudiedPrism| {
         let planes = prism.named(errors(&prism.judged.scene, &prism.system, Half::Right, GRID, &[]))?;
-        let [width, height] = prism.system.camera().size_px().map(|n| n as f64);
-        let size_px = DVec2::new(0.5 * width, height);
+        let size_px = HalfFrame::new(&prism.system, Half::Right).size_px;
         Ok(NamedReprojections { prism: prism.judged.name.clone(), half: "right", size_px, planes })
     };
     prisms.iter().map(one).collect()

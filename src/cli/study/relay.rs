@@ -1,6 +1,6 @@
 //! `biprism analyse spot`, `field-curvature` and `mtf`.
 
-use super::common::{StudiedPrism, lens, lens_words, prisms, write};
+use super::common::{self, StudiedPrism, lens, lens_words, prisms, write};
 use crate::analysis::relay::study::{RelayHalf, RelaySettings};
 use crate::cli::outcome::Outcome;
 use crate::cli::progress::Progress;
@@ -66,5 +66,5 @@ fn settings(args: &RelayArgs) -> RelaySettings {
 /// What was asked, for the JSON.
 fn words(args: &RelayArgs) -> Map<String, Value> {
     let own = [("object_mm", json!(args.object_mm)), ("field_mm", json!(args.field_mm))];
-    lens_words(&args.lens).into_iter().chain(own.map(|(key, value)| (key.to_owned(), value))).collect()
+    lens_words(&args.lens).into_iter().chain(common::settings(own)).collect()
 }
