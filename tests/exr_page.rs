@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-/// Scenes that together have every channel and every note: nothing else; colours with a clipped ridge, in random sets; a sensor
+/// Scenes that together have every channel and every note: an object before the board; colours with a clipped ridge, in random sets; a sensor
 /// with a gamma.
 fn scenes() -> [String; 3] {
     let scene = |prism: &str, effects: &str| {
@@ -21,7 +21,8 @@ fn scenes() -> [String; 3] {
     let effects = "[effect.dispersion]\nlines_nm = [486.1327, 587.5618]\nresponse = \"nikon_d5100\"\n[effect.clipping]\nchamfer_mm = 0.2\n\
                    [effect.thin_lens]\nf_number = 8.0\nfocus_mm = 990.0\n[quadrature]\npoints = 2\nreplicates = 8\n";
     let sensor = "[effect.sensor]\ngamma = 2.2\n";
-    [scene("index = 1.48", ""), scene(glass, effects), scene("index = 1.48", sensor)]
+    let object = "[[object]]\ncolumns = 2\nrows = 2\nsquare_mm = 30.0\nposition_mm = [0.0, 0.0, 900.0]\n";
+    [scene("index = 1.48", object), scene(glass, effects), scene("index = 1.48", sensor)]
 }
 
 /// The words between backticks in the first cells of the rows of the tables under a heading, with the second cell.

@@ -40,6 +40,7 @@ mod levels;
 mod light;
 mod made;
 mod mesh;
+mod objects;
 mod oracle;
 mod relay_oracle;
 mod own_parts;

@@ -124,7 +124,7 @@ fn a_picture_of_a_checkerboard_is_a_checkerboard() {
     ];
     for (effect, more) in effects {
         let [plain, own] =
-            [&squares, &shown].map(|board| textured([48, 26], &glass, board, effect, Some(folder.path())));
+            [&squares, &shown].map(|board| textured([32, 18], &glass, board, effect, Some(folder.path())));
         for level in Level::ALL {
             if level == Level::Reference && !effect.is_empty() {
                 continue;
@@ -221,4 +221,17 @@ fn pictures_that_cannot_be_are_refused() {
         let told = refused(texture);
         assert!(told.contains(rule), "{texture}: {told}");
     }
+}
+
+/// In a larger picture, which the map stands for, it is that of rays, also where effects weaken the light.
+#[test]
+fn maps_and_rays_agree() {
+    let board = format!("{BOARD}\ntilt_deg = [9.0, -14.0, 25.0]\ntexture = {{ pattern = \"noise\", finest_mm = 3.0 }}");
+    let scene = textured([480, 68], FREEFORM, &board, "[effect.cos4]", None);
+    let [map, rays] =
+        [Level::Standard, Level::Exact].map(|level| render(&built(&scene).with_accuracy(level.accuracy()), &()));
+    assert!(map.account.mapped > 0.9 && rays.account.mapped == 0.0, "{}", map.account);
+    let pairs = map.radiance.data().iter().zip(rays.radiance.data());
+    let most = pairs.map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
+    assert!(most < 2.0 * 1e-5 * 0.8 * 2f64.sqrt(), "{most:e}");
 }

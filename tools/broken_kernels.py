@@ -42,6 +42,21 @@ LAWS = {
 }
 
 ROWS = [
+    Row("src/texture/texels.rs",
+        "(f(p) + 4.0 * f(middle) + f(q)) / 6.0", "(f(p) + 3.5 * f(middle) + f(q)) / 5.5",
+        ("lib::texture::texels::the_mean_over_a_parallelogram_is_that_of_its_places",)),
+    Row("src/texture/texels.rs",
+        "* (at.x - i as f64)", "* 0.5", ("lib::texture::texels::whole_texels_have_their_own_mean",)),
+    Row("src/texture/noise.rs",
+        "let sigma = FINEST *", "let sigma = 0.5 * FINEST *",
+        ("lib::texture::noise::nothing_is_finer_than_the_shortest_wavelength",)),
+    Row("src/analysis/stereo_truth.rs",
+        "aimer.sees(*px, other) && ", "", ("suite::stereo::what_one_half_alone_sees_no_pixel_of_the_other_does",)),
+    Row("src/analysis/stereo_truth.rs",
+        " && self.nearest(*px) == Ok(object)", "", ("suite::objects::what_is_hidden_from_one_half_has_no_other_pixel",)),
+    Row("src/render/layers.rs",
+        "split(&mut cells, |px| a.distance(px) - b.distance(px))", "drop((a, b))",
+        ("suite::objects::pictures_are_the_means_of_samples_of_the_nearest",)),
     Row("src/optics/snell.rs",
         "square < CAREFUL_BELOW * excess", "square < 0.0 * excess",
         ("suite::edges::refraction_rises_smoothly_from_the_critical_angle", "suite::hard_cases::total_reflection_and_grazing")),

@@ -50,6 +50,11 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
         Some(nm) => at_line(&built, &scene, nm)?,
         None => built,
     };
+    if !scene.objects.is_empty() {
+        output::stderr(
+            "note: places are on the board's plane, also behind an `[[object]]`; `biprism render` tells what hides it",
+        );
+    }
     // Every line is read before the first is answered, so that a bad one leaves no half of an answer.
     let mut asked = Vec::new();
     each_line(&args.points, |place, fields| {

@@ -84,13 +84,14 @@ pub(super) fn mean<'a>(
     let squares = mean.squares.filter(|_| sets >= LEAST_REPLICATES);
     let RunningMean { grey, colour } =
         mean.picture.unwrap_or(RunningMean { grey: Raster::filled(width, height, 0.0), colour: None });
-    let (class, board_mm) = truth.map_or((None, None), |film| (film.class, film.board_mm));
+    let (class, board_mm, object) = truth.map_or((None, None, None), |film| (film.class, film.board_mm, film.object));
     Film {
         radiance: grey.map(|sum| sum as f32),
         colour: colour.map(|sums| sums.map(|sum| sum.map(|channel| channel as f32))),
         noise: squares.map(|squares| squares.map(|square| standard_error(square, sets) as f32)),
         class,
         board_mm,
+        object,
         counts: work.counts,
         account,
     }

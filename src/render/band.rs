@@ -20,6 +20,8 @@ pub(super) struct Band<'a> {
 pub(super) struct Truth<'a> {
     pub(super) class: &'a mut [Class],
     pub(super) board_mm: &'a mut [[f32; 2]],
+    /// Numbers of objects, where there are some.
+    pub(super) object: Option<&'a mut [u32]>,
 }
 
 impl Band<'_> {

@@ -4,7 +4,7 @@ use super::band::{Band, Truth};
 use super::film::{Class, Film, Outputs, Strip};
 use super::plan::{BAND_ROWS, Plan};
 use super::work::Work;
-use super::{mapped, reference, tile};
+use super::{layers, mapped, reference, tile};
 use crate::accuracy::Sampling;
 use crate::progress::Observer;
 use crate::raster::Raster;
@@ -15,10 +15,10 @@ use std::ops::Range;
 /// [`render`](fn@super::render).
 pub fn picture(plan: &Plan, wanted: Outputs, observer: &dyn Observer) -> Film {
     let [_, height] = plan.system.camera().size_px();
-    let (Strip { radiance, colour, noise, class, board_mm }, done) = rows(plan, 0..height, wanted, observer);
+    let (Strip { radiance, colour, noise, class, board_mm, object }, done) = rows(plan, 0..height, wanted, observer);
     let mut work = plan.work();
     work += done;
-    Film { radiance, colour, noise, class, board_mm, counts: work.counts, account: plan.account_of(&work) }
+    Film { radiance, colour, noise, class, board_mm, object, counts: work.counts, account: plan.account_of(&work) }
 }
 
 /// The `rows` of the picture of a plan, the first of which is a multiple of [`BAND_ROWS`], and the work they were; `wanted`
@@ -30,14 +30,18 @@ pub(super) fn rows(plan: &Plan, rows: Range<usize>, wanted: Outputs, observer: &
     let mut class = wanted.truth.then(|| Raster::filled(width, rows.len(), Class::Left));
     let mut board_mm = wanted.truth.then(|| Raster::filled(width, rows.len(), [0.0; 2]));
 
+    let many = wanted.truth && !plan.objects.is_empty();
+    let mut object = many.then(|| Raster::filled(width, rows.len(), 0u32));
+
     // Cut them into bands.
     let size = width * BAND_ROWS;
     let classes = class.iter_mut().flat_map(|class| class.data_mut().chunks_mut(size));
     let places = board_mm.iter_mut().flat_map(|board_mm| board_mm.data_mut().chunks_mut(size));
+    let mut objects = object.iter_mut().flat_map(|object| object.data_mut().chunks_mut(size));
     let mut truths = classes.zip(places);
     let bands: Vec<Band> = (radiance.data_mut().chunks_mut(size).enumerate())
         .map(|(k, radiance)| {
-            let truth = truths.next().map(|(class, board_mm)| Truth { class, board_mm });
+            let truth = truths.next().map(|(class, board_mm)| Truth { class, board_mm, object: objects.next() });
             Band { width, first_column: 0, first_row: rows.start + k * BAND_ROWS, radiance, truth }
         })
         .collect();
@@ -56,12 +60,18 @@ pub(super) fn rows(plan: &Plan, rows: Range<usize>, wanted: Outputs, observer: &
     // Sum up their work in the order of the bands.
     let mut work = Work::default();
     done.into_iter().for_each(|w| work += w);
-    (Strip { radiance, colour: None, noise: None, class, board_mm }, work)
+    (Strip { radiance, colour: None, noise: None, class, board_mm, object }, work)
 }
 
 // Apart, so that its instructions can be counted by its name.
 #[inline(never)]
 pub(super) fn render_band(plan: &Plan, band: &mut Band) -> Work {
+    if plan.objects.is_empty() { band_alone(plan, band) } else { layers::render(plan, band, band_alone) }
+}
+
+/// Renders a band of the board alone.
+#[inline(always)]
+fn band_alone(plan: &Plan, band: &mut Band) -> Work {
     if plan.system.accuracy().sampling == Sampling::SingleRays {
         return reference::render(plan, band);
     }
@@ -80,15 +90,26 @@ pub(super) fn render_band(plan: &Plan, band: &mut Band) -> Work {
 
 /// Renders the part of the picture of a plan, which is not copied from its mirror image, that `band` covers.
 pub(super) fn render_part(plan: &Plan, band: &mut Band) {
+    if plan.objects.is_empty() {
+        part_alone(plan, band)
+    } else {
+        layers::render(plan, band, part_alone)
+    };
+}
+
+/// The same of the board alone.
+fn part_alone(plan: &Plan, band: &mut Band) -> Work {
+    let mut work = Work::default();
     for patch in &plan.patches {
         let region = band.part_of(&patch.region);
         if region.columns.len() < mapped::LEAST_COLUMNS {
-            tile::render(plan, &region, band);
+            work += tile::render(plan, &region, band);
         } else if !region.rows.is_empty() {
-            mapped::render(plan, &patch.part(region), band);
+            work += mapped::render(plan, &patch.part(region), band);
         }
     }
     for region in &plan.traced {
-        tile::render(plan, &band.part_of(region), band);
+        work += tile::render(plan, &band.part_of(region), band);
     }
+    work
 }

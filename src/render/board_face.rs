@@ -2,6 +2,7 @@
 
 use super::checkerboard::Checkerboard;
 use super::plan::Plan;
+use crate::geom::Ray;
 use crate::system::System;
 use crate::texture::Plate;
 use glam::DVec2;
@@ -55,6 +56,16 @@ impl<'a> BoardFace<'a> {
     pub(super) fn at(&self, board_mm: DVec2) -> f64 {
         self.plate.map_or_else(|| self.pattern.at(board_mm), |plate| plate.at(board_mm))
     }
+}
+
+/// What the board and each object of `system` show, in this order.
+pub(super) fn faces(system: &System) -> Vec<BoardFace<'_>> {
+    std::iter::once(system).chain(system.layers()).map(BoardFace::new).collect()
+}
+
+/// The radiance that a ray behind the prism sees, given the [`faces`].
+pub(super) fn point_radiance(system: &System, faces: &[BoardFace], ray: &Ray) -> f64 {
+    system.nearest(ray).map_or(faces[0].background(), |(object, mm, _)| faces[object].at(mm))
 }
 
 impl<'a> Plan<'a> {

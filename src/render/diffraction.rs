@@ -68,8 +68,8 @@ pub(super) fn spread_light(system: &System, lens: &Diffraction, wanted: Outputs,
     if !wanted.truth {
         return light;
     }
-    let Film { class, board_mm, .. } = ground_truth(system);
-    Film { class, board_mm, ..light }
+    let Film { class, board_mm, object, .. } = ground_truth(system);
+    Film { class, board_mm, object, ..light }
 }
 
 /// The share of `spread` that a small pattern has, and for the rest the light of active squares without diffraction.

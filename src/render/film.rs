@@ -21,6 +21,9 @@ pub struct Film {
     /// The board position that each pixel's centre sees, in mm; (0, 0) where `class` is no side; `None` where [`Outputs`]
     /// leaves it out.
     pub board_mm: Option<Raster<[f32; 2]>>,
+    /// The number of what each pixel's centre sees, 0 for the board's plane and 1 on for the objects, whose frame `board_mm` is
+    /// then in; `None` where the scene has no objects, and where [`Outputs`] leaves it out.
+    pub object: Option<Raster<u32>>,
     /// How much work it was.
     pub counts: Counts,
     /// What was promised, and what was found.
@@ -270,6 +273,8 @@ pub struct Strip {
     pub class: Option<Raster<Class>>,
     /// The board position that it sees, in mm.
     pub board_mm: Option<Raster<[f32; 2]>>,
+    /// The number of what it sees.
+    pub object: Option<Raster<u32>>,
 }
 
 impl Strip {
@@ -283,6 +288,7 @@ impl Strip {
             noise: self.noise.as_ref().map(|noise| noise.columns(start, end)),
             class: self.class.as_ref().map(|class| class.columns(start, end)),
             board_mm: self.board_mm.as_ref().map(|board_mm| board_mm.columns(start, end)),
+            object: self.object.as_ref().map(|object| object.columns(start, end)),
         }
     }
 }
@@ -296,6 +302,7 @@ impl From<&Film> for Strip {
             noise: film.noise.clone(),
             class: film.class.clone(),
             board_mm: film.board_mm.clone(),
+            object: film.object.clone(),
         }
     }
 }

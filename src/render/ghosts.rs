@@ -1,9 +1,10 @@
 //! Ghosts: the light of reflections in the glass, added to the picture.
 
-use super::board_face::BoardFace;
+use super::board_face::{BoardFace, faces, point_radiance};
 use super::film::Film;
 use super::pixel::square;
 use crate::effect::{BoardPoint, Ghosts, LightPath};
+use crate::optics::fate::Fate;
 use crate::optics::polarisation::PolarisationState;
 use crate::prism::reflections::{Exit, GlassBody};
 use crate::surface::face::Face;
@@ -41,7 +42,9 @@ pub(super) fn add(system: &System, film: &mut Film) {
                 // Interpolate the ghosts over the block, where its corners take the same routes.
                 let few = i * BLOCK..width.min((i + 1) * BLOCK);
                 let first = DVec2::new((i * BLOCK) as f64, (j * BLOCK) as f64);
-                let block = pass.block([at(0, 0), at(1, 0), at(0, 1), at(1, 1)], first);
+                // Between the corners there may be an object.
+                let corners = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+                let block = if pass.faces.len() > 1 { None } else { pass.block(corners, first) };
 
                 // Add the mean over each pixel, from the block or by samples.
                 for (k, row) in rows.chunks_mut(width).enumerate() {
@@ -109,6 +112,8 @@ struct GhostPass<'a> {
     body: GlassBody,
     light: PolarisationState,
     face: BoardFace<'a>,
+    /// That and what the objects show.
+    faces: Vec<BoardFace<'a>>,
     /// The largest radiance that there is.
     brightest: f64,
     /// The side of the square in the middle of a pixel that receives light, in px.
@@ -137,10 +142,20 @@ impl<'a> GhostPass<'a> {
     fn new(system: &'a System) -> Option<Self> {
         let ghosts = system.effects().ghosts.filter(|ghosts| !ghosts.is_nothing())?;
         let light = system.effects().fresnel?.light;
-        let board = &system.board().pattern;
-        let brightest = board.black.max(board.white).max(board.background).max(ghosts.behind);
+        let boards = std::iter::once(system).chain(system.layers()).map(|one| &one.board().pattern);
+        let radiances = boards.flat_map(|board| [board.black, board.white, board.background]);
+        let brightest = radiances.fold(ghosts.behind, f64::max);
         let active = system.effects().active_side();
-        Some(Self { system, ghosts, body: system.body()?, light, face: BoardFace::new(system), brightest, active })
+        Some(Self {
+            system,
+            ghosts,
+            body: system.body()?,
+            light,
+            face: BoardFace::new(system),
+            faces: faces(system),
+            brightest,
+            active,
+        })
     }
 
     /// All ghosts at the corners of all blocks, row by row.
@@ -248,8 +263,14 @@ impl<'a> GhostPass<'a> {
         let (seen, board_point) = if exit.last.face == Face::Front {
             (GhostTarget::Uniform(ghosts.behind), None)
         } else {
-            match system.board().intersect(&exit.ray) {
-                Ok((board_mm, t_mm)) => {
+            let nearest = if self.faces.len() > 1 { system.nearest(&exit.ray) } else { Err(Fate::PastBoard) };
+            match nearest.or_else(|_| system.board().intersect(&exit.ray).map(|(mm, t_mm)| (0, mm, t_mm))) {
+                Ok((object @ 1.., _, t_mm)) => {
+                    let normal = system.layers()[object - 1].board().normal();
+                    let seen = GhostTarget::Uniform(point_radiance(system, &self.faces, &exit.ray));
+                    (seen, Some(BoardPoint { point_mm: exit.ray.at(t_mm), normal }))
+                }
+                Ok((_, board_mm, t_mm)) => {
                     let board_point = BoardPoint { point_mm: exit.ray.at(t_mm), normal: system.board().normal() };
                     (GhostTarget::Board(board_mm), Some(board_point))
                 }

@@ -18,6 +18,7 @@ pub(super) fn ground_truth(system: &System) -> Film {
     }
 
     let (Some(class), Some(board_mm)) = (&film.class, &mut film.board_mm) else { return film };
+    let objects = &film.object;
 
     // Sum up the board positions of each wavelength where it passes the side of the main one.
     let start = |mm: &[f32; 2]| [f64::from(mm[0]) * main_share, f64::from(mm[1]) * main_share, *main_share];
@@ -26,8 +27,10 @@ pub(super) fn ground_truth(system: &System) -> Film {
         let other = whole(system);
         let (Some(other_class), Some(other_mm)) = (&other.class, &other.board_mm) else { continue };
         let classes = class.data().iter().zip(other_class.data());
-        for (sum, ((class, other_class), mm)) in sums.iter_mut().zip(classes.zip(other_mm.data())) {
-            if class == other_class && class.side().is_some() {
+        let object = |film: &Film, k: usize| film.object.as_ref().map(|object| object.data()[k]);
+        for (k, (sum, ((class, other_class), mm))) in sums.iter_mut().zip(classes.zip(other_mm.data())).enumerate() {
+            let same = objects.as_ref().map(|objects| objects.data()[k]) == object(&other, k);
+            if same && class == other_class && class.side().is_some() {
                 let [x, y] = mm.map(f64::from);
                 *sum = [sum[0] + x * share, sum[1] + y * share, sum[2] + share];
             }

@@ -30,6 +30,7 @@ mod tile;
 mod draft;
 mod mapped;
 mod reference;
+mod layers;
 mod bands;
 mod strips;
 mod ghosts;

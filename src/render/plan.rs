@@ -62,6 +62,8 @@ pub struct Plan<'a> {
     pub(super) pattern: Checkerboard,
     /// What the board shows in place of its squares, where it has a texture.
     pub(super) plate: Option<&'a Plate>,
+    /// The plans of the same picture before each of the objects besides the board.
+    pub(super) objects: Vec<Plan<'a>>,
     /// How centres are traced.
     pub(super) centre_tracer: CentreTracer<'a>,
     /// Rectangles that a polynomial map stands for.
@@ -109,6 +111,7 @@ impl<'a> Plan<'a> {
 
     /// The plan with the transport effects of its instrument.
     fn with_throughput(mut self) -> Self {
+        self.objects = self.objects.into_iter().map(Self::with_throughput).collect();
         self.has_throughput = self.system.effects().act_by(Hook::Transport);
         self.steep = self.has_throughput && is_steep(self.system, &mut self.rays);
         self
@@ -133,6 +136,7 @@ impl<'a> Plan<'a> {
             truncation_px,
             pattern: Checkerboard::new(&system.board().pattern),
             plate: system.plate(),
+            objects: system.layers().iter().map(|layer| Self::by(layer, sampling, false, grain)).collect(),
             centre_tracer: CentreTracer::new(system, sampling != Sampling::SingleRays),
             patches: tiling.patches,
             traced: tiling.traced,
@@ -213,6 +217,12 @@ impl<'a> Plan<'a> {
         AccuracyReport { unpromised_pixels: halves * work.counts.unpromised_pixels, ..self.account(work.bend_px) }
     }
 
+    /// The largest error of a map, of the board and of objects.
+    fn map_px(&self) -> f64 {
+        let objects = self.objects.iter().map(Self::map_px);
+        self.patches.iter().map(|p| p.error_px).chain(objects).fold(0.0, f64::max)
+    }
+
     /// What the picture promises and keeps, given the bend left inside its pixels.
     pub fn account(&self, bend_px: f64) -> AccuracyReport {
         let [width, height] = self.system.camera().size_px();
@@ -225,7 +235,7 @@ impl<'a> Plan<'a> {
             level: accuracy.level,
             target_px: accuracy.target_px,
             promise_px: accuracy.promise_px,
-            map_px: self.patches.iter().fold(0.0, |worst, p| worst.max(p.error_px)),
+            map_px: self.map_px(),
             bend_px: bend_px + truncation_px,
             patches: sides * self.patches.len(),
             mapped: (sides * mapped) as f64 / (width * height) as f64,

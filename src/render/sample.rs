@@ -92,6 +92,7 @@ fn traced<'a>(plan: &Plan, window: &'a System) -> Plan<'a> {
         system: window,
         pattern: Checkerboard::new(&window.board().pattern),
         plate: window.plate(),
+        objects: Vec::new(),
         centre_tracer: CentreTracer::new(window, window.accuracy().sampling != Sampling::SingleRays),
         patches: Vec::new(),
         traced: vec![Region { columns: 0..width, rows: 0..height }],

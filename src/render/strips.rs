@@ -24,9 +24,9 @@ pub fn render_strips(
 ) -> (Counts, AccuracyReport) {
     if is_whole(system) {
         let wanted = Outputs { truth: true };
-        let Film { radiance, colour, noise, class, board_mm, counts, account } =
+        let Film { radiance, colour, noise, class, board_mm, object, counts, account } =
             render_wanted(system, wanted, observer);
-        take(Strip { radiance, colour, noise, class, board_mm });
+        take(Strip { radiance, colour, noise, class, board_mm, object });
         return (counts, account);
     }
     let plan = Plan::new(system);

@@ -1,6 +1,6 @@
 //! Supersampling: the mean of point samples a pixel, as a general renderer takes it that knows nothing of its scene.
 
-use super::board_face::BoardFace;
+use super::board_face::{faces, point_radiance};
 use super::centre_rays::{CentreTracer, Run, trace_scalar};
 use super::film::Class;
 use super::plan::BAND_ROWS;
@@ -21,7 +21,7 @@ pub enum SamplePlaces {
 /// The mean of n x n point samples a pixel, each traced.
 pub fn supersampled(system: &System, n: usize, samples: SamplePlaces) -> Raster<f32> {
     let [width, height] = system.camera().size_px();
-    let face = BoardFace::new(system);
+    let faces = faces(system);
     let centre_tracer = CentreTracer::new(system, true);
     let mut picture = Raster::filled(width, height, 0.0f32);
 
@@ -37,6 +37,15 @@ pub fn supersampled(system: &System, n: usize, samples: SamplePlaces) -> Raster<
             for part in 0..n * n {
                 let corner = DVec2::new((part % n) as f64, j as f64 * n as f64 + (part / n) as f64) / n as f64;
 
+                let jittered = |i: usize| {
+                    let jitter = random((j * width + i) as u64 * (n * n) as u64 + part as u64);
+                    corner + DVec2::new(i as f64, 0.0) + jitter / n as f64
+                };
+                let place = |i: usize| match samples {
+                    SamplePlaces::Grid => corner + 0.5 / n as f64 + DVec2::new(i as f64, 0.0),
+                    SamplePlaces::Jittered => jittered(i),
+                };
+
                 // Trace the samples of the row.
                 match samples {
                     SamplePlaces::Grid => {
@@ -45,9 +54,7 @@ pub fn supersampled(system: &System, n: usize, samples: SamplePlaces) -> Raster<
                     }
                     SamplePlaces::Jittered => {
                         for i in 0..width {
-                            let jitter = random((j * width + i) as u64 * (n * n) as u64 + part as u64);
-                            let px = corner + DVec2::new(i as f64, 0.0) + jitter / n as f64;
-                            let (seen_mm, own) = trace_scalar(system, px);
+                            let (seen_mm, own) = trace_scalar(system, jittered(i));
                             (x_mm[i], y_mm[i], class[i]) = (seen_mm.x, seen_mm.y, own);
                         }
                     }
@@ -56,8 +63,11 @@ pub fn supersampled(system: &System, n: usize, samples: SamplePlaces) -> Raster<
                 // Add the radiance that they see.
                 for i in 0..width {
                     sums[i] += match class[i] {
-                        Class::Left | Class::Right => face.at(DVec2::new(x_mm[i], y_mm[i])),
-                        Class::PastBoard => face.background(),
+                        Class::Left | Class::Right | Class::PastBoard if faces.len() > 1 => {
+                            system.exit_ray(place(i)).map_or(0.0, |(ray, _)| point_radiance(system, &faces, &ray))
+                        }
+                        Class::Left | Class::Right => faces[0].at(DVec2::new(x_mm[i], y_mm[i])),
+                        Class::PastBoard => faces[0].background(),
                         _ => 0.0,
                     };
                 }

@@ -8,14 +8,15 @@ use crate::analysis::stereo_truth::StereoTruth;
 use crate::effect::Sensor;
 use crate::error::Error;
 use crate::io::exr::Channel;
+use crate::io::npy::NpyField;
 use crate::io::{GAMMA, Notes, exr, npy, png};
 use crate::progress::Observer;
 use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
-use crate::render::{AccuracyReport, Counts, Film, Strip, render_strips};
+use crate::render::{AccuracyReport, Class, Counts, Film, Strip, render_strips};
 use crate::scene::{Encoding, Scene};
 use crate::system::in_light::light_name;
-use crate::system::{InLight, System};
+use crate::system::{Board, System};
 use crate::vision::half::{Half, columns_of};
 use glam::DVec2;
 use std::collections::BTreeMap;
@@ -112,8 +113,8 @@ pub fn write_strips(
         *done += strip.radiance.height();
         first..*done
     };
-    let truth = (*stereo && ending(path) != "png").then(|| StereoTruth::new(system));
-    let part = |rows| truth.as_ref().map(|truth| StereoPart::new(truth, whole, *half, rows));
+    let truth = StereoTruth::new(system);
+    let part = |rows| stereo.then(|| StereoPart::new(&truth, whole, *half, rows));
     match ending(path).as_str() {
         "png" => {
             let transfer = match scene.encoding {
@@ -138,14 +139,15 @@ pub fn write_strips(
             exr::write_strips(path, size.1, parts, &notes).map(|()| 0)
         }
         "npy" => {
-            let light = InLight::new(system);
             let rows = strips.scan(0, |done, strip| Some(rows_of(done, &strip)));
             let parts = rows.map(|rows| match part(rows.clone()) {
                 Some(stereo) => stereo.records(),
-                None => truth::records(&light, columns.clone(), rows),
+                None => truth::records(&truth, columns.clone(), rows),
             });
-            let fields = if truth.is_some() { &stereo_file::FIELDS[..] } else { &truth::FIELDS };
-            npy::write_parts(path, fields, [size.1, size.0], parts).map(|()| 0)
+            let plain = if *stereo { &stereo_file::FIELDS[..] } else { &truth::FIELDS };
+            let objects = truth.has_objects().then_some(truth::OBJECT);
+            let fields: Vec<NpyField> = plain.iter().copied().chain(objects).collect();
+            npy::write_parts(path, &fields, [size.1, size.0], parts).map(|()| 0)
         }
         _ => check_name(path).map(|()| 0),
     }
@@ -219,22 +221,26 @@ fn radiance_words(sensor: Option<&Sensor>) -> String {
 fn channels(system: &System, strip: &Strip) -> Vec<Channel> {
     let mut channels = vec![Channel::f32("Y", strip.radiance.clone())];
     if let (Some(classes), Some(board_mm)) = (&strip.class, &strip.board_mm) {
-        let truth = |value: &dyn Fn([f32; 2]) -> f64| {
-            let pixels = board_mm.data().iter().zip(classes.data());
-            let data =
-                pixels.map(|(&mm, &class)| if class.side().is_some() { value(mm) as f32 } else { f32::NAN }).collect();
-            Raster::from_data(board_mm.width(), board_mm.height(), data)
+        let boards: Vec<_> = once(system).chain(system.layers()).map(System::board).collect();
+        let of = |k: usize| boards[strip.object.as_ref().map_or(0, |object| object.data()[k] as usize)];
+        let truth = |value: &dyn Fn(&Board, [f32; 2]) -> f64| {
+            let pixels = board_mm.data().iter().zip(classes.data()).enumerate();
+            let seen = |(k, (&mm, &class)): (usize, (&[f32; 2], &Class))| match class.side() {
+                Some(_) => value(of(k), mm) as f32,
+                None => f32::NAN,
+            };
+            Raster::from_data(board_mm.width(), board_mm.height(), pixels.map(seen).collect())
         };
-        let world =
-            |axis: usize| truth(&|mm| system.board().world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
+        let world = |axis: usize| truth(&|board, mm| board.world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
         channels.extend([
-            Channel::f32("board.U", truth(&|mm| f64::from(mm[0]))),
-            Channel::f32("board.V", truth(&|mm| f64::from(mm[1]))),
+            Channel::f32("board.U", truth(&|_, mm| f64::from(mm[0]))),
+            Channel::f32("board.V", truth(&|_, mm| f64::from(mm[1]))),
             Channel::f32("P.X", world(0)),
             Channel::f32("P.Y", world(1)),
             Channel::f32("P.Z", world(2)),
             Channel::u32("class", classes.map(|class| class as u32)),
         ]);
+        channels.extend(strip.object.clone().map(|object| Channel::u32("object", object)));
     }
     if let Some(colour) = &strip.colour {
         for (k, name) in ["R", "G", "B"].into_iter().enumerate() {

@@ -30,6 +30,7 @@ pub(super) struct StereoPart {
     points: Vec<Result<StereoPoint, Fate>>,
     /// The first column of the half that sees the other side of each, where a half is a picture of its own.
     other_column: f64,
+    has_objects: bool,
 }
 
 impl StereoPart {
@@ -39,7 +40,7 @@ impl StereoPart {
         let points: Vec<Vec<_>> = rows.into_par_iter().map(|j| truth.row(j, columns.clone())).collect();
         // Seen from the left half the other one is the right one.
         let other_column = if half == Some(Half::Left) { columns_of(width, Half::Right).start as f64 } else { 0.0 };
-        Self { columns: columns.len(), points: points.concat(), other_column }
+        Self { columns: columns.len(), points: points.concat(), other_column, has_objects: truth.has_objects() }
     }
 
     fn other_px(&self, point: &StereoPoint) -> DVec2 {
@@ -90,6 +91,9 @@ impl StereoPart {
             let mut add = |value: f64| bytes.extend(value.to_le_bytes());
             [z_mm, distance_mm, other.x, other.y, disparity.x, disparity.y].into_iter().for_each(&mut add);
             bytes.extend(seen_by(point).to_le_bytes());
+            if self.has_objects {
+                bytes.extend(point.as_ref().map_or(0, |point| point.object as u32).to_le_bytes());
+            }
         }
         bytes
     }

@@ -8,6 +8,7 @@ use super::document::Document;
 use super::effects;
 use super::law::PrismLaw;
 use super::model::*;
+use super::object_keys;
 use super::prism_tables::*;
 use super::rules;
 use super::schema::*;
@@ -45,6 +46,7 @@ pub(super) fn scene(document: &Document, file: SceneFile, folder: Option<&Path>)
             Some(texture) => Some(texture_keys::texture(document, "board.texture", texture, &board, folder)?),
             None => None,
         },
+        objects: object_keys::objects(document, &file.object, board.background, folder)?,
         board,
         board_pose: match file.board.pose {
             BoardPoseFile::Stated => BoardPose::Stated,

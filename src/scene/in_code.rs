@@ -20,6 +20,7 @@ impl Scene {
             prism,
             board,
             texture: None,
+            objects: Vec::new(),
             board_pose: BoardPose::Stated,
             accuracy: Accuracy::standard(),
             effects: Effects::default(),
@@ -77,10 +78,18 @@ impl Scene {
         ranges.optional("accuracy.target_px", self.accuracy.target_px)?;
         ranges.camera(&self.camera)?;
         ranges.prism(&self.prism)?;
-        ranges.board(&self.board)?;
-        if let Some(texture) = &self.texture {
-            ranges.texture("board.texture", texture)?;
-            texture_keys::texels(source, "board.texture", texture, &self.board)?;
+        ranges.board("board", &self.board)?;
+        ranges.number("board.background", self.board.background)?;
+        ranges.length("object", self.objects.len())?;
+        let objects = self.objects.iter().enumerate();
+        objects.clone().try_for_each(|(k, object)| ranges.board(&format!("object[{k}]"), &object.plate))?;
+        let textures = std::iter::once(("board.texture".to_owned(), &self.texture, &self.board))
+            .chain(objects.map(|(k, object)| (format!("object[{k}].texture"), &object.texture, &object.plate)));
+        for (key, texture, plate) in textures {
+            if let Some(texture) = texture {
+                ranges.texture(&key, texture)?;
+                texture_keys::texels(source, &key, texture, plate)?;
+            }
         }
         ranges.effects(&self.effects)?;
         ranges.list("analysis.depths_mm", &self.analysis.depths_mm)?;

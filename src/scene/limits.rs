@@ -8,6 +8,11 @@
 pub(super) const FILE_BYTES: u64 = 4 << 20;
 /// Pixels along one side of the sensor.
 pub(super) const SIDE_PX: usize = 16384;
+/// Objects of one scene.
+pub(super) const OBJECTS: usize = 32;
+/// The radiance of a black and of a white square where nothing else is said.
+pub(super) const BLACK: f64 = 0.05;
+pub(super) const WHITE: f64 = 0.85;
 /// Squares along one side of the board.
 pub(super) const SIDE_SQUARES: usize = 100_000;
 /// The shortest focal length, distance, square or scale, in mm: a picometre.

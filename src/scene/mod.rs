@@ -32,13 +32,14 @@ mod surface_files;
 mod surface_keys;
 mod texture_spec;
 mod texture_keys;
+mod object_keys;
 
 pub use design_model::{DesignGoal, DesignSettings, DesignedSurface, MarchOrder, Method, Objective, Rear};
 pub use law::PrismLaw;
 pub(crate) use limits::DESIGN_DEGREE;
 pub use model::{
     Analysis, BiprismSpec, BoardPose, BoardSpec, CalibrationSpec, CameraSpec, CloudSpec, Encoding, Expect, GlassSpec,
-    MeshSpec, PointCloudSpec, PolynomialSpec, PrismSpec, RevolvedSpec, Scene,
+    MeshSpec, ObjectSpec, PointCloudSpec, PolynomialSpec, PrismSpec, RevolvedSpec, Scene,
 };
 
 pub use crate::num::curve::ChebyshevCurve;

@@ -27,6 +27,8 @@ pub struct Scene {
     pub board: BoardSpec,
     /// What the board shows in place of its squares, where it has a texture.
     pub texture: Option<TextureSpec>,
+    /// Objects besides the board.
+    pub objects: Vec<ObjectSpec>,
     /// How the board's place is known where a picture is measured.
     pub board_pose: BoardPose,
     /// Accuracy of the simulation.
@@ -271,6 +273,24 @@ pub struct BoardSpec {
     pub white: f64,
     /// Radiance around the plate.
     pub background: f64,
+}
+
+/// A plane besides the board, squares with a margin around them, which hides what lies behind it. The background of its plate is
+/// of no account: it ends there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ObjectSpec {
+    /// Squares, margin and place, as of a board.
+    pub plate: BoardSpec,
+    /// What it shows in place of its squares, where it has a texture.
+    pub texture: Option<TextureSpec>,
+}
+
+impl ObjectSpec {
+    /// Width and height of what it shows within its margin, in mm.
+    pub fn size_mm(&self) -> DVec2 {
+        let squares_mm = self.plate.squares_mm();
+        self.texture.as_ref().map_or(squares_mm, |texture| texture.size_mm(squares_mm))
+    }
 }
 
 impl BoardSpec {

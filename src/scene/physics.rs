@@ -204,7 +204,7 @@ fn polynomial(source: &dyn ValueSource, camera: &FieldRays, prism: &PolynomialSp
 /// Board and depths of the analysis lie in front of the camera and beyond the glass.
 fn board(source: &dyn ValueSource, scene: &Scene, back: Option<&Back>) -> Result<Vec<f64>, Error> {
     let pinhole = scene.camera.position_mm;
-    let judge = |key: &str, point: DVec3| {
+    let judge_of = |key: &str, what: &str, point: DVec3| {
         let depth = point.z - pinhole.z;
         let glass = back.map(|b| (b.prism_from_world.point(point).z, b.z_mm));
         let fault = match glass {
@@ -217,9 +217,20 @@ fn board(source: &dyn ValueSource, scene: &Scene, back: Option<&Back>) -> Result
             _ => return Ok(()),
         };
         let (at, left_out) = if source.gives(key) { (key, "") } else { ("prism", ", left out,") };
-        let help = format!("move the board away from the camera, beyond the prism: `{key}`");
-        Err(source.refuse(at, format!("`{key}`{left_out} puts the board {fault}"), &help))
+        let help = format!("move it away from the camera, beyond the prism: `{key}`");
+        Err(source.refuse(at, format!("`{key}`{left_out} puts {what} {fault}"), &help))
     };
+    let judge = |key: &str, point: DVec3| judge_of(key, "the board", point);
+
+    // All of an object is seen through the prism.
+    for (k, object) in scene.objects.iter().enumerate() {
+        let plate = &object.plate;
+        let half = 0.5 * object.size_mm() + plate.margin_mm;
+        for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+            let corner = plate.world_from_board.point(DVec3::new(x * half.x, y * half.y, 0.0));
+            judge_of(&format!("object[{k}].position_mm"), "a corner of the object", corner)?;
+        }
+    }
     judge("board.position_mm", scene.board.world_from_board.translation_mm)?;
     let at = |depth: f64| pinhole + DVec3::Z * depth;
     let depths = &scene.analysis.depths_mm;

@@ -178,15 +178,15 @@ impl<'a> Ranges<'a> {
         Err(self.source.refuse("camera.calibration", rule, "give 1 for square pixels"))
     }
 
-    pub(super) fn board(&self, board: &BoardSpec) -> Result<(), Error> {
-        self.count("board.columns", board.columns)?;
-        self.count("board.rows", board.rows)?;
-        self.number("board.square_mm", board.square_mm)?;
-        self.number("board.margin_mm", board.margin_mm)?;
-        self.pose("board", &board.world_from_board)?;
-        self.number("board.black", board.black)?;
-        self.number("board.white", board.white)?;
-        self.number("board.background", board.background)
+    /// The board or the object of the table `key`.
+    pub(super) fn board(&self, key: &str, board: &BoardSpec) -> Result<(), Error> {
+        self.count(&format!("{key}.columns"), board.columns)?;
+        self.count(&format!("{key}.rows"), board.rows)?;
+        self.number(&format!("{key}.square_mm"), board.square_mm)?;
+        self.number(&format!("{key}.margin_mm"), board.margin_mm)?;
+        self.pose(key, &board.world_from_board)?;
+        self.number(&format!("{key}.black"), board.black)?;
+        self.number(&format!("{key}.white"), board.white)
     }
 
     /// The texture that stands at `key`.

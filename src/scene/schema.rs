@@ -8,6 +8,7 @@ pub(super) use super::effects::lens::QuadratureFile;
 pub(super) use super::effects::tables::{EffectTables, EffectsFile};
 use super::limits::*;
 use super::model::Analysis;
+use super::object_keys::ObjectFile;
 use super::prism_tables::PrismFile;
 use super::texture_keys::TextureFile;
 use super::tidy::tidy;
@@ -38,6 +39,10 @@ pub(super) struct SceneFile {
     pub(super) prism: PrismFile,
     /// The checkerboard.
     pub(super) board: BoardFile,
+    /// Objects besides the board: planes with squares or a texture, each of which hides what lies behind it.
+    #[serde(default)]
+    #[schemars(length(max = OBJECTS))]
+    pub(super) object: Vec<ObjectFile>,
     /// Which of the effects that the scene has a table for are simulated.
     #[serde(default)]
     pub(super) effects: EffectsFile,
@@ -190,11 +195,11 @@ pub(super) struct ExpectFile {
 }
 
 fn black() -> f64 {
-    0.05
+    BLACK
 }
 
 fn white() -> f64 {
-    0.85
+    WHITE
 }
 
 fn background() -> f64 {

@@ -29,13 +29,15 @@ pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
     // Bound the change of every effect.
     let effects = &scene.effects;
     let gain = OutputGain::of(ideal, scene);
+    // What an effect changes of objects is not bounded.
+    let bound_of = |row| if scene.objects.is_empty() { bound(ideal, scene, &gain, row) } else { None };
     let verdict = |row: &'static EffectRow| {
         let why = match (effects.auto, row.bounding) {
             (None, _) => "the scene asks for it",
             (_, Bounding::Never(why)) => why,
             _ => "no bound of its change is known",
         };
-        Verdict { effect: row.id, bound: bound(ideal, scene, &gain, row), kept: true, why }
+        Verdict { effect: row.id, bound: bound_of(row), kept: true, why }
     };
     let mut all: Vec<Verdict> = effects.acting().map(verdict).collect();
     if ideal.prism.is_none() {

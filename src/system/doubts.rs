@@ -24,6 +24,12 @@ pub fn doubts(scene: &Scene, system: &System) -> Vec<String> {
     if let PrismSpec::Mesh(mesh) = &scene.prism {
         doubts.extend(mesh.told.clone());
     }
+    if !scene.objects.is_empty() {
+        doubts.push(
+            "`[[object]]` may hide corners of the board: where they are compared with true ones, those count as missed"
+                .to_owned(),
+        );
+    }
     if system.prism.is_none() {
         doubts.extend(glassless(scene));
         return doubts;

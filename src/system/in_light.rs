@@ -35,6 +35,15 @@ impl<'a> InLight<'a> {
         &self.lights[0].1
     }
 
+    /// The number of what `px` sees, 0 for the plane of the board and 1 on for objects, by the ray of the main wavelength.
+    ///
+    /// # Errors
+    /// The fate of that ray.
+    pub fn nearest(&self, px: DVec2) -> Result<usize, Fate> {
+        let (ray, _) = self.main().exit_ray(px)?;
+        self.main().nearest(&ray).map(|(object, ..)| object)
+    }
+
     /// What `px` sees: the side of the main wavelength, and the mean board position of those that pass the same side.
     ///
     /// # Errors

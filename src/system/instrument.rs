@@ -14,7 +14,7 @@ use crate::prism::side::Side;
 use crate::scene;
 use crate::texture::Plate;
 use glam::{DMat2, DVec2};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The instrument of one scene. Camera, prism and stop are always those that its effects make of the ideal camera and of the
 /// prism as it is meant to be.
@@ -32,12 +32,39 @@ pub struct System {
     pub(super) board: Board,
     /// What it shows in place of its squares, where it has a texture.
     pub(super) plate: Option<Arc<Plate>>,
+    /// Objects besides the board.
+    pub(super) objects: Arc<[SeenObject]>,
+    /// The instruments before each of them.
+    pub(super) layers: Layers,
     /// An opening before the camera, through which all rays must go.
     pub(super) stop: Option<Opening>,
     /// What is asked of each ray.
     pub(super) accuracy: Accuracy,
     /// What the picture shows besides geometry.
     pub(super) effects: Effects,
+}
+
+/// An object besides the board.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct SeenObject {
+    board: Board,
+    plate: Option<Arc<Plate>>,
+}
+
+/// The instruments before each object, which are made when they are first asked for. What is made of an instrument has its own.
+#[derive(Debug, Default)]
+pub(super) struct Layers(OnceLock<Vec<System>>);
+
+impl Clone for Layers {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
+impl PartialEq for Layers {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// What a pixel position sees.
@@ -68,6 +95,13 @@ impl System {
             prism: designed,
             board: Board::new(&scene.board),
             plate: scene.texture.as_ref().map(|texture| plate(texture, &scene.board)),
+            objects: (scene.objects.iter())
+                .map(|object| SeenObject {
+                    board: Board::new(&object.plate),
+                    plate: object.texture.as_ref().map(|texture| plate(texture, &object.plate)),
+                })
+                .collect(),
+            layers: Layers::default(),
             stop: None,
             accuracy: scene.accuracy,
             effects: Effects::default(),
@@ -108,9 +142,45 @@ impl System {
         self.plate.as_deref()
     }
 
+    /// The same instrument before each of the objects besides the board, in their place.
+    pub fn layers(&self) -> &[Self] {
+        self.layers.0.get_or_init(|| {
+            let before = |object: &SeenObject| {
+                let (board, plate) = (object.board, object.plate.clone());
+                Self { board, plate, objects: Arc::from([]), ..self.clone() }
+            };
+            self.objects.iter().map(before).collect()
+        })
+    }
+
+    /// Half the width and height of the board, with its margin, in mm.
+    pub fn half_plate_mm(&self) -> DVec2 {
+        let pattern = &self.board.pattern;
+        self.plate().map_or(0.5 * pattern.squares_mm() + pattern.margin_mm, Plate::half_mm)
+    }
+
+    /// What a ray behind the prism sees: the number of the object from 1 on, or 0 for the plane of the board, which lies behind all
+    /// objects where it is beside the board; and the place on it, in mm in its frame, with the distance to it along the ray.
+    ///
+    /// # Errors
+    /// [`Fate::PastBoard`] of a ray that meets no object and never meets the board's plane.
+    pub fn nearest(&self, ray: &Ray) -> Result<(usize, DVec2, f64), Fate> {
+        let own = self.board.intersect(ray);
+        let on_plate = |system: &Self, mm: DVec2| mm.abs().cmple(system.half_plate_mm()).all();
+        let mut nearest = own.ok().filter(|(mm, _)| on_plate(self, *mm)).map(|(mm, t_mm)| (0, mm, t_mm));
+        for (k, layer) in self.layers().iter().enumerate() {
+            let Ok((mm, t_mm)) = layer.board.intersect(ray) else { continue };
+            if on_plate(layer, mm) && nearest.is_none_or(|(_, _, before)| t_mm < before) {
+                nearest = Some((k + 1, mm, t_mm));
+            }
+        }
+        nearest.map_or_else(|| own.map(|(mm, t_mm)| (0, mm, t_mm)), Ok)
+    }
+
     /// The shortest distance of lines on the board, in mm: the side of a square, or what is finest in its texture.
     pub fn feature_mm(&self) -> f64 {
-        self.plate().map_or(self.board.pattern.square_mm, Plate::feature_mm)
+        let own = self.plate().map_or(self.board.pattern.square_mm, Plate::feature_mm);
+        self.layers().iter().map(Self::feature_mm).fold(own, f64::min)
     }
 
     /// An opening before the camera, through which all rays must go.
@@ -211,6 +281,7 @@ impl System {
     fn has_symmetric_scenery(&self) -> bool {
         let board = &self.board.pattern;
         self.plate.is_none()
+            && self.objects.is_empty()
             && self.prism.as_ref().is_none_or(Prism::keeps_mirror_images)
             && board.columns % 2 == 1
             && board.world_from_board.keeps_mirror_images()
@@ -289,7 +360,7 @@ impl System {
     }
 
     #[inline(always)]
-    fn land(&self, ray: &Ray, side: Side, differentials: &Differentials) -> Result<Footprint, Fate> {
+    pub(crate) fn land(&self, ray: &Ray, side: Side, differentials: &Differentials) -> Result<Footprint, Fate> {
         let (board_mm, t_mm) = self.board.intersect(ray)?;
         let steps = differentials.transferred(ray, t_mm, self.board.normal());
         let jacobian = DMat2::from_cols(self.board.vector(steps[0]), self.board.vector(steps[1]));

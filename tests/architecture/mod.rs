@@ -34,8 +34,8 @@ const ROOMS: [(&str, &[&str]); 23] = [
     (
         "render",
         &[
-            "accuracy", "progress", "num", "optics", "surface", "raster", "texture", "effect", "scene", "prism",
-            "system",
+            "accuracy", "progress", "num", "geom", "optics", "surface", "raster", "texture", "effect", "scene",
+            "prism", "system",
         ],
     ),
     (

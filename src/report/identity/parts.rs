@@ -31,7 +31,7 @@ fn texts<'a>(scene: &'a Scene, system: &'a System) -> [(&'static str, CanonicalO
     [
         ("camera", camera(&scene.camera)),
         ("prism", prism(&scene.prism)),
-        ("board", board(&scene.board).maybe("texture", scene.texture.as_ref().map(texture))),
+        ("board", seen(scene)),
         ("effects", effects(system.effects())),
     ]
 }
@@ -94,6 +94,14 @@ fn board<'a>(board: &BoardSpec) -> CanonicalObject<'a> {
         .with("white", white)
         .with("background", background)
         .with("pose", pose(&world_from_board))
+}
+
+/// The board with its texture, and the objects where there are some.
+fn seen<'a>(scene: &Scene) -> CanonicalObject<'a> {
+    let own =
+        |plate: &BoardSpec, shown: &Option<TextureSpec>| board(plate).maybe("texture", shown.as_ref().map(texture));
+    let objects: Canonical<'_> = scene.objects.iter().map(|object| own(&object.plate, &object.texture)).collect();
+    own(&scene.board, &scene.texture).maybe("objects", (!scene.objects.is_empty()).then_some(objects))
 }
 
 fn texture<'a>(texture: &TextureSpec) -> CanonicalObject<'a> {
