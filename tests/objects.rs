@@ -42,7 +42,7 @@ fn small_board() -> String {
 #[test]
 fn pictures_are_the_means_of_samples_of_the_nearest() {
     for prism in [NO_GLASS, FLAT, FREEFORM] {
-        let scene = scene_of([40, 22], prism, &small_board(), OBJECTS);
+        let scene = scene_of([24, 14], prism, &small_board(), OBJECTS);
         let samples = supersampled(&built(&scene), SAMPLES, SamplePlaces::Grid);
         let reference = render(&built(&scene).with_accuracy(Level::Reference.accuracy()), &());
         for level in Level::ALL {
