@@ -83,7 +83,9 @@ fn every_key_of_every_verb_stands_on_the_page() {
     hold("analyse", run(trials, "", "0"));
     hold("cost", run("cost scene.toml --quick --repetitions 1 --json", "", "0"));
     hold("analyse", run("analyse stability --only parallel --json", "", "0"));
-    for study in ["spot", "field-curvature", "mtf", "reprojection", "surface", "layout", "convergence --finest-um 40"] {
+    for study in
+        ["spot", "field-curvature", "mtf", "reprojection", "surface", "layout", "stereo", "convergence --finest-um 40"]
+    {
         hold("analyse", run(&format!("analyse {study} scene.toml --json"), "", "0"));
     }
     hold("analyse", run("analyse paper --finest-um 80 --json", "", "0"));

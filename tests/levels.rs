@@ -20,13 +20,13 @@ fn scenes() -> Vec<Scene> {
         )
     };
     vec![
-        scene(320, 68, &revolved("epipolar", false), BOARD),
-        scene(320, 68, &revolved("epipolar", true), BOARD),
+        scene(320, 36, &revolved("epipolar", false), BOARD),
+        scene(320, 36, &revolved("epipolar", true), BOARD),
         scene(161, 41, &revolved("toed-in", true), &posed),
-        scene(480, 68, FLAT, BOARD),
-        scene(481, 69, FREEFORM, BOARD),
-        scene(320, 90, FREEFORM, &posed),
-        scene(320, 90, &shifted, BOARD),
+        scene(480, 36, FLAT, BOARD),
+        scene(481, 37, FREEFORM, BOARD),
+        scene(320, 46, FREEFORM, &posed),
+        scene(320, 46, &shifted, BOARD),
         scene(40, 30, FLAT, BOARD),
     ]
 }

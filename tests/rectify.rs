@@ -1,8 +1,9 @@
 //! Do the maps of `rectify` make a rectified pair, at their depth and, as far as is told, at others?
 
 use crate::instruments::built;
-use biprism::analysis::rectify::{PairResidual, Rectifier, Sources};
+use biprism::analysis::rectify::{Rectifier, Sources};
 use biprism::geom::Pose;
+use biprism::metrics::pair_residual::PairResidual;
 use biprism::scene::{self, BoardSpec};
 use biprism::system::System;
 use biprism::system::aim::Aimer;
@@ -161,7 +162,7 @@ fn how_much_maps_leave() {
     for residual in left(&exact()) {
         assert!(largest(&residual) <= 1e-4, "{residual:?}");
         let Some(pairs) = residual.pairs else { continue };
-        assert!(pairs.vertical_max_px * PAPER_PX <= 1e-4 && pairs.depth_error_max_percent < 1e-4, "{pairs:?}");
+        assert!(pairs.vertical_max_px * PAPER_PX <= 1e-4 && pairs.depth_error.max_percent < 1e-4, "{pairs:?}");
     }
     for residual in &left(&freeform())[..3] {
         assert!(largest(residual) <= 0.011, "{residual:?}");

@@ -3,7 +3,7 @@
 use super::outcome::Outcome;
 use super::output::stdout;
 use super::progress::Progress;
-use super::study::{design, paper, relay, tolerance};
+use super::study::{design, paper, relay, stereo, tolerance};
 use super::study_args::{AnalyseArgs, StabilityArgs, Study};
 use crate::analysis::stability::{self, Case};
 use crate::error::Error;
@@ -23,6 +23,7 @@ pub(super) fn run(args: &AnalyseArgs) -> Result<Outcome, Error> {
         Study::Tolerance(args) => tolerance::run(args),
         Study::Surface(args) => design::surface(args),
         Study::Paper(args) => paper::paper(args),
+        Study::Stereo(args) => stereo::stereo(args),
         Study::Layout(args) => design::layout(args),
     }
 }

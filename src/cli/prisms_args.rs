@@ -1,5 +1,6 @@
 //! The arguments that studies have in common: prisms and the relay lens.
 
+use crate::error::Error;
 use std::path::PathBuf;
 
 /// A finite number.
@@ -10,6 +11,29 @@ pub(super) fn finite(text: &str) -> Result<f64, String> {
 /// A finite number above 0.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     finite(text).ok().filter(|value| *value > 0.0).ok_or_else(|| "give a number above 0, as in 1.5".to_owned())
+}
+
+/// Farthest plane that a map or a residual is taken at, in mm: up to there positions in it are found to 1e-6 px.
+const FARTHEST_MM: f64 = 1e6;
+
+/// A depth in mm.
+pub(super) fn depth_mm(text: &str) -> Result<f64, String> {
+    positive(text)
+        .ok()
+        .filter(|depth| *depth <= FARTHEST_MM)
+        .ok_or_else(|| format!("give a depth in mm above 0, up to {FARTHEST_MM:e}, as in 1000"))
+}
+
+/// Depths that are asked for at once, at most.
+const MOST_DEPTHS: usize = 64;
+
+/// What is wrong with so many depths after the flag `name`, if anything.
+pub(super) fn few_depths(name: &str, depths_mm: &[f64]) -> Result<(), Error> {
+    if depths_mm.len() <= MOST_DEPTHS {
+        return Ok(());
+    }
+    let rule = format!("there are {} depths, and at most {MOST_DEPTHS} are taken at once", depths_mm.len());
+    Err(Error::new(name, rule, "ask for fewer at a time"))
 }
 
 /// A sine between 0 and 1.

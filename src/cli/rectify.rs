@@ -1,6 +1,7 @@
 //! `biprism rectify`: the maps of both halves for `cv2.remap`, and the pair that they make for OpenCV.
 
 use super::outcome::Outcome;
+use super::prisms_args::few_depths;
 use super::progress::Progress;
 use super::rectify_args::RectifyArgs;
 use super::{files, output};
@@ -15,6 +16,7 @@ const FILES: [&str; 7] =
     ["left_x.npy", "left_y.npy", "right_x.npy", "right_y.npy", "maps.exr", "stereo.yml", "rectify.json"];
 
 pub(super) fn run(args: &RectifyArgs) -> Result<Outcome, Error> {
+    few_depths("--residuals-at-mm", &args.residuals_at_mm)?;
     let scene = files::load(&args.scene)?;
     let progress = Progress::new(0);
     progress.begin(&scene.name, "design");

@@ -1,18 +1,7 @@
 //! The arguments of `rectify`.
 
-use super::prisms_args::positive;
+use super::prisms_args::depth_mm;
 use std::path::PathBuf;
-
-/// Farthest plane that a map or a residual is taken at, in mm: up to there positions in it are found to 1e-6 px.
-const FARTHEST_MM: f64 = 1e6;
-
-/// A depth in mm.
-fn depth_mm(text: &str) -> Result<f64, String> {
-    positive(text)
-        .ok()
-        .filter(|depth| *depth <= FARTHEST_MM)
-        .ok_or_else(|| format!("give a depth in mm above 0, up to {FARTHEST_MM:e}, as in 1000"))
-}
 
 /// Arguments of `rectify`.
 #[derive(Debug, clap::Args)]
@@ -28,7 +17,7 @@ pub struct RectifyArgs {
     pub depth_mm: Option<f64>,
     /// Depths from the camera at which is told what the maps leave, in mm.
     #[arg(
-        long, value_parser = depth_mm, value_delimiter = ',', value_name = "MM,..", num_args = 1..=64,
+        long, value_parser = depth_mm, value_delimiter = ',', value_name = "MM,..",
         default_values_t = [600.0, 1000.0, 2000.0, 10_000.0]
     )]
     pub residuals_at_mm: Vec<f64>,

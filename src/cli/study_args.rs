@@ -1,6 +1,6 @@
 //! The arguments of `analyse`.
 
-use super::prisms_args::{LensArgs, PrismsArgs, finite, positive};
+use super::prisms_args::{LensArgs, PrismsArgs, depth_mm, finite, positive};
 use super::tolerance_args::ToleranceArgs;
 use crate::scene::DESIGN_DEGREE;
 use clap::Subcommand;
@@ -56,6 +56,10 @@ pub enum Study {
     /// All figures and tables of the design paper on its own instrument: what it says, what is found, and what can be said of each, as
     /// one page of HTML with the figures in it.
     Paper(PaperArgs),
+    /// What is left for stereo of the halves as they are, after one warp a half (the rival in software), after the maps of `biprism
+    /// rectify` and, of the exact prism, after its row shift: residuals, and the error of depth of a perfect matcher, at several
+    /// depths and on a tilted board. Of one scene with a flat or a freeform prism the exact one of the same glass is studied too.
+    Stereo(StereoArgs),
     /// Draw the instrument to scale, from above and from the side, with traced rays of both halves (the design paper's Fig. 6).
     Layout(PrismsArgs),
 }
@@ -72,6 +76,40 @@ pub struct ReprojectionArgs {
     /// Also in the plane this far beyond the virtual camera, in mm; may be given more than once.
     #[arg(long, value_parser = positive, value_name = "MM")]
     pub depth_mm: Vec<f64>,
+}
+
+/// A turn of less than a right angle, in degrees.
+fn tilt(text: &str) -> Result<f64, String> {
+    finite(text)
+        .ok()
+        .filter(|turn| turn.abs() <= 80.0)
+        .ok_or_else(|| "give an angle from -80 to 80, as in 55".to_owned())
+}
+
+/// Arguments of `analyse stereo`.
+#[derive(Debug, clap::Args)]
+pub struct StereoArgs {
+    /// The prisms.
+    #[command(flatten)]
+    pub prisms: PrismsArgs,
+    /// Depths from the camera at which points are matched, in mm.
+    #[arg(
+        long, value_parser = depth_mm, value_delimiter = ',', value_name = "MM,..",
+        default_values_t = [600.0, 1000.0, 2000.0]
+    )]
+    pub depths_mm: Vec<f64>,
+    /// The depth at which warps and maps are right, in mm; the tilted board stands there.
+    #[arg(long, default_value_t = 1000.0, value_parser = depth_mm, value_name = "MM")]
+    pub fit_depth_mm: f64,
+    /// The turn of a tilted board about the vertical, in degrees; 0 for none.
+    #[arg(long, default_value_t = 55.0, allow_hyphen_values = true, value_parser = tilt, value_name = "DEG")]
+    pub tilt_deg: f64,
+    /// Total degree of the warps.
+    #[arg(long, default_value_t = 5, value_parser = degree)]
+    pub degree: usize,
+    /// Points along each edge of the left half.
+    #[arg(long, default_value_t = 65, value_parser = grid)]
+    pub grid: usize,
 }
 
 /// Arguments of `analyse convergence`.

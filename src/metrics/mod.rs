@@ -23,6 +23,7 @@ pub mod row_law;
 pub mod homography;
 pub mod rectification;
 pub mod rectified_pair;
+pub mod pair_residual;
 pub mod pair_geometry;
 pub mod ray_bundle;
 mod measured_and_true;

@@ -78,6 +78,11 @@ impl RectifiedPair {
         self.cameras[0].principal_px.x - self.cameras[1].principal_px.x
     }
 
+    /// How far the centres lie before the point at `point_mm` of the world, along the axis of the pair, in mm.
+    pub fn ahead_of_mm(&self, point_mm: DVec3) -> f64 {
+        -self.cameras[0].camera_from_world.point(point_mm).z
+    }
+
     /// The depth from the line between the centres, in mm, of a point with the disparity x_L - x_R in px.
     pub fn depth_mm(&self, disparity_px: f64) -> f64 {
         self.focal_px().x * self.baseline_mm() / (disparity_px - self.offset_px())

@@ -5,6 +5,7 @@ use super::sheet::{Cell, StudySheet};
 use crate::analysis::rectify::{DepthResidual, NOT_SEEN, Rectifier, SourceMap};
 use crate::io::exr::Channel;
 use crate::io::file_storage::{YamlMap, number};
+use crate::metrics::pair_residual::PairResidual;
 use crate::metrics::pinhole::{OPENCV_CENTRE_PX, Pinhole};
 use crate::metrics::rectified_pair::RectifiedPair;
 use crate::scene::Scene;
@@ -59,8 +60,7 @@ impl RectifiedScene<'_> {
         );
         for DepthResidual { depth_mm, deviation, pairs } in self.residuals {
             let deviation = deviation.as_ref().ok();
-            let of =
-                |figure: fn(&crate::analysis::rectify::PairResidual) -> f64| Cell::from(pairs.as_ref().map(figure));
+            let of = |figure: fn(&PairResidual) -> f64| Cell::from(pairs.as_ref().map(figure));
             sheet.push(vec![
                 Cell::from(*depth_mm),
                 Cell::from(deviation.map(|d| d.rms)),
@@ -69,9 +69,9 @@ impl RectifiedScene<'_> {
                 of(|p| p.vertical_rms_px),
                 of(|p| p.vertical_max_px),
                 of(|p| p.disparity_max_px),
-                of(|p| p.depth_error_rms_mm),
-                of(|p| p.depth_error_max_mm),
-                of(|p| p.depth_error_max_percent),
+                of(|p| p.depth_error.rms_mm),
+                of(|p| p.depth_error.max_mm),
+                of(|p| p.depth_error.max_percent),
             ]);
         }
         sheet

@@ -132,12 +132,11 @@ impl PolynomialSurface {
         let ray = Ray { origin: self.own(ray.origin), direction: self.own(ray.direction) };
         // Where the sheet is nowhere as steep as the ray, the ray crosses it once in the domain: a root there is the root.
         let across = DVec2::new(ray.direction.x, ray.direction.y).length();
-        if self.steepest * across < ray.direction.z.abs()
-            && let Ok(meeting) = self.newton(&ray, self.start(&ray), f64::INFINITY, residual_mm)
-        {
+        let once = self.steepest * across < ray.direction.z.abs();
+        if once && let Ok(meeting) = self.newton(&ray, self.start(&ray), f64::INFINITY, residual_mm) {
             return Ok(meeting);
         }
-        let (t, length) = self.first_crossing(&ray)?;
+        let (t, length) = self.first_crossing(&ray, once)?;
         self.newton(&ray, t, POLISH * length, residual_mm)
     }
 
@@ -175,8 +174,9 @@ impl PolynomialSurface {
     }
 
     /// The first crossing of the ray (in the sheet's own frame) over the domain, nearly, and the length of its way
-    /// there. Along the ray the sheet is a polynomial of one variable, and none of its roots can be overlooked.
-    fn first_crossing(&self, ray: &Ray) -> Result<(f64, f64), Fate> {
+    /// there. Along the ray the sheet is a polynomial of one variable, and none of its roots can be overlooked; one that the ray
+    /// crosses at most `once` is missed where both ends of its way lie on the same side.
+    fn first_crossing(&self, ray: &Ray, once: bool) -> Result<(f64, f64), Fate> {
         // Clip the ray to the box about the sheet.
         let (mut near, mut far) = (0.0f64, f64::INFINITY);
         for (o, d, min, max) in [
@@ -198,8 +198,18 @@ impl PolynomialSurface {
             return Err(Fate::Missed);
         }
 
-        // Write the gap between ray and sheet along it as a polynomial in Bernstein form.
+        // Compare the ends of the way, as far as rounding lets their sides be told.
         let (a, b) = (ray.at(near), ray.at(far));
+        if once {
+            let [at_a, at_b] = [a, b].map(|p| p.z - self.sag.value(p.x, p.y));
+            let floor =
+                64.0 * f64::EPSILON * (self.heights[0].abs().max(self.heights[1].abs()) + ray.origin.length() + far);
+            if at_a.min(at_b) > floor || at_a.max(at_b) < -floor {
+                return Err(Fate::Missed);
+            }
+        }
+
+        // Write the gap between ray and sheet along it as a polynomial in Bernstein form.
         let sag = self.sag.along([a.x, a.y], [b.x, b.y]);
         // A sheet of degree 0 has a gap of degree 1.
         let sag = if sag.degree() == 0 { Bernstein::line([sag.value(0.0); 2], 1) } else { sag };
@@ -294,6 +304,34 @@ mod tests {
             let m = sheet.intersect(&ray, 1e-12).expect("it crosses");
             assert!((ray.at(m.t_mm) - target).length() < 1e-12, "{x}: {}", ray.at(m.t_mm));
         }
+    }
+
+    /// Near the rim of the domain, where a ray just meets the sheet or just misses it, the sides of the ends say the same as all
+    /// roots of the polynomial along the ray.
+    #[test]
+    fn ends_on_one_side_are_a_miss_and_nothing_else_is() {
+        let sag = Poly2::new(3, [0.0, 0.0], [1.0, 1.0], |m, n| match (m, n) {
+            (0, 0) => 10.0,
+            (1, 0) => 0.1,
+            (2, 0) | (0, 2) => -0.05,
+            (3, 0) => 0.02,
+            _ => 0.0,
+        });
+        let domain = Rect { min: DVec2::new(-1.0, -2.0), max: DVec2::new(1.0, 2.0) };
+        let sheet = PolynomialSurface::new(&PolynomialPatch { sag, domain }, false);
+        let (mut met, mut missed) = (0, 0);
+        for k in 0..200 {
+            let beyond = [-1e-3, -1e-9, 0.0, 1e-9, 1e-3][k % 5];
+            let y = -1.9 + 0.019 * k as f64;
+            let target = DVec3::new(1.0 + beyond, y, sheet.sag.value(1.0 + beyond, y));
+            let origin = DVec3::new(0.4 * y, 0.3 - y, 2.0);
+            let ray = Ray { origin, direction: (target - origin).normalize() };
+            let [told, all] = [true, false].map(|once| sheet.first_crossing(&ray, once).is_ok());
+            assert_eq!(told, all, "{k}");
+            met += usize::from(all);
+            missed += usize::from(!all);
+        }
+        assert!(met > 80 && missed > 70, "{met} {missed}");
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod compare_scenes;
 mod corners;
 mod rectify;
 mod render;
+mod stereo_study;
 mod studies;
 mod tolerance;
 mod trace;

@@ -1,6 +1,7 @@
 //! The maps: where in the picture stands what a pixel of a rectified image sees.
 
 use super::rectifier::Rectifier;
+use super::residual::seen_px;
 use crate::metrics::pinhole::OPENCV_CENTRE_PX;
 use crate::progress::Observer;
 use crate::raster::Raster;
@@ -45,9 +46,7 @@ impl<'a> Sources<'a> {
         let camera = &pair.cameras()[k];
         let point = camera.at_depth(image_px, depth_mm - self.rectifier.centres_ahead_mm());
         let board_mm = at_plane.board().local(camera.camera_from_world.inverse().point(point)).truncate();
-        let full_px = self.aimer.aim(board_mm, frames[k].side()).ok()?;
-        let seen = frames[k].contains(frames[k].own(full_px)) && self.aimer.sees(full_px, frames[k].side());
-        seen.then_some(full_px)
+        seen_px(&frames[k], &self.aimer, board_mm)
     }
 
     /// The maps of half `k`, of the size of a half; `observer` hears of the pixels.

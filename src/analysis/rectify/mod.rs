@@ -10,4 +10,6 @@ mod residual;
 
 pub use maps::{NOT_SEEN, SourceMap, Sources};
 pub use rectifier::Rectifier;
-pub use residual::{DepthResidual, PairResidual};
+pub(super) use rectifier::plane;
+pub use residual::DepthResidual;
+pub(super) use residual::seen_px;

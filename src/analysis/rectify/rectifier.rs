@@ -11,7 +11,7 @@ use crate::optics::fate::Fate;
 use crate::scene::BoardSpec;
 use crate::system::{InLight, System};
 use crate::vision::half::Half;
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 /// Rays along each edge of a half, of which the centre of its camera is the best common point.
 pub(super) const GRID: usize = 33;
@@ -78,7 +78,7 @@ impl Rectifier {
             )
         })?;
 
-        let at_plane = system.with_board(&plane(system, &pair, depth_mm));
+        let at_plane = system.with_board(&plane(system, &pair, depth_mm, 0.0));
         let misses = [left.0.misses, right.0.misses];
         let rectifier = Self { pair, frames, at_plane, depth_mm, rays, misses };
         if rectifier.pairs(depth_mm).is_none() {
@@ -116,13 +116,12 @@ impl Rectifier {
     /// How far the centres of the pair lie before the real camera, along the pair's axis, in mm: a depth from the camera less this is
     /// one of the pair.
     pub fn centres_ahead_mm(&self) -> f64 {
-        let camera_mm = self.at_plane.camera().position_mm();
-        -self.pair.cameras()[0].camera_from_world.point(camera_mm).z
+        self.pair.ahead_of_mm(self.at_plane.camera().position_mm())
     }
 
     /// The instrument before a board in the plane across the pair's axis, so far from the camera.
     pub(super) fn before_plane(&self, depth_mm: f64) -> System {
-        self.at_plane.with_board(&plane(&self.at_plane, &self.pair, depth_mm))
+        self.at_plane.with_board(&plane(&self.at_plane, &self.pair, depth_mm, 0.0))
     }
 }
 
@@ -145,10 +144,12 @@ fn look(
     })
 }
 
-/// A board in the plane `depth_mm` from the camera across the axis of the pair, its x and y along those of the pair.
-fn plane(system: &System, pair: &RectifiedPair, depth_mm: f64) -> BoardSpec {
-    let rotation = pair.common_from_world().transpose();
-    let translation_mm = system.camera().position_mm() + rotation * DVec3::new(0.0, 0.0, depth_mm);
+/// A board in the plane that the axis of the pair meets `depth_mm` from the camera: across the axis, then turned by `tilt_rad` about
+/// the y axis of the pair.
+pub(in crate::analysis) fn plane(system: &System, pair: &RectifiedPair, depth_mm: f64, tilt_rad: f64) -> BoardSpec {
+    let across = pair.common_from_world().transpose();
+    let translation_mm = system.camera().position_mm() + across * DVec3::new(0.0, 0.0, depth_mm);
+    let rotation = across * DMat3::from_rotation_y(tilt_rad);
     BoardSpec { world_from_board: Pose { rotation, translation_mm }, ..system.board().pattern }
 }
 

@@ -6,3 +6,4 @@ pub(super) mod relay;
 pub(super) mod tolerance;
 mod trial_file;
 pub(super) mod paper;
+pub(super) mod stereo;

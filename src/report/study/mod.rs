@@ -12,3 +12,4 @@ pub mod trial_lines;
 pub mod trials;
 pub mod surfaces;
 pub mod paper_page;
+pub mod stereo_residuals;
