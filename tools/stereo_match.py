@@ -150,7 +150,8 @@ def main(arguments):
                     if arguments.out and prism != "freeform":
                         arguments.out.mkdir(parents=True, exist_ok=True)
                         low, high = np.nanpercentile(found, [1, 99])
-                        both = np.hstack([painted(found, low, high), painted(error, -2, 2)])
+                        middle, half = 0.5 * (low + high), max(0.5 * (high - low), 4)
+                        both = np.hstack([painted(found, middle - half, middle + half), painted(error, -2, 2)])
                         cv2.imwrite(str(arguments.out / f"{prism}_{treatment}_{depth_mm}.png"), both)
 
 
