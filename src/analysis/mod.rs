@@ -28,3 +28,4 @@ pub mod tolerance;
 pub mod surface_fits;
 pub mod paper_claims;
 pub mod stereo_truth;
+pub mod dataset;
