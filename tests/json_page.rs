@@ -72,6 +72,19 @@ fn every_key_of_every_verb_stands_on_the_page() {
     hold("trace", run("trace scene.toml --json", "20,30\n200,100\n1e9,1e9\n", "0"));
     hold("trace", run("trace scene.toml --back --json", "left,10,20\nright,1e9,1e9\n", "0"));
     hold("rectify", run("rectify scene.toml --json", "", "0"));
+    hold(
+        "dataset",
+        run("dataset scene.toml --poses 1 --tilt-deg 0:5 --detect --noise 0:0.01 --out set --json", "", "0"),
+    );
+    let manifest = fs::read_to_string(folder.path().join("set/manifest.jsonl")).expect("a manifest");
+    let mut found = BTreeSet::new();
+    for line in manifest.lines() {
+        // The keys of its values are those of a scene, and those of its instrument and name are parts of one.
+        let mut line: Value = serde_json::from_str(line).expect("JSON");
+        ["values", "instrument"].iter().for_each(|own| drop(line.get_mut(own).map(Value::take)));
+        keys(&line, &mut found);
+    }
+    hold("dataset", found);
     hold("corners", run("corners a.exr --json", "", "0"));
     hold("corners", run("corners a.exr --out a.csv --json", "", "0"));
     hold("design", run("design scene.toml --json", "", "0"));

@@ -29,3 +29,4 @@ pub mod surface_fits;
 pub mod paper_claims;
 pub mod stereo_truth;
 pub mod stereo_study;
+pub mod dataset;

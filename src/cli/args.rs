@@ -1,5 +1,6 @@
 //! The arguments, as clap reads them.
 
+use super::dataset_args::DatasetArgs;
 use super::design_args::DesignArgs;
 use super::rectify_args::RectifyArgs;
 use super::study_args::AnalyseArgs;
@@ -40,6 +41,9 @@ pub enum Verb {
     Trace(TraceArgs),
     /// Write the maps that make a rectified pair of the halves of a picture, for cv2.remap, with stereo.yml for OpenCV.
     Rectify(RectifyArgs),
+    /// Take many pictures of a scene's board at places drawn at random or listed, with the true corners of each, cameras.yml for
+    /// OpenCV, and a manifest. A stopped run goes on where it was.
+    Dataset(DatasetArgs),
     /// Study the program or an instrument.
     Analyse(AnalyseArgs),
     /// Make one of the trials of several machines: the parts of an `analyse tolerance --trials --shard`.

@@ -32,11 +32,18 @@ pub(super) fn shown(path: &Path) -> String {
 
 /// The scene at `path`, or from standard input; then files that it names are looked for in the present folder.
 pub(super) fn load(path: &Path) -> Result<Scene, Error> {
-    if !is_stdin(path) {
-        return scene::load(path);
-    }
-    note_stdin();
-    scene::read(std::io::stdin().lock(), STDIN[1], Some(Path::new("")))
+    load_with_text(path).map(|(scene, _)| scene)
+}
+
+/// The same, with its text.
+pub(super) fn load_with_text(path: &Path) -> Result<(Scene, String), Error> {
+    let (text, folder) = if is_stdin(path) {
+        note_stdin();
+        (scene::text_of(std::io::stdin().lock(), STDIN[1])?, Some(Path::new("")))
+    } else {
+        (scene::text(path)?, path.parent())
+    };
+    Ok((scene::parse(&text, &shown(path), folder)?, text))
 }
 
 /// A file that comes through standard input is read as well.

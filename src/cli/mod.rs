@@ -9,6 +9,7 @@ mod analyse;
 pub mod args;
 pub mod design_args;
 pub mod prisms_args;
+pub mod dataset_args;
 pub mod rectify_args;
 pub mod study_args;
 pub mod tolerance_args;
@@ -19,6 +20,9 @@ mod threads;
 mod compare;
 mod corners;
 mod cost;
+mod dataset;
+mod field_lines;
+mod appended;
 mod design;
 mod expect;
 mod files;
@@ -92,6 +96,7 @@ fn verb(args: Args) -> Result<Outcome, Error> {
         Verb::Check(args) => check::run(&args),
         Verb::Trace(args) => trace::run(&args),
         Verb::Rectify(args) => rectify::run(&args),
+        Verb::Dataset(args) => dataset::run(&args),
         Verb::Analyse(args) => analyse::run(&args),
         Verb::Merge(args) => study::tolerance::merge(&args),
         Verb::Cost(args) => cost::run(&args),

@@ -1,13 +1,13 @@
 //! `biprism trace`: pixel positions to the board and back, at full precision.
 
 use super::args::TraceArgs;
+use super::field_lines::{each_line, number};
 use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, output};
 use crate::effect::EffectId;
 use crate::effect::dispersion::Wavelength;
 use crate::error::Error;
-use crate::io::inputs;
 use crate::optics::fate::Fate;
 use crate::progress::Observer;
 use crate::scene::Scene;
@@ -17,11 +17,7 @@ use crate::system::{InLight, Side, System};
 use glam::{DVec2, DVec3};
 use serde_json::json;
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, IsTerminal, Read};
-use std::path::Path;
-
-/// Longest line that is read, in bytes.
-const MAX_LINE: u64 = 4096;
+use std::io::IsTerminal;
 
 /// What is to be traced for a line.
 enum Asked {
@@ -57,7 +53,7 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
     }
     // Every line is read before the first is answered, so that a bad one leaves no half of an answer.
     let mut asked = Vec::new();
-    each_line(&args.points, |place, fields| {
+    each_line(&args.points, &HEADINGS, |place, fields| {
         if asked.len() == MAX_POINTS {
             let rule = format!("there are more than {MAX_POINTS} points");
             return Err(Error::new(place, rule, "split the file"));
@@ -120,46 +116,6 @@ fn at_line(system: &System, scene: &Scene, wavelength_nm: f64) -> Result<System,
     let index = |nm: f64| glass.index(nm).map_err(|error| refused(error.to_string()));
     let index_shift = index(wavelength_nm)? - index(body.wavelength_nm)?;
     Ok(system.at_wavelength(&Wavelength { wavelength_nm, index_shift, weights: [1.0; 3] }))
-}
-
-/// Calls `use_line` with the place and the fields of each line that is neither blank, a comment nor the heading.
-fn each_line(path: &Path, mut use_line: impl FnMut(&str, &[&str]) -> Result<(), Error>) -> Result<(), Error> {
-    let name = files::shown(path);
-    let unreadable =
-        |e: std::io::Error| Error::new(&name, format!("cannot be read: {e}"), "check the path and its permissions");
-    let mut input: Box<dyn BufRead> = if files::is_stdin(path) {
-        Box::new(BufReader::new(std::io::stdin()))
-    } else {
-        Box::new(BufReader::new(inputs::open(path).map_err(unreadable)?))
-    };
-    let mut line = Vec::new();
-    for number in 1.. {
-        line.clear();
-        let read = (&mut input).take(MAX_LINE).read_until(b'\n', &mut line).map_err(unreadable)?;
-        let place = format!("{name}:{number}");
-        if read == 0 {
-            return Ok(());
-        }
-        if read as u64 == MAX_LINE {
-            let rule = format!("the line has {MAX_LINE} bytes or more, and must have fewer");
-            return Err(Error::new(place, rule, "give one point a line"));
-        }
-        let text = str::from_utf8(&line).map_err(|_| inputs::not_utf8(&place, &line))?;
-        let text = text.trim().trim_start_matches('\u{feff}');
-        let fields: Vec<&str> = text.split(',').map(str::trim).collect();
-        let heading = number == 1 && HEADINGS.contains(&fields[0]);
-        if !(text.is_empty() || text.starts_with('#') || heading) {
-            use_line(&place, &fields)?;
-        }
-    }
-    Ok(())
-}
-
-/// The field as a finite number.
-fn number(place: &str, name: &str, field: &str) -> Result<f64, Error> {
-    field.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| {
-        Error::new(place, format!("`{name}` is {field:?}, and must be a finite number"), "write it as 960.5")
-    })
 }
 
 /// First columns of the headings that a file may have.

@@ -14,6 +14,7 @@ pub use measured_and_true::{MeasuredAndTrue, Numbers};
 
 pub mod line;
 pub mod stereo;
+pub mod depth_error;
 pub mod pixel_map;
 pub mod epipolar;
 pub mod straightness;

@@ -8,12 +8,16 @@ use crate::geom::Pose;
 /// What a fit of a pose leaves free.
 const FREE: [&str; 6] = ["position_x_mm", "position_y_mm", "position_z_mm", "tilt_x_deg", "tilt_y_deg", "tilt_z_deg"];
 /// What is taken from pairs of corners.
-const OF_PAIRS: [&str; 5] = [
+const OF_PAIRS: [&str; 9] = [
     "stereo/vertical_disparity_rms_px",
     "stereo/vertical_disparity_max_px",
     "stereo/vertical_disparity_mean_px",
     "stereo/opencv_average_epipolar_px",
     "stereo/depth_law_rms_px",
+    "stereo/depth_error_rms_mm",
+    "stereo/depth_error_max_mm",
+    "stereo/depth_error_rms_percent",
+    "stereo/depth_error_max_percent",
 ];
 /// A match that is off by more squares than this from what the rays say contradicts them.
 const CONTRADICTS: f64 = 0.6;

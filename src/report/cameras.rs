@@ -9,7 +9,7 @@ use crate::metrics::reprojection::PinholeFit;
 use glam::DMat3;
 
 /// What positions the cameras are for where the real camera has a lens or a turn of its own.
-const RECTIFIED: &str = "where a plain camera of the same focal length in pixels would see them";
+pub(super) const RECTIFIED: &str = "where a plain camera of the same focal length in pixels would see them";
 
 /// The geometry of the pair.
 pub fn geometry(judgement: &Judgement) -> Geometry {

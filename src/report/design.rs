@@ -37,13 +37,14 @@ pub fn entry(
     };
     let stereo = &judgement.stereo;
     let [rectified_rms, rectified_max] = to::rectified(&stereo.rectified, board);
+    let raw = to::stereo(&stereo.disparity, board, &stereo.epipolar, &stereo.depth_law, range);
     Design {
         name: name.to_owned(),
         halves: Halves { left: half(0), right: half(1) },
         stereo: Stereo {
             rectified_vertical_disparity_rms_px: Some(rectified_rms),
             rectified_vertical_disparity_max_px: Some(rectified_max),
-            ..to::stereo(&stereo.disparity, board, &stereo.epipolar, &stereo.depth_law, range)
+            ..to::with_depth_error(raw, &stereo.depth_error, board)
         },
         pinhole: pinhole(&judgement.pooled, None, pitch_mm, range),
         geometry: Some(cameras::geometry(judgement)),

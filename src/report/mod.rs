@@ -18,6 +18,7 @@ pub mod study;
 pub mod table;
 pub mod cameras;
 pub mod rectify;
+pub mod dataset;
 pub mod corner_table;
 mod truth;
 mod stereo_file;

@@ -9,6 +9,7 @@ use crate::effect::Sensor;
 use crate::error::Error;
 use crate::io::exr::Channel;
 use crate::io::npy::NpyField;
+use crate::io::png::{SampleCoding, SamplePacking};
 use crate::io::{GAMMA, Notes, exr, npy, png};
 use crate::progress::Observer;
 use crate::raster::Raster;
@@ -65,12 +66,14 @@ pub struct PictureFile {
     pub half: Option<Half>,
     /// Whether EXR and NPY hold what is true of a stereo pair as well.
     pub stereo: bool,
+    /// How a PNG is packed.
+    pub packing: SamplePacking,
 }
 
 impl PictureFile {
     /// The whole picture, without what is true of a stereo pair.
     pub fn plain(path: PathBuf) -> Self {
-        Self { path, half: None, stereo: false }
+        Self { path, half: None, stereo: false, packing: SamplePacking::Small }
     }
 
     /// The files of both halves: `a_left.png` and `a_right.png` of `a.png`.
@@ -95,7 +98,7 @@ pub fn write_strips(
     strips: impl Iterator<Item = Arc<Strip>>,
 ) -> Result<usize, Error> {
     // Cut each strip to the half.
-    let PictureFile { path, half, stereo } = file;
+    let PictureFile { path, half, stereo, packing } = file;
     let whole = scene.camera.width_px;
     let columns = half.map_or(0..whole, |half| columns_of(whole, half));
     let cut = |strip: Arc<Strip>| if half.is_some() { Arc::new(strip.columns(columns.clone())) } else { strip };
@@ -121,12 +124,13 @@ pub fn write_strips(
                 Encoding::Linear => Transfer::Linear,
                 Encoding::Srgb => Transfer::Srgb,
             };
+            let coding = SampleCoding { transfer, packing: *packing };
             if strips.peek().is_some_and(|first| first.colour.is_some()) {
                 let colours = strips.filter_map(|strip| strip.colour.clone());
-                png::write_rgb16_strips(path, size, colours, transfer, &notes)
+                png::write_rgb16_strips(path, size, colours, coding, &notes)
             } else {
                 let greys = strips.map(|strip| strip.radiance.clone());
-                png::write_grey16_strips(path, size, greys, transfer, &notes)
+                png::write_grey16_strips(path, size, greys, coding, &notes)
             }
         }
         "exr" => {

@@ -26,7 +26,7 @@ pub struct Shown {
     pub short: Vec<String>,
 }
 
-const ROWS: [TableRow; 25] = [
+const ROWS: [TableRow; 27] = [
     TableRow { label: "vertical disparity, RMS, px", of: |d| Some(&d.stereo.vertical_disparity_rms_px) },
     TableRow { label: "vertical disparity, largest, px", of: |d| Some(&d.stereo.vertical_disparity_max_px) },
     TableRow { label: "  after one homography a half, RMS, px", of: rectified },
@@ -58,6 +58,8 @@ const ROWS: [TableRow; 25] = [
     TableRow { label: "field of a half, horizontal, deg", of: |d| Some(&d.geometry.as_ref()?.field_h_deg) },
     TableRow { label: "field of a half, vertical, deg", of: |d| Some(&d.geometry.as_ref()?.field_v_deg) },
     TableRow { label: "depth for 1 px of disparity, at the board, mm", of: depth_per_px },
+    TableRow { label: "depth by the designed pair, error RMS, mm", of: |d| d.stereo.depth_error_rms_mm.as_ref() },
+    TableRow { label: "  of the true depth, %", of: |d| d.stereo.depth_error_rms_percent.as_ref() },
 ];
 
 /// At the depth nearest to the scene's own board.
@@ -123,7 +125,7 @@ pub fn rows(designs: &[Design]) -> Vec<Shown> {
 
 /// Whether a row is taken from pairs of corners at the scene's own board.
 fn of_pairs(row: &TableRow) -> bool {
-    row.label.starts_with("vertical disparity")
+    row.label.starts_with("vertical disparity") || row.label.starts_with("depth by the designed pair")
 }
 
 /// Whether something other than the whole board in both halves told which corner is which.

@@ -33,6 +33,7 @@ mod surface_keys;
 mod texture_spec;
 mod texture_keys;
 mod object_keys;
+mod replaced;
 
 pub use design_model::{DesignGoal, DesignSettings, DesignedSurface, MarchOrder, Method, Objective, Rear};
 pub use law::PrismLaw;
@@ -46,6 +47,7 @@ pub use crate::num::curve::ChebyshevCurve;
 pub use crate::surface::mesh::{Normals, Triangles};
 pub use crate::surface::shape::{PolynomialPatch, RevolvedPatch};
 pub use crate::texture::TexelFilter;
+pub use replaced::{has_no_effects, replaced};
 pub use schema::schema_json;
 pub use texture_spec::{ImageSpec, TextureSpec};
 
@@ -58,8 +60,23 @@ use std::path::Path;
 /// # Errors
 /// The first fault as a [`Error`]: the file cannot be read, is above 4 MiB or not UTF-8, or [`parse`] refuses it.
 pub fn load(path: &Path) -> Result<Scene, Error> {
-    let text = document::read(path)?;
-    parse(&text, &path.display().to_string(), path.parent())
+    parse(&text(path)?, &path.display().to_string(), path.parent())
+}
+
+/// The text of the scene file at `path`, which [`parse`] takes.
+///
+/// # Errors
+/// The file cannot be read, is above 4 MiB or not UTF-8.
+pub fn text(path: &Path) -> Result<String, Error> {
+    document::read(path)
+}
+
+/// The same of an input that `place` names in messages.
+///
+/// # Errors
+/// As [`text`].
+pub fn text_of(input: impl Read, place: &str) -> Result<String, Error> {
+    document::text_of(input, place)
 }
 
 /// Read and check a scene from `input`; `place` names it in messages, and files that it names are looked for in `folder`.
@@ -67,7 +84,7 @@ pub fn load(path: &Path) -> Result<Scene, Error> {
 /// # Errors
 /// As [`load`].
 pub fn read(input: impl Read, place: &str, folder: Option<&Path>) -> Result<Scene, Error> {
-    parse(&document::text_of(input, place)?, place, folder)
+    parse(&text_of(input, place)?, place, folder)
 }
 
 /// Check the scene `text`. `place` names it in messages; `folder` is where the files that it names are sought

@@ -15,9 +15,6 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::sync::Arc;
 
-/// Shortest wavelengths of a noise to the side of a square, where nothing else is said.
-const WAVES_A_SQUARE: f64 = 10.0;
-
 #[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum TextureFile {
@@ -120,7 +117,8 @@ fn built_in(
     if pattern == BuiltInFile::Chart {
         return Ok(TextureSpec::Chart);
     }
-    let finest_mm = table.and_then(|table| table.finest_mm).unwrap_or(board.square_mm / WAVES_A_SQUARE);
+    let finest_mm =
+        table.and_then(|table| table.finest_mm).unwrap_or_else(|| TextureSpec::usual_finest_mm(board.square_mm));
     let noise = TextureSpec::Noise { seed: table.and_then(|table| table.seed).unwrap_or(0), finest_mm };
     texels(document, key, &noise, board).map(|()| noise)
 }

@@ -36,6 +36,11 @@ pub struct ImageSpec {
 }
 
 impl TextureSpec {
+    /// The shortest wavelength of a noise where nothing else is said, in mm: a tenth of a square's side.
+    pub fn usual_finest_mm(square_mm: f64) -> f64 {
+        square_mm / 10.0
+    }
+
     /// What it is, in words.
     pub fn words(&self) -> String {
         match self {

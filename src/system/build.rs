@@ -32,7 +32,20 @@ const BORDER_PARTS: usize = 16;
 /// When the prism cannot be designed from the scene's values, its surfaces miss their points by more than they may, or no
 /// ray of the picture passes it.
 pub fn build(scene: &Scene) -> Result<System, Error> {
-    let ideal = ideal(scene)?;
+    complete(ideal(scene)?, scene)
+}
+
+/// The instrument of `scene` before its own board, from the `ideal` one of a scene that differs from it in place and light of the
+/// board and in the sensor alone: what was designed or made of a texture there is not made again.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_before(ideal: &System, scene: &Scene) -> Result<System, Error> {
+    complete(ideal.before(&scene.board), scene)
+}
+
+/// The instrument of `scene` from its ideal one.
+fn complete(ideal: System, scene: &Scene) -> Result<System, Error> {
     // To bound what every effect changes takes as long as a small picture.
     let verdicts = if scene.effects.auto.is_some() { auto::verdicts(&ideal, scene) } else { Vec::new() };
     let effects = auto::settled(&verdicts, scene);

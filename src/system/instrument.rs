@@ -241,6 +241,21 @@ impl System {
         Self { board: Board::new(board), ..self.clone() }
     }
 
+    /// This instrument before another board, whose texture, where it has one, is the same.
+    #[must_use]
+    pub(super) fn before(&self, board: &scene::BoardSpec) -> Self {
+        let plate =
+            self.plate().map(|plate| Arc::new(plate.with_radiance([board.black, board.white, board.background])));
+        Self { plate, ..self.with_board(board) }
+    }
+
+    /// This ideal instrument before the board of `scene`, which differs from its own in that alone.
+    #[must_use]
+    pub fn with_texture(&self, scene: &scene::Scene) -> Self {
+        let plate = scene.texture.as_ref().map(|texture| plate(texture, &scene.board));
+        Self { board: Board::new(&scene.board), plate, ..self.clone() }
+    }
+
     /// This instrument with something else asked of each ray.
     #[must_use]
     pub fn with_accuracy(&self, accuracy: Accuracy) -> Self {

@@ -27,7 +27,7 @@ mod doubts;
 mod light;
 mod shape_doubts;
 
-pub use build::{build, facet_angle_rad, ideal, polynomials_of, revolved_with_room, with_room_for};
+pub use build::{build, build_before, facet_angle_rad, ideal, polynomials_of, revolved_with_room, with_room_for};
 pub use doubts::doubts;
 pub use instrument::{BoardHit, Footprint, System};
 pub use light::require_light;

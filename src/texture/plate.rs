@@ -4,6 +4,7 @@ use super::chart::{self, Chart};
 use super::convex::Convex;
 use super::texels::Texels;
 use glam::DVec2;
+use std::sync::Arc;
 
 /// What a plate shows, as values of which 0 is its black and 1 its white.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,7 +42,7 @@ impl Texture {
 /// A plate in its own frame: its middle the origin, x along columns, y down rows. Places are in mm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plate {
-    texture: Texture,
+    texture: Arc<Texture>,
     /// Half the size of the texture.
     texture_mm: DVec2,
     /// Half the size with the margin.
@@ -59,7 +60,14 @@ impl Plate {
     pub fn new(texture: Texture, half_mm: DVec2, margin_mm: f64, radiance: [f64; 3]) -> Self {
         let per_mm = texture.size() / (2.0 * half_mm);
         let [black, white, background] = radiance;
+        let texture = Arc::new(texture);
         Self { texture, texture_mm: half_mm, plate_mm: half_mm + margin_mm, per_mm, black, white, background }
+    }
+
+    /// The same plate in another light: with the radiance of 0 and 1 and of the background as in [`Plate::new`].
+    #[must_use]
+    pub fn with_radiance(&self, [black, white, background]: [f64; 3]) -> Self {
+        Self { black, white, background, ..self.clone() }
     }
 
     /// Half the size of the plate with its margin, in mm.
@@ -70,7 +78,7 @@ impl Plate {
     /// The shortest distance of lines that it shows, in mm: a texel; of a chart, whose stars have none, a small part of a cell.
     pub fn feature_mm(&self) -> f64 {
         let cell_mm = 1.0 / self.per_mm.max_element();
-        match &self.texture {
+        match &*self.texture {
             Texture::Picture(_) => cell_mm,
             Texture::Chart(_) => cell_mm * chart::FEATURE,
         }

@@ -3,6 +3,7 @@
 mod compare;
 mod compare_scenes;
 mod corners;
+mod dataset;
 mod rectify;
 mod render;
 mod stereo_study;

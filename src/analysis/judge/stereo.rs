@@ -1,10 +1,11 @@
 //! Left against right: vertical disparity, epipolar curves, disparity against depth.
 
 use super::cameras::CameraFigures;
-use super::pinhole::BOARD_UNKNOWN;
+use super::pinhole::{BOARD_UNKNOWN, designed_pinhole};
 use super::rays::grid_sightings;
 use crate::analysis::view::{BoardPlace, BoardView, HalfView};
 use crate::geom::Pose;
+use crate::metrics::depth_error::{DepthError, depth_error};
 use crate::metrics::epipolar::Summary;
 use crate::metrics::pixel_map::DEGREE;
 use crate::metrics::rectification::Rectification;
@@ -26,6 +27,8 @@ pub struct StereoFigures {
     pub rectified: MeasuredAndTrue<Disparity>,
     /// Disparity against depth.
     pub depth_law: MeasuredAndTrue<DepthLaw>,
+    /// Depth of the scene's own board by the designed pair on the raw halves, against the true one.
+    pub depth_error: MeasuredAndTrue<DepthError>,
 }
 
 /// Pixels along each side of a half whose epipolar curves are traced.
@@ -77,7 +80,18 @@ pub(super) fn stereo_figures(
         },
         rectified: own_pairs.with(&rectification, |pairs, maps| stereo::disparity(&maps.pairs(pairs)?)),
         depth_law: MeasuredAndTrue::of_sides([0, 1].map(of_side), law),
+        depth_error: MeasuredAndTrue::of_sides(pairs(own), |pairs| error_of_depth(own, &pairs)),
     }
+}
+
+/// The error of depth over the pairs of the board `own`.
+fn error_of_depth(own: &BoardView, pairs: &[Pair]) -> Result<DepthError, Unmeasurable> {
+    if own.place == BoardPlace::Unknown {
+        return Err(BOARD_UNKNOWN);
+    }
+    let [left, right] = [designed_pinhole(own, 0)?, designed_pinhole(own, 1)?];
+    let place = |[column, row]: [i32; 2]| own.board.world(own.board.corner_at(f64::from(column), f64::from(row)));
+    depth_error([&left, &right], &pairs.iter().map(|pair| (*pair, place(pair.index))).collect::<Vec<_>>())
 }
 
 fn at_least_two(asked: &[&BoardView]) -> Result<(), Unmeasurable> {

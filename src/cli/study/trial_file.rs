@@ -1,11 +1,12 @@
 //! Files of trials: appended to while they are made, read again to go on, and put together.
 
+use crate::cli::appended::{self, unwritable};
 use crate::cli::files;
 use crate::error::Error;
 use crate::io::inputs;
 use crate::report::study::trial_lines::{TrialLine, TrialRun, line};
 use std::collections::BTreeSet;
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -31,21 +32,8 @@ impl TrialFile {
     pub(super) fn open(folder: &Path, name: &str, run: &TrialRun) -> Result<Self, Error> {
         files::folder(folder)?;
         let path = folder.join(name);
+        let mut file = appended::open(&path, "trials")?;
         let trouble = |error: std::io::Error| unwritable(&path, &error);
-        let mut file =
-            OpenOptions::new().read(true).write(true).create(true).truncate(false).open(&path).map_err(trouble)?;
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => {
-                let rule = "another program adds trials to the file";
-                return Err(Error::new(
-                    path.display(),
-                    rule,
-                    "wait until it is done, or give another folder with --out",
-                ));
-            }
-            // Some file systems know no locks.
-            Ok(()) | Err(TryLockError::Error(_)) => {}
-        }
         let read = read_lines(&path, &file)?;
         let mut lines = Vec::new();
         match read.run {
@@ -203,12 +191,4 @@ pub(super) fn read_whole(paths: &[PathBuf]) -> Result<(TrialRun, Vec<TrialLine>)
         }
     }
     Ok((run, lines.into_iter().map(|(line, _)| line).collect()))
-}
-
-fn unwritable(path: &Path, error: &std::io::Error) -> Error {
-    Error::new(
-        path.display(),
-        format!("the file cannot be written: {error}"),
-        "name a folder that you may write to, with --out",
-    )
 }

@@ -126,6 +126,11 @@ impl CornerView {
         }
     }
 
+    /// Corners of the board that are known without a picture, by their places on it.
+    pub fn of_board(name: &str, corners: Vec<ListedCorner>) -> Self {
+        Self { index_origin: Some(IndexOrigin::Board), ..Self::bare(name.to_owned(), corners) }
+    }
+
     /// What was detected in the columns of a picture from `first_column` on.
     pub fn new(name: &str, first_column: usize, detection: &Detection) -> Self {
         let listed = |c: &Corner| ListedCorner {

@@ -1,10 +1,13 @@
 //! PNG files: 16-bit pictures of light and 8-bit figures out, any PNG in.
 
 mod read;
+mod levels;
 mod write;
 
 pub use read::read;
-pub use write::{write_grey16, write_grey16_strips, write_rgb, write_rgb16_strips, write_rgba};
+pub use write::{
+    SampleCoding, SamplePacking, write_grey16, write_grey16_strips, write_rgb, write_rgb16_strips, write_rgba,
+};
 
 pub(super) use read::read_from;
 

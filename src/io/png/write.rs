@@ -1,5 +1,6 @@
 //! Pictures to PNG files. The bytes depend on the arguments only (and on the compressor's version): no time, no path.
 
+use super::levels::{PIECE, levels16};
 use crate::error::Error;
 use crate::io::atomic::write_atomically;
 use crate::io::metadata::{KEY, Notes, checked_size};
@@ -11,6 +12,31 @@ use std::borrow::Borrow;
 use std::io::{self, Write};
 use std::iter::once;
 use std::path::Path;
+
+/// How samples are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SampleCoding {
+    /// How light becomes levels.
+    pub transfer: Transfer,
+    /// How levels are packed, which changes none of them.
+    pub packing: SamplePacking,
+}
+
+impl From<Transfer> for SampleCoding {
+    fn from(transfer: Transfer) -> Self {
+        Self { transfer, packing: SamplePacking::Small }
+    }
+}
+
+/// What is spared of a file that is packed without loss.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SamplePacking {
+    /// Bytes.
+    #[default]
+    Small,
+    /// Time, for more bytes.
+    Fast,
+}
 
 /// The compressed picture is cut into chunks of this many bytes.
 const CHUNK_BYTES: usize = 1 << 16;
@@ -35,15 +61,16 @@ pub fn write_grey16_strips(
     path: &Path,
     size: (usize, usize),
     strips: impl Iterator<Item: Borrow<Raster<f32>>>,
-    transfer: Transfer,
+    coding: impl Into<SampleCoding>,
     notes: &Notes<'_>,
 ) -> Result<usize, Error> {
+    let SampleCoding { transfer, packing } = coding.into();
     let mut clamped = 0;
-    let form = SampleForm { color: ColorType::Grayscale, depth: BitDepth::Sixteen, transfer };
+    let form = SampleForm { color: ColorType::Grayscale, depth: BitDepth::Sixteen, transfer, packing };
     let strips = strips.map(|strip| {
         let data = strip.borrow().data();
         clamped += data.iter().filter(|light| !(0.0..=1.0).contains(*light)).count();
-        levels16(data, transfer)
+        levels(data, transfer)
     });
     write(path, size, form, strips, notes)?;
     Ok(clamped)
@@ -58,16 +85,17 @@ pub fn write_rgb16_strips(
     path: &Path,
     size: (usize, usize),
     strips: impl Iterator<Item: Borrow<Raster<[f32; 3]>>>,
-    transfer: Transfer,
+    coding: impl Into<SampleCoding>,
     notes: &Notes<'_>,
 ) -> Result<usize, Error> {
+    let SampleCoding { transfer, packing } = coding.into();
     let mut clamped = 0;
-    let form = SampleForm { color: ColorType::Rgb, depth: BitDepth::Sixteen, transfer };
+    let form = SampleForm { color: ColorType::Rgb, depth: BitDepth::Sixteen, transfer, packing };
     let outside = |light: &f32| !(0.0..=1.0).contains(light);
     let strips = strips.map(|strip| {
         let data = strip.borrow().data();
         clamped += data.iter().filter(|pixel| pixel.iter().any(outside)).count();
-        levels16(data.as_flattened(), transfer)
+        levels(data.as_flattened(), transfer)
     });
     write(path, size, form, strips, notes)?;
     Ok(clamped)
@@ -78,7 +106,12 @@ pub fn write_rgb16_strips(
 /// # Errors
 /// Those of [`write_grey16`].
 pub fn write_rgb(path: &Path, figure: &Raster<[u8; 3]>, notes: &Notes<'_>) -> Result<(), Error> {
-    let form = SampleForm { color: ColorType::Rgb, depth: BitDepth::Eight, transfer: Transfer::Srgb };
+    let form = SampleForm {
+        color: ColorType::Rgb,
+        depth: BitDepth::Eight,
+        transfer: Transfer::Srgb,
+        packing: SamplePacking::Small,
+    };
     write(path, (figure.width(), figure.height()), form, once(figure.data().as_flattened()), notes)
 }
 
@@ -87,20 +120,19 @@ pub fn write_rgb(path: &Path, figure: &Raster<[u8; 3]>, notes: &Notes<'_>) -> Re
 /// # Errors
 /// Those of [`write_grey16`].
 pub fn write_rgba(path: &Path, figure: &Raster<[u8; 4]>, notes: &Notes<'_>) -> Result<(), Error> {
-    let form = SampleForm { color: ColorType::Rgba, depth: BitDepth::Eight, transfer: Transfer::Srgb };
+    let form = SampleForm {
+        color: ColorType::Rgba,
+        depth: BitDepth::Eight,
+        transfer: Transfer::Srgb,
+        packing: SamplePacking::Small,
+    };
     write(path, (figure.width(), figure.height()), form, once(figure.data().as_flattened()), notes)
 }
 
 /// The bytes of the nearest 16-bit levels.
-fn levels16(light: &[f32], transfer: Transfer) -> Vec<u8> {
-    let levels: Vec<[u8; 2]> = light.par_iter().map(|&light| level16(light, transfer).to_be_bytes()).collect();
-    levels.into_flattened()
-}
-
-/// The nearest 16-bit level of a linear light, clamped to [0, 1].
-fn level16(light: f32, transfer: Transfer) -> u16 {
-    // The cast turns a NaN into 0.
-    (transfer.encode(f64::from(light.clamp(0.0, 1.0))) * 65535.0).round() as u16
+fn levels(light: &[f32], transfer: Transfer) -> Vec<u8> {
+    let pieces: Vec<Vec<u8>> = light.par_chunks(PIECE).map(|piece| levels16(piece, transfer, light.len())).collect();
+    pieces.concat()
 }
 
 /// What the samples of a file mean.
@@ -109,6 +141,7 @@ struct SampleForm {
     color: ColorType,
     depth: BitDepth,
     transfer: Transfer,
+    packing: SamplePacking,
 }
 
 fn write(
@@ -134,7 +167,10 @@ fn encode(
     let mut encoder = Encoder::new(out, width, height);
     encoder.set_color(form.color);
     encoder.set_depth(form.depth);
-    encoder.set_compression(Compression::Balanced);
+    encoder.set_compression(match form.packing {
+        SamplePacking::Small => Compression::Balanced,
+        SamplePacking::Fast => Compression::Fastest,
+    });
     match form.transfer {
         Transfer::Linear => encoder.set_source_gamma(ScaledFloat::from_scaled(100_000)),
         Transfer::Srgb => encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric),
@@ -172,6 +208,7 @@ fn density(path: &Path, pitch_mm: f64) -> Result<PixelDimensions, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::io::png::levels::level16;
 
     #[test]
     fn the_same_bytes_on_every_run() {
@@ -205,6 +242,28 @@ mod tests {
             by_rows("wrong.png", heights).unwrap_err();
         }
         assert!(!directory.path().join("wrong.png").exists());
+    }
+
+    /// Packed fast, it is the same picture.
+    #[test]
+    fn packing_changes_no_sample() {
+        let directory = tempfile::tempdir().unwrap();
+        let picture = Raster::from_data(64, 64, (0..4096).map(|k| (k * k % 4099) as f32 / 4098.0).collect());
+        let samples = |packing: SamplePacking| {
+            let path = directory.path().join("a.png");
+            let coding = SampleCoding { transfer: Transfer::Srgb, packing };
+            write_grey16_strips(&path, (64, 64), once(&picture), coding, &Notes::default()).unwrap();
+            let decoder = ::png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap()));
+            let mut reader = decoder.read_info().unwrap();
+            let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut bytes).unwrap();
+            bytes
+        };
+        let small = samples(SamplePacking::Small);
+        assert_eq!(samples(SamplePacking::Fast), small);
+        let expected: Vec<u8> =
+            picture.data().iter().flat_map(|light| level16(*light, Transfer::Srgb).to_be_bytes()).collect();
+        assert_eq!(small, expected);
     }
 
     #[test]

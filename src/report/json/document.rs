@@ -160,6 +160,18 @@ pub struct Stereo {
     pub rectified_vertical_disparity_max_px: Option<Figure>,
     /// Disparities x_L - x_R about the law offset + gain / depth of an ideal pair.
     pub depth_law_rms_px: Figure,
+    /// Depth of the scene's own board by the designed pair on the raw halves less the true one, from the left centre on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth_error_rms_mm: Option<Figure>,
+    /// The largest of these.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth_error_max_mm: Option<Figure>,
+    /// The same of the true depth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth_error_rms_percent: Option<Figure>,
+    /// The largest of these.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depth_error_max_percent: Option<Figure>,
 }
 
 /// An image against a pinhole.

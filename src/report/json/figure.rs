@@ -48,6 +48,9 @@ pub enum Unit {
     /// Degrees.
     #[serde(rename = "deg")]
     Deg,
+    /// Hundredths.
+    #[serde(rename = "%")]
+    Percent,
 }
 
 /// How N errors became one value.

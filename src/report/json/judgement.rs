@@ -3,6 +3,7 @@
 use super::cameras::Geometry;
 use super::document::{Centre, Designed, Fitted, RowLaw, Stereo};
 use super::figure::{Definition, Figure, Frame, Normaliser, Unit};
+use crate::metrics::depth_error::DepthError;
 use crate::metrics::epipolar::Summary;
 use crate::metrics::pair_geometry::PairGeometry;
 use crate::metrics::ray_bundle::{CommonPoint, PlaneDeviation, RayMisses};
@@ -42,6 +43,10 @@ pub fn stereo(
         rectified_vertical_disparity_rms_px: None,
         rectified_vertical_disparity_max_px: None,
         depth_law_rms_px: px(Normaliser::Rms).figure(law, |l| (l.rms_px, l.n)),
+        depth_error_rms_mm: None,
+        depth_error_max_mm: None,
+        depth_error_rms_percent: None,
+        depth_error_max_percent: None,
     }
 }
 
@@ -120,6 +125,21 @@ pub fn rectified(found: &MeasuredAndTrue<Disparity>, depths_mm: Depths) -> [Figu
         px(Normaliser::Rms).figure(found, |d| (d.vertical_rms_px, d.n)),
         px(Normaliser::Max).figure(found, |d| (d.vertical_max_px, d.n)),
     ]
+}
+
+/// `stereo` with the error of depth by the designed pair on the raw halves, at the depth of the board.
+pub fn with_depth_error(stereo: Stereo, found: &MeasuredAndTrue<DepthError>, depths_mm: Depths) -> Stereo {
+    let figure = |unit, normaliser, pick: fn(&DepthError) -> f64| {
+        let definition = Definition { unit, depths_mm, ..Definition::px(normaliser) };
+        Some(definition.figure(found, |error| (pick(error), error.n)))
+    };
+    Stereo {
+        depth_error_rms_mm: figure(Unit::Mm, Normaliser::Rms, |error| error.rms_mm),
+        depth_error_max_mm: figure(Unit::Mm, Normaliser::Max, |error| error.max_mm),
+        depth_error_rms_percent: figure(Unit::Percent, Normaliser::Rms, |error| error.rms_percent),
+        depth_error_max_percent: figure(Unit::Percent, Normaliser::Max, |error| error.max_percent),
+        ..stereo
+    }
 }
 
 /// RMS and largest distance from straight, of rows and columns together.
