@@ -30,12 +30,12 @@ pub struct PairResidual {
     /// Largest error of x_L - x_R against f b/Z and its constant, in px.
     pub disparity_max_px: f64,
     /// The depth that the disparity says less the true one.
-    pub depth_error: DepthError,
+    pub depth_error: PairDepthError,
 }
 
 /// Errors of depth from the line between the pair's centres.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DepthError {
+pub struct PairDepthError {
     /// Root mean square, in mm.
     pub rms_mm: f64,
     /// The largest, in mm.
@@ -70,12 +70,12 @@ impl PairResidual {
             vertical_rms_px: rms(&vertical),
             vertical_max_px: max_abs(&vertical),
             disparity_max_px: max_abs(&beside),
-            depth_error: DepthError::of(pair, seen)?,
+            depth_error: PairDepthError::of(pair, seen)?,
         })
     }
 }
 
-impl DepthError {
+impl PairDepthError {
     fn of(pair: &RectifiedPair, seen: &[SeenPoint]) -> Option<Self> {
         let left = &pair.cameras()[0];
         let error = |point: &SeenPoint| {
