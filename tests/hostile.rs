@@ -226,6 +226,7 @@ fn corner_files() {
         blur_px: Some([0.7, 0.8]),
         elongated_blur: Some(corners::BlurEllipse { along_px: 3.0, across_px: 0.7, direction_deg: 30.0 }),
         lean_px: None,
+        marked_squares: true,
         transfer: None,
     };
     for format in [corners::CornerFormat::Csv, corners::CornerFormat::Json, corners::CornerFormat::OpenCv] {

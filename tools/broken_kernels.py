@@ -39,6 +39,7 @@ LAWS = {
     "lib::surface::mesh::the_depth_of_the_hierarchy_is_known",
     "suite::vision::noise::reaches_the_cramer_rao_bound_with_noise_and_knows_its_error",
     "suite::vision::noise::errors_lean_as_the_covariance_says",
+    "suite::vision::marks::marks_in_the_squares_cost_no_corner_and_make_none",
 }
 
 ROWS = [
@@ -137,6 +138,9 @@ ROWS = [
     Row("src/io/exr/read.rs",
         ".position(|value| !value.is_finite())", ".position(|value| value.is_nan())",
         ("suite::pictures::a_damaged_file_ends_in_a_picture_or_a_problem",), together="files, effects, places"),
+    Row("src/vision/fit_all.rs",
+        "grid.marked = holds_marks(candidates, &grid.pilots(), settings);", "grid.marked = false;",
+        ("suite::vision::marks::marks_in_the_squares_cost_no_corner_and_make_none",)),
     Row("src/vision/corner_fit.rs",
         "&[x[6], x[7], x[7], y[7]]) * variance;", "&[x[6], x[7], x[7], y[7]]) * (1.2 * variance);",
         ("suite::vision::noise::reaches_the_cramer_rao_bound_with_noise_and_knows_its_error",),

@@ -130,6 +130,7 @@ fn run(folder: Option<&Path>) -> Result<(), Error> {
                 blur_px: None,
                 elongated_blur: None,
                 lean_px: None,
+                marked_squares: false,
                 transfer: None,
             };
             let own = CornerView::new("whole", 0, &detect(&decoded, None, &Settings::default()));

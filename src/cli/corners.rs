@@ -76,7 +76,14 @@ fn tell(view: &CornerView) {
         view.rejected.iter().filter(|(_, n)| *n > 0).map(|(reason, n)| format!("{n} {reason}")).collect();
     let aside = if rejected.is_empty() { "none".to_owned() } else { rejected.join(", ") };
     output::stderr(&format!("{}: {} corners; turned down: {aside}", view.name, view.corners.len()));
-    if let Some(lean) = view.lean_px.filter(|lean| *lean != 0.0) {
+    if view.marked_squares {
+        output::stderr(&format!(
+            "note: {}: the squares of one colour hold marks, as those of a ChArUco board do: the corners are fitted to what is near the \
+             edges of squares alone",
+            view.name
+        ));
+    }
+    if let Some(lean) = view.lean_px.filter(|lean| *lean != 0.0 && !view.marked_squares) {
         let (side, why) = if lean > 0.0 {
             ("dark", "bright parts are clipped, ink is lost, or the curve is too bright")
         } else {
@@ -248,7 +255,8 @@ fn counted(view: &CornerView) -> Value {
     let rejected: serde_json::Map<String, Value> =
         view.rejected.iter().map(|(reason, n)| (reason.clone(), json!(n))).collect();
     json!({ "half": view.name, "corners": view.corners.len(), "rejected": rejected, "blur_px": view.blur_px,
-        "elongated_blur": view.elongated_blur, "lean_px": view.lean_px, "transfer": view.transfer })
+        "elongated_blur": view.elongated_blur, "lean_px": view.lean_px,
+        "marked_squares": view.marked_squares, "transfer": view.transfer })
 }
 
 /// What a file says of a curve that was found.

@@ -178,6 +178,64 @@ impl Lanes {
     pub fn lt(self, other: Self) -> Mask {
         self.compare(other, |a, b| a < b)
     }
+
+    /// e to the power of each, to 1e-14 of it; beyond -700 and 700 that of these.
+    #[inline(always)]
+    pub fn exp(self) -> Self {
+        // Adding this rounds to a whole number, which the last bits then hold.
+        const ROUNDING: f64 = 6_755_399_441_055_744.0;
+        const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
+        // 1 / 12!, 1 / 11!, .. 1
+        const TERMS: [f64; 13] = reciprocal_factorials([12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0]);
+        let x = self.max(Self::splat(-700.0)).min(Self::splat(700.0));
+        let rounded = x * Self::splat(std::f64::consts::LOG2_E) + Self::splat(ROUNDING);
+        let power = rounded - Self::splat(ROUNDING);
+        let rest = (x - power * Self::splat(LN_2[0])) - power * Self::splat(LN_2[1]);
+        let mut out = Self::splat(TERMS[0]);
+        for term in &TERMS[1..] {
+            out = out * rest + Self::splat(*term);
+        }
+        // Multiply by 2 to that power, through the exponent's bits.
+        for (v, rounded) in out.0.iter_mut().zip(rounded.0) {
+            *v *= f64::from_bits((rounded.to_bits() << 52).wrapping_add(1023 << 52));
+        }
+        out
+    }
+
+    /// The sines of angles in -pi/2..=pi/2, to 1e-15.
+    #[inline(always)]
+    pub fn sin(self) -> Self {
+        // 1 / 19!, 1 / 17!, .. 1
+        const TERMS: [f64; 10] = reciprocal_factorials([19, 17, 15, 13, 11, 9, 7, 5, 3, 1]);
+        let square = -(self * self);
+        let mut out = Self::splat(TERMS[0]);
+        for term in &TERMS[1..] {
+            out = out * square + Self::splat(*term);
+        }
+        out * self
+    }
+
+    /// The sum of the lanes, in a fixed order.
+    #[inline(always)]
+    pub fn sum(self) -> f64 {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        ((a + e) + (c + g)) + ((b + f) + (d + h))
+    }
+}
+
+/// 1 / n! of each n.
+const fn reciprocal_factorials<const N: usize>(of: [u32; N]) -> [f64; N] {
+    let mut out = [1.0; N];
+    let mut i = 0;
+    while i < N {
+        let mut factor = 2;
+        while factor <= of[i] {
+            out[i] /= factor as f64;
+            factor += 1;
+        }
+        i += 1;
+    }
+    out
 }
 
 impl Mask {
@@ -279,5 +337,19 @@ mod tests {
                 assert_eq!(wide.0[i].to_bits(), scalar.to_bits());
             }
         }
+    }
+
+    #[test]
+    fn exponentials_and_sines_are_right_to_their_stated_error() {
+        for k in -9000..=9000 {
+            let x = f64::from(k) * 0.0777 + 0.003;
+            let exp = libm::exp(x.clamp(-700.0, 700.0));
+            let theirs = libm::sin(x / 700.0 * std::f64::consts::FRAC_PI_2);
+            let own = Lanes::splat(x / 700.0 * std::f64::consts::FRAC_PI_2).sin().0;
+            assert!((Lanes::splat(x).exp().0[3] / exp - 1.0).abs() < 1e-14, "{x}");
+            assert!((own[5] - theirs).abs() < 1e-15, "{x}");
+        }
+        assert_eq!(Lanes::splat(0.0).exp().0, [1.0; LANES]);
+        assert_eq!(Lanes::of(|i| i as f64).sum(), 28.0);
     }
 }

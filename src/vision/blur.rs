@@ -6,7 +6,6 @@ use super::corner_fit::{CornerFit, fit};
 use super::corner_model::Effort;
 use super::corner_site::CornerSite;
 use super::settings::Settings;
-use super::window::gather;
 use crate::num::stats::quantile;
 use rayon::prelude::*;
 
@@ -30,6 +29,8 @@ const STEP_PX: f64 = 1e-3;
 /// of its pixels comes nearer by a share at each step only, and what is left of its way would count against it.
 const SHARP_STEP_PX: f64 = 1e-5;
 const SHARP_STEPS: usize = 20;
+/// One of two blurs leaves clearly less where the other leaves so many times as much: with noise both leave nearly the same.
+const CLEARLY: f64 = 2.0;
 
 /// Free blurs.
 const FREE: Effort = Effort { free_blur: true, steps: 15, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
@@ -44,13 +45,21 @@ pub(super) fn estimate(candidates: &Candidates<'_>, sites: &[CornerSite], settin
     if sigma[0].max(sigma[1]) >= MAYBE_SHARP_PX {
         return Some(sigma);
     }
-    let squares = |sigma: [f64; 2]| -> f64 {
+    let squares = |sites: &[CornerSite], sigma: [f64; 2]| -> f64 {
         let effort =
             Effort { free_blur: false, steps: SHARP_STEPS, tolerance_px: SHARP_STEP_PX, most_sigma_px: f64::INFINITY };
         let fits = fits(candidates, sites, settings, HALF_PX, [sigma, sigma], &effort);
         fits.iter().flatten().map(|f| f.residual * f.residual).sum()
     };
-    Some(if squares([0.0; 2]) <= squares(sigma) { [0.0; 2] } else { sigma })
+    // Where the first corners leave far less under one of both, the others are not asked.
+    let [mut sharp, mut blurred] = [[0.0; 2], sigma].map(|sigma| squares(&few, sigma));
+    if sharp.max(blurred) < CLEARLY * sharp.min(blurred) {
+        let rest: Vec<CornerSite> =
+            sites.iter().enumerate().filter(|(k, _)| k % FIRST_OF != 0 && !agree).map(|(_, site)| *site).collect();
+        sharp += squares(&rest, [0.0; 2]);
+        blurred += squares(&rest, sigma);
+    }
+    Some(if sharp <= blurred { [0.0; 2] } else { sigma })
 }
 
 /// Whether windows of a few px show the blur of corners whole.
@@ -89,11 +98,7 @@ fn fits(
 ) -> Vec<Option<CornerFit>> {
     let run = |site: &CornerSite| {
         let half = settings.window.min(half_px / site.step_px());
-        let pixels = gather(
-            candidates.image,
-            candidates.valid.as_ref(),
-            &site.frame(&PictureBlur::gaussian(near), half, FIRST_MARGIN_PX),
-        );
+        let pixels = site.window(candidates, &site.frame(&PictureBlur::gaussian(near), half, FIRST_MARGIN_PX));
         fit(
             &pixels,
             &site.model(&PictureBlur::gaussian(start), settings.light),

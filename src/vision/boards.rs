@@ -2,7 +2,7 @@
 
 use super::candidates::Candidates;
 use super::detection::{Detection, Reason, Rejected};
-use super::fit_all::measure_lattice;
+use super::fit_all::{hanging_candidates, measure_lattice};
 use super::lattice_growth::{Lattice, Lattices};
 use super::settings::Settings;
 use glam::DVec2;
@@ -47,20 +47,36 @@ pub(super) fn measure_coarser(
     settings: &Settings,
 ) -> Detection {
     let mut best: Option<(usize, Detection)> = None;
+    // Most coarser lattices show the same board over again. What hangs on a lattice is turned down, and so is what was unlike the
+    // corners around it before.
+    let mut lost: Vec<DVec2> = turned_down(&found);
     for (number, lattice) in lattices.0.iter().enumerate() {
         let most = best.as_ref().map_or(&found, |(_, best)| best).corners.len();
         if most >= lattice.len() {
             break;
         }
         let coarse = lattice.values().any(|&k| k >= candidates.crossings());
-        let other = coarse.then(|| measure_lattice(candidates, lattice, settings));
-        best = other.filter(|other| other.corners.len() > most).map(|other| (number, other)).or(best);
+        let is_lost = |at: DVec2| lost.iter().any(|other| other.distance(at) < SAME_PX);
+        let hopeful = lattice.values().filter(|&&k| !is_lost(candidates.list[k].position)).count();
+        if !coarse || hopeful <= most || hopeful <= most + hanging_candidates(candidates, lattice) {
+            continue;
+        }
+        let other = measure_lattice(candidates, lattice, settings);
+        lost.extend(turned_down(&other));
+        if other.corners.len() > most {
+            best = Some((number, other));
+        }
     }
     let Some((answered, best)) = best else { return found };
     let others = lattices.0.iter().enumerate().filter(|(number, _)| *number != answered);
     let mut rejected = outside(candidates, lattices, others.flat_map(|(_, lattice)| lattice.values().copied()));
     rejected.extend(best.rejected);
     Detection { rejected, ..best }
+}
+
+/// Where the picture was found to be unlike two crossing edges, in px.
+fn turned_down(found: &Detection) -> Vec<DVec2> {
+    found.rejected.iter().filter(|r| r.reason == Reason::Residual).map(|r| r.position_px).collect()
 }
 
 /// Measures every board, that of most corners first. Candidates that belong to none are in the answer of the first, which is there

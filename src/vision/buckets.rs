@@ -8,6 +8,8 @@ pub(super) struct Buckets {
     columns: usize,
     rows: usize,
     cells: Vec<Vec<usize>>,
+    /// Column and row of the bucket of each.
+    places: Vec<[usize; 2]>,
 }
 
 /// Side of a bucket, in px.
@@ -19,11 +21,15 @@ impl Buckets {
         let columns = (largest.x / BUCKET_PX) as usize + 1;
         let rows = (largest.y / BUCKET_PX) as usize + 1;
         let mut cells = vec![Vec::new(); columns * rows];
-        for (k, candidate) in candidates.iter().enumerate() {
+        let place = |candidate: &Candidate| {
             let at = (candidate.position / BUCKET_PX).max(DVec2::ZERO);
-            cells[at.y as usize * columns + at.x as usize].push(k);
+            [at.x as usize, at.y as usize]
+        };
+        let places: Vec<[usize; 2]> = candidates.iter().map(place).collect();
+        for (k, [column, row]) in places.iter().enumerate() {
+            cells[row * columns + column].push(k);
         }
-        Self { columns, rows, cells }
+        Self { columns, rows, cells, places }
     }
 
     /// The candidates in the buckets that a circle touches.
@@ -33,7 +39,17 @@ impl Buckets {
         let high = (point + radius) / BUCKET_PX;
         let columns = low.x as usize..(high.x + 1.0).max(0.0).min(self.columns as f64) as usize;
         let rows = low.y as usize..(high.y + 1.0).max(0.0).min(self.rows as f64) as usize;
-        rows.flat_map(move |row| columns.clone().map(move |column| row * self.columns + column))
-            .flat_map(|cell| self.cells[cell].iter().copied())
+        // Where the buckets are more than the candidates, look at each of these.
+        let many = rows.len() * columns.len() > self.places.len();
+        let (all, by_rows) = if many { (self.places.len(), 0..0) } else { (0, rows.clone()) };
+        let within = columns.clone();
+        let single = (0..all).filter(move |&k| {
+            let [column, row] = self.places[k];
+            within.contains(&column) && rows.contains(&row)
+        });
+        let bucketed = by_rows
+            .flat_map(move |row| columns.clone().map(move |column| row * self.columns + column))
+            .flat_map(|cell| self.cells[cell].iter().copied());
+        single.chain(bucketed)
     }
 }

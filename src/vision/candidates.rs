@@ -222,8 +222,8 @@ fn join_split(peaks: &mut Vec<Peak>, passes: impl Fn(DVec2) -> bool) {
                 && !joined[b]
                 && alike
                 && one.position.distance(other.position) < NECK_PX
-                && !(passes(one.position) && passes(other.position))
                 && passes(middle)
+                && !(passes(one.position) && passes(other.position))
         };
         if let Some(&b) = near.clone().find(belongs) {
             let other = peaks[b];

@@ -14,8 +14,8 @@
 //! The curvatures come from the lattice: left free they would cost half as much error again.
 
 use super::corner_model::{Effort, LIGHT, Model, PARAMETERS, Right};
-use super::edge_spread::Profile;
 use super::equations::{Equations, equations};
+use super::profile::Profile;
 use super::window::Window;
 use glam::{DMat2, DVec2};
 /// How many of them are solved for when the blurs are held.

@@ -4,26 +4,31 @@
 //! with normals n0 and n1 the mean of sign(d0) sign(d1) is E0 E1 plus a correction, which vanishes for edges along the
 //! pixel's sides and is needed for all others: without it a slanted crossing errs by up to 0.03 px.
 
-use super::edge_spread::{Edge, Profile, SHARP_PX};
+use super::edge_spread::{Edge, SHARP_PX};
+use super::profile::Profile;
+use crate::num::gauss::Gauss;
+use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
 
 /// From this blur on, in px, the square pixel counts as a Gaussian of its variance in the correction.
 const SMOOTH_PX: f64 = 0.45;
 /// From this blur on, in px, the pixel's own part of the correction is summed over a lattice of NODES x NODES points.
 const LATTICE_PX: f64 = 0.2;
-const NODES: usize = 8;
+const NODES: usize = LANES;
 /// Below this correlation two terms of the series are enough: the third is below 0.35^3 / 6 = 0.007 of the contrast.
 const SERIES: f64 = 0.35;
 /// The variance of a unit pixel in any direction, in px^2.
 const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
-/// Nodes and weights of Gauss and Legendre on 0..1.
-const LEGENDRE: [(f64, f64); 6] = [
+/// Nodes and weights of Gauss and Legendre on 0..1, and two of no weight.
+const LEGENDRE: [(f64, f64); LANES] = [
     (0.033_765_242_898_423_99, 0.085_662_246_189_585_18),
     (0.169_395_306_766_867_74, 0.180_380_786_524_069_3),
     (0.380_690_406_958_401_55, 0.233_956_967_286_345_52),
     (0.619_309_593_041_598_5, 0.233_956_967_286_345_52),
     (0.830_604_693_233_132_3, 0.180_380_786_524_069_3),
     (0.966_234_757_101_576, 0.085_662_246_189_585_18),
+    (0.0, 0.0),
+    (0.0, 0.0),
 ];
 /// Nodes (in standard deviations) and weights of Gauss and Hermite.
 const HERMITE: [(f64, f64); 5] = [
@@ -62,6 +67,7 @@ pub(super) struct CornerPixelModel {
     /// What an elongated blur adds to the correlation of the two blurs; 0 of an even one.
     skew: f64,
     pixel: Pixel,
+    gauss: Gauss,
 }
 
 /// How the part of the correction that the square pixel makes is found.
@@ -83,8 +89,8 @@ enum Pixel {
 struct ExcessLattice {
     /// Half the range of each distance where there is an excess.
     reach: [f64; 2],
-    /// Excess times the area of a point's cell.
-    excess: [[f64; NODES]; NODES],
+    /// Excess times the area of a point's cell, by the first distance, then by the second.
+    excess: [Lanes; NODES],
 }
 
 impl CornerPixelModel {
@@ -97,7 +103,7 @@ impl CornerPixelModel {
             s if s < SMOOTH_PX => Pixel::Lattice(ExcessLattice::new(normals)),
             _ => Pixel::Smooth,
         };
-        Self { sigma: sigma_px, mean_sigma, skew, pixel }
+        Self { sigma: sigma_px, mean_sigma, skew, pixel, gauss: Gauss::new() }
     }
 
     /// The mean of the product of both edges.
@@ -126,7 +132,7 @@ impl CornerPixelModel {
                     HERMITE.iter().flat_map(|&(x, u)| HERMITE.iter().map(move |&(y, v)| (DVec2::new(x, y), u * v)));
                 (nodes.map(|(at, weight)| weight * excess(normals, moved(at * sigma))).sum(), 0.0)
             }
-            Pixel::Lattice(lattice) => (lattice.blurred(distances, cosine, sigma), 0.0),
+            Pixel::Lattice(lattice) => (widest(BlurredExcess { lattice, distances, cosine, sigma }), 0.0),
             Pixel::Smooth => (0.0, PIXEL_VARIANCE),
         };
 
@@ -137,7 +143,7 @@ impl CornerPixelModel {
         let blurred = if correlation.abs() < SERIES {
             series(product, sides, covariance)
         } else {
-            integral(product, sides, [v0.sqrt(), v1.sqrt()], correlation.clamp(-0.999, 0.999))
+            self.integral(product, sides, [v0.sqrt(), v1.sqrt()], correlation.clamp(-0.999, 0.999))
         };
         CornerPattern { value: blurred.value + pixel, ..blurred }
     }
@@ -147,67 +153,99 @@ impl ExcessLattice {
     fn new(normals: [DVec2; 2]) -> Self {
         let reach = normals.map(|n| 0.5 * (n.x.abs() + n.y.abs()));
         let cell = 4.0 * reach[0] * reach[1] / (NODES * NODES) as f64;
-        let at = |k: usize, i: usize| Self::place(reach[k], i);
-        let excess = std::array::from_fn(|i| {
-            std::array::from_fn(|j| cell * crate::vision::corner_pixel_model::excess(normals, [at(0, i), at(1, j)]))
-        });
+        let mut excess = [Lanes::splat(0.0); NODES];
+        // With both distances turned round it is the same.
+        for i in 0..NODES / 2 {
+            for j in 0..NODES {
+                let at = [Self::place(reach[0], i), Self::place(reach[1], j)];
+                let here = cell * crate::vision::corner_pixel_model::excess(normals, at);
+                (excess[i].0[j], excess[NODES - 1 - i].0[NODES - 1 - j]) = (here, here);
+            }
+        }
         Self { reach, excess }
     }
 
+    #[inline(always)]
     fn place(reach: f64, i: usize) -> f64 {
         reach * ((2 * i + 1) as f64 / NODES as f64 - 1.0)
     }
+}
 
-    /// The excess under a Gaussian of the plane, whose parts along two normals have the given cosine as correlation.
-    fn blurred(&self, distances: [f64; 2], cosine: f64, sigma: f64) -> f64 {
-        // Tabulate the Gaussian along each distance.
+/// The excess under a Gaussian of the plane, whose parts along two normals have a given cosine as correlation.
+struct BlurredExcess<'a> {
+    lattice: &'a ExcessLattice,
+    distances: [f64; 2],
+    cosine: f64,
+    sigma: f64,
+}
+
+impl Kernel for BlurredExcess<'_> {
+    type Out = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        // Sum the excess under the Gaussian exp(-rate (a^2 - 2 c a b + b^2)), which is exp(-rate free a^2) times
+        // exp(-rate (b - c a)^2), which falls off about a moved centre.
+        let Self { lattice, distances, cosine, sigma } = self;
         let free = (1.0 - cosine * cosine).max(1e-3);
         let rate = 0.5 / (sigma * sigma * free);
-        let offset = |k: usize, i: usize| (distances[k] - Self::place(self.reach[k], i)).clamp(-9.0, 9.0);
-        let falls = [0, 1].map(|k| -> [f64; NODES] {
-            std::array::from_fn(|i| libm::exp(-rate * free * offset(k, i) * offset(k, i)))
-        });
-
-        // Sum the excess under the Gaussian exp(-rate (a^2 - 2 c a b + b^2)), which is exp(-rate free a^2), a table, times
-        // exp(-rate (b - c a)^2), which falls off about a moved centre.
-        let mut sum = 0.0;
+        let offset =
+            |k: usize| Lanes::of(|i| (distances[k] - ExcessLattice::place(lattice.reach[k], i)).clamp(-9.0, 9.0));
+        let (a, b) = (offset(0), offset(1));
+        let fall = (a * a * Lanes::splat(-rate * free)).exp();
+        let mut sum = Lanes::splat(0.0);
         for i in 0..NODES {
-            let a = offset(0, i);
-            let line: f64 = if cosine.abs() < 1e-3 {
-                (0..NODES).map(|j| self.excess[i][j] * falls[1][j]).sum()
-            } else {
-                (0..NODES)
-                    .map(|j| {
-                        let b = offset(1, j) - cosine * a;
-                        self.excess[i][j] * libm::exp(-rate * b * b)
-                    })
-                    .sum()
-            };
-            sum += falls[0][i] * line;
+            let moved = b - Lanes::splat(cosine * a.0[i]);
+            sum += lattice.excess[i] * Lanes::splat(fall.0[i]) * (moved * moved * Lanes::splat(-rate)).exp();
         }
-        sum * rate * free.sqrt() * std::f64::consts::FRAC_1_PI
+        sum.sum() * rate * free.sqrt() * std::f64::consts::FRAC_1_PI
     }
 }
 
-/// The bivariate normal integral: its derivative by the correlation is the density (Plackett), here with the correlation
-/// written as a sine.
-fn integral(product: CornerPattern, sides: &[EdgeSide; 2], widths: [f64; 2], correlation: f64) -> CornerPattern {
-    let (h, k) = (sides[0].distance / widths[0], sides[1].distance / widths[1]);
-    let end = libm::asin(correlation);
-    let sum: f64 = LEGENDRE
-        .iter()
-        .map(|&(node, weight)| {
-            let (sin, cos) = libm::sincos(end * node);
-            weight * libm::exp(-(h * h - 2.0 * h * k * sin + k * k) / (2.0 * cos * cos))
-        })
-        .sum();
-    let root = (2.0 * (1.0 - correlation * correlation)).sqrt();
-    CornerPattern {
-        value: product.value + std::f64::consts::FRAC_2_PI * end * sum,
-        by_distance: [
-            sides[0].edge.slope * libm::erf((k - correlation * h) / root),
-            sides[1].edge.slope * libm::erf((h - correlation * k) / root),
-        ],
+/// The integral of the density of two normal deviates h and k by their correlation, from 0 to the sine of an angle, over that angle.
+struct MeanDensity {
+    h: f64,
+    k: f64,
+    end: f64,
+}
+
+impl Kernel for MeanDensity {
+    type Out = f64;
+
+    #[inline(always)]
+    fn run(self) -> f64 {
+        let Self { h, k, end } = self;
+        let node = Lanes::of(|i| LEGENDRE[i].0);
+        let sin = (Lanes::splat(end) * node).sin();
+        let square = Lanes::splat(1.0) - sin * sin;
+        let quadratic = Lanes::splat(h * h + k * k) - Lanes::splat(2.0 * h * k) * sin;
+        let density = (-quadratic / (square + square)).exp();
+        (Lanes::of(|i| LEGENDRE[i].1) * density).sum()
+    }
+}
+
+impl CornerPixelModel {
+    /// The bivariate normal integral: its derivative by the correlation is the density (Plackett), here with the correlation
+    /// written as a sine.
+    fn integral(
+        &self,
+        product: CornerPattern,
+        sides: &[EdgeSide; 2],
+        widths: [f64; 2],
+        correlation: f64,
+    ) -> CornerPattern {
+        let (h, k) = (sides[0].distance / widths[0], sides[1].distance / widths[1]);
+        let end = libm::asin(correlation);
+        let mean = widest(MeanDensity { h, k, end });
+        let root = (1.0 - correlation * correlation).sqrt();
+        let odd = |z: f64| 2.0 * self.gauss.at(z)[0] - 1.0;
+        CornerPattern {
+            value: product.value + std::f64::consts::FRAC_2_PI * end * mean,
+            by_distance: [
+                sides[0].edge.slope * odd((k - correlation * h) / root),
+                sides[1].edge.slope * odd((h - correlation * k) / root),
+            ],
+        }
     }
 }
 

@@ -1,11 +1,13 @@
 //! A corner and the lattice around it: what a fit starts from.
 
 use super::blur_shape::PictureBlur;
+use super::candidates::Candidates;
 use super::corner_model::Model;
 use super::curvature::LatticeLine;
 use super::edge_spread::EdgeShape;
 use super::pixel_sums::WindowFrame;
 use super::settings::UnevenLight;
+use super::window::{Window, gather};
 use glam::{DMat2, DVec2};
 
 /// Half a window is at most so many px and so many blurs on the mean: its error under noise falls with the root of its size only, and
@@ -25,6 +27,8 @@ pub(super) struct CornerSite {
     pub(super) lean_px: f64,
     /// By how much the blurs go together beyond an even blur's ([`Model::skew`]).
     pub(super) skew: f64,
+    /// Whether the squares hold marks.
+    pub(super) marked: bool,
     /// How far the corner would move when the new bends took the place of those that it was fitted with, in px, and its
     /// standard deviation; `None` where it was not fitted.
     pub(super) due_px: Option<[f64; 2]>,
@@ -74,6 +78,12 @@ impl CornerSite {
             light: self.light,
             light_is_blurred: light == UnevenLight::OnBoard,
         }
+    }
+
+    /// Its pixels in a frame; of squares with marks only those near the edges.
+    pub(super) fn window(&self, candidates: &Candidates<'_>, frame: &WindowFrame) -> Window {
+        let window = gather(candidates.image, candidates.valid.as_ref(), frame);
+        if self.marked { window.near_edges() } else { window }
     }
 
     pub(super) fn frame(&self, blur: &PictureBlur, half: f64, margin_px: f64) -> WindowFrame {

@@ -4,13 +4,10 @@
 //! first only positions are known. A fitted corner also knows the direction of its edges, and with both the bend at the
 //! end of a line is known several times as well.
 
+use super::line_equations::{LineEquations, MOST_POWER, TERMS, derivatives, powers};
 use glam::DVec2;
 use nalgebra::SMatrix;
 
-/// The highest power of a polynomial along a line.
-const MOST_POWER: usize = 8;
-/// Its coefficients.
-const TERMS: usize = MOST_POWER + 1;
 /// A position is not believed to be better than this, in px: what a fit without noise leaves.
 const LEAST_SIGMA_PX: f64 = 2e-5;
 /// What lies so many standard deviations out is no chance.
@@ -161,8 +158,8 @@ impl BendRows {
             let turn = turn_sigma(tangent);
             let tenth = 0.1 * tangent.half_px * tangent.half_px;
             let (first, third) = (1.0 + tenth * bends(i) * bends(i), tenth / (scale * scale));
-            let slope =
-                |k: usize| (first * derivative(&powers, k, 1) + third * derivative(&powers, k, 3)) / (scale * turn);
+            let (by_one, by_three) = (derivatives(&powers, 1), derivatives(&powers, 3));
+            let slope = |k: usize| (first * by_one[k] + third * by_three[k]) / (scale * turn);
             [
                 (powers.map(|p| p / sigma), along.perp_dot(node.position - centre) / sigma),
                 (std::array::from_fn(slope), along.perp_dot(tangent.unit) / turn),
@@ -171,23 +168,6 @@ impl BendRows {
         let turns = tangents.iter().map(|t| 1.0 / turn_sigma(t)).collect();
         let rows = nodes.iter().zip(&tangents).zip(&way).enumerate().flat_map(pair).collect();
         Some(Self { rows, turns, middle, scale })
-    }
-
-    /// The coefficients of the least squares over the powers up to `power`, and the factor of the normal matrix; the others
-    /// are 0.
-    fn solve(&self, power: usize) -> Option<([f64; TERMS], nalgebra::Cholesky<f64, nalgebra::Const<TERMS>>)> {
-        let mut normal = SMatrix::<f64, TERMS, TERMS>::identity();
-        let mut right = SMatrix::<f64, TERMS, 1>::zeros();
-        for i in 0..=power {
-            right[i] = self.rows.iter().map(|(row, value)| row[i] * value).sum();
-            for j in 0..=i {
-                let sum: f64 = self.rows.iter().map(|(row, _)| row[i] * row[j]).sum();
-                (normal[(i, j)], normal[(j, i)]) = (sum, sum);
-            }
-        }
-        let factor = normal.cholesky()?;
-        let solved = factor.solve(&right);
-        Some((std::array::from_fn(|i| solved[i]), factor))
     }
 
     /// The sum of the squares that coefficients leave, in standard deviations.
@@ -202,11 +182,13 @@ impl BendRows {
     /// The bend of coefficients at the node `own`, and how it depends on each.
     fn bend(&self, c: &[f64; TERMS]) -> (f64, [f64; TERMS]) {
         let here = powers(-self.middle / self.scale);
-        let sum = |order: usize| (0..TERMS).map(|k| c[k] * derivative(&here, k, order)).sum::<f64>();
+        let twice = derivatives(&here, 2);
+        let sum = |by: &[f64; TERMS]| by.iter().zip(c).map(|(by, c)| c * by).sum::<f64>();
         let square = self.scale * self.scale;
-        let first = sum(1) / self.scale;
-        let over = 1.0 / (square * libm::pow(1.0 + first * first, 1.5));
-        (sum(2) * over, std::array::from_fn(|k| derivative(&here, k, 2) * over))
+        let first = sum(&derivatives(&here, 1)) / self.scale;
+        let arc = 1.0 + first * first;
+        let over = 1.0 / (square * arc * arc.sqrt());
+        (sum(&twice) * over, twice.map(|by| by * over))
     }
 }
 
@@ -246,8 +228,9 @@ pub(super) fn lean(nodes: &[LineCorner], own: usize) -> Option<f64> {
 /// line, and its degrees of freedom.
 pub(super) fn left_by_power(nodes: &[LineCorner], own: usize) -> Option<Vec<[f64; 2]>> {
     let rows = BendRows::new(nodes, own)?;
+    let equations = LineEquations::of(&rows.rows);
     let left = |power: usize| {
-        let (c, _) = rows.solve(power)?;
+        let (c, _) = equations.solve(power)?;
         Some([rows.left(&c), (rows.rows.len() - power - 1) as f64])
     };
     powers_of(nodes.len()).map(left).collect()
@@ -276,7 +259,7 @@ fn luck(freedom: f64) -> f64 {
 /// The bend at the node `own`, in 1/px, of the polynomial of least squares; `None` where some node was not fitted.
 pub(super) fn bend(nodes: &[LineCorner], own: usize, power: usize) -> Option<f64> {
     let rows = BendRows::new(nodes, own)?;
-    let (curvature, _) = rows.bend(&rows.solve(power)?.0);
+    let (curvature, _) = rows.bend(&LineEquations::of(&rows.rows).solve(power)?.0);
     curvature.is_finite().then_some(curvature)
 }
 
@@ -284,8 +267,9 @@ pub(super) fn bend(nodes: &[LineCorner], own: usize, power: usize) -> Option<f64
 /// as that says more than their errors do.
 pub(super) fn bend_doubt(nodes: &[LineCorner], own: usize, power: usize) -> Option<f64> {
     let rows = BendRows::new(nodes, own)?;
+    let equations = LineEquations::of(&rows.rows);
     let at = |power: usize| {
-        let (c, factor) = rows.solve(power)?;
+        let (c, factor) = equations.solve(power)?;
         let (bend, by) = rows.bend(&c);
         let by = SMatrix::<f64, TERMS, 1>::from_fn(|k, _| if k <= power { by[k] } else { 0.0 });
         let freedom = (rows.rows.len() - power - 1) as f64;
@@ -302,20 +286,6 @@ pub(super) fn bend_doubt(nodes: &[LineCorner], own: usize, power: usize) -> Opti
     });
     let doubt = (variance * scale + more).sqrt();
     doubt.is_finite().then_some(doubt)
-}
-
-/// 1, u, u^2, ..
-fn powers(u: f64) -> [f64; TERMS] {
-    let mut powers = [1.0; TERMS];
-    for k in 1..TERMS {
-        powers[k] = powers[k - 1] * u;
-    }
-    powers
-}
-
-/// The derivative of u^k, of some order.
-fn derivative(powers: &[f64; TERMS], k: usize, order: usize) -> f64 {
-    if k < order { 0.0 } else { (0..order).map(|i| (k - i) as f64).product::<f64>() * powers[k - order] }
 }
 
 #[cfg(test)]

@@ -123,6 +123,9 @@ pub struct Detection {
     /// and 0 where they show none. A corner stays where it is; what does this is light that is clipped, ink that spread, or
     /// another transfer curve than the picture's.
     pub lean_px: f64,
+    /// Whether the squares of one colour hold marks, as those of a ChArUco board do: what is away from the edges was then left out
+    /// of the fits, and [`Self::lean_px`] is that of the marks' borders.
+    pub marked_squares: bool,
 }
 
 impl Detection {
@@ -134,7 +137,14 @@ impl Detection {
 
     /// That no board was found.
     pub(super) fn none(rejected: Vec<Rejected>) -> Self {
-        Self { corners: Vec::new(), rejected, sigma_px: None, elongated_blur: None, lean_px: 0.0 }
+        Self {
+            corners: Vec::new(),
+            rejected,
+            sigma_px: None,
+            elongated_blur: None,
+            lean_px: 0.0,
+            marked_squares: false,
+        }
     }
 
     /// How many candidates were rejected for each reason, in the order of [`Reason::ALL`].

@@ -9,10 +9,9 @@
 //! with the Gaussian phi and its integral Phi; F', F'' follow with R', R''. An edge is used as E = 2F - 1, which runs from
 //! -1 to 1. Blur is diffusion: dE/ds = s E''.
 
-#[cfg(test)]
-use super::blur_shape::PictureBlur;
 use super::blur_shape::{BUMPS, BlurShape};
 use crate::num::gauss::Gauss;
+use crate::num::simd::Lanes;
 use glam::DVec2;
 
 /// Below this a and b count as this: the four terms would cancel, and the edge moves by less than 1e-6 px.
@@ -24,9 +23,6 @@ pub(super) const SHARP_PX: f64 = 0.02;
 /// The Gaussian's tail beyond this many standard deviations is dropped: it holds 7e-6, alike on both sides of an edge,
 /// so that no edge moves.
 const TAIL: f64 = 4.5;
-/// Table cells in one standard deviation. The cubic errs by at most max|F''''| h^4 / 384 = 0.55 (1/5)^4 / 384 = 2.3e-6
-/// of the contrast (E: twice that); at the end of the table it joins the dropped tail.
-const CELLS_PER_SIGMA: f64 = 5.0;
 
 /// The edge response and its derivatives at one distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -89,22 +85,39 @@ impl EdgeShape {
         Edge { value: 2.0 * mix(0) - 1.0, slope: 2.0 * mix(1), bend: 2.0 * mix(2) }
     }
 
+    /// The responses and their slopes at many distances, to the last bits those of [`Self::exact`].
+    #[inline(always)]
+    pub(super) fn exact_lanes(&self, gauss: Gauss, d: Lanes) -> [Lanes; 2] {
+        let of = Lanes::splat;
+        let s = self.sigma;
+        let (sum, difference) = (of(self.a + self.b), of(self.a - self.b));
+        let term = |t: Lanes| {
+            let [big, small] = gauss.at_lanes(t * of(1.0 / s));
+            [of(0.5) * ((t * t + of(s * s)) * big + t * of(s) * small), t * big + of(s) * small]
+        };
+        let (t0, t1, t2, t3) = (term(d + sum), term(d + difference), term(d - difference), term(d - sum));
+        let over = of(1.0 / (4.0 * self.a * self.b));
+        let mix = |i: usize| ((t0[i] - t1[i]) - (t2[i] - t3[i])) * over;
+        let (value, slope) = (of(2.0) * mix(0) - of(1.0), of(2.0) * mix(1));
+        let beyond = of(self.reach()).le(d.abs());
+        let side = d.lt(of(0.0)).select(of(-1.0), of(1.0));
+        [beyond.select(side, value), beyond.select(of(0.0), slope)]
+    }
+
     /// The response of a pixel to a sharp edge (s = 0): a parabola, a line and a parabola.
     ///
     /// The slope is that of a slightly wider pixel: where an edge lies on a pixel's border, neither pixel beside it would
     /// tell which way to move, and a fit would stop there.
     #[inline(always)]
-    fn sharp(&self, d: f64) -> Edge {
-        if d.abs() >= self.a + self.b + SHARP_MARGIN {
-            return Edge { value: d.signum(), slope: 0.0, bend: 0.0 };
-        }
-        let value = if d.abs() < self.a + self.b {
-            2.0 * self.corners(d, |t| 0.5 * t.max(0.0) * t.max(0.0)) - 1.0
-        } else {
-            d.signum()
-        };
+    pub(super) fn sharp(&self, d: f64) -> Edge {
+        let above = |t: f64| if t > 0.0 { t } else { 0.0 };
         let wide = Self { b: self.b.max(SHARP_MARGIN), a: self.a.max(SHARP_MARGIN), ..*self };
-        Edge { value, slope: 2.0 * wide.corners(d, |t| t.max(0.0)), bend: 0.0 }
+        let inside = 2.0 * self.corners(d, |t| 0.5 * above(t) * above(t)) - 1.0;
+        let rises = 2.0 * wide.corners(d, above);
+        // Without branches, so that many distances go through at once.
+        let value = if d.abs() < self.a + self.b { inside } else { d.signum() };
+        let slope = if d.abs() < self.a + self.b + SHARP_MARGIN { rises } else { 0.0 };
+        Edge { value, slope, bend: 0.0 }
     }
 }
 
@@ -120,111 +133,6 @@ pub(super) fn bump_pairs(shape: &BlurShape, normal: DVec2, plain: Edge, d: f64) 
             bend: 0.5 * (low.bend + high.bend) - plain.bend,
         }
     })
-}
-
-/// The response with the bumps, from that under the Gaussian.
-fn with_bumps(shape: &BlurShape, normal: DVec2, plain: Edge, d: f64) -> Edge {
-    let mut edge = plain;
-    for (pair, weight) in bump_pairs(shape, normal, plain, d).iter().zip(shape.weights) {
-        edge.value += weight * pair.value;
-        edge.slope += weight * pair.slope;
-        edge.bend += weight * pair.bend;
-    }
-    edge
-}
-
-/// A [`EdgeShape`] prepared for many distances.
-#[derive(Debug, Clone)]
-pub(super) enum Profile {
-    /// No blur: the closed form is the fastest.
-    Sharp(EdgeShape),
-    /// Blurred: cubics between exact nodes.
-    Table {
-        /// Cells per px.
-        density: f64,
-        /// Where distance 0 lies, in cells.
-        middle: f64,
-        /// Per cell the cubic's coefficients in the cell's own coordinate 0..1; the first and the last cell are flat.
-        cells: Vec<[f64; 4]>,
-    },
-}
-
-impl Profile {
-    /// The profile for a unit normal and a Gaussian blur in px.
-    #[cfg(test)]
-    pub(super) fn new(normal: DVec2, sigma_px: f64) -> Self {
-        Self::shaped(normal, sigma_px, &PictureBlur::gaussian([sigma_px; 2]).shapes[0])
-    }
-
-    /// The profile for a unit normal and a blur: the standard deviation of a Gaussian, in px, and what it is beside that.
-    pub(super) fn shaped(normal: DVec2, sigma_px: f64, beside: &BlurShape) -> Self {
-        // Take the closed form of a sharp edge.
-        let shape = EdgeShape::new(normal, sigma_px);
-        if sigma_px < SHARP_PX {
-            return Self::Sharp(shape);
-        }
-
-        // Size the table to the reach of the edge.
-        let gauss = Gauss::new();
-        let plain = beside.is_gaussian();
-        let density = CELLS_PER_SIGMA / if plain { sigma_px } else { sigma_px.min(beside.bump_px()) };
-        let half = (shape.reach_under(beside) * density).ceil() as usize;
-        let exact = |d: f64| {
-            let edge = shape.exact(gauss, d);
-            if plain { edge } else { with_bumps(beside, normal, edge, d) }
-        };
-
-        // Evaluate E and its rise over a cell at distances 0, 1, .. half cells; E is odd by construction, not only to
-        // rounding.
-        let node = |i: usize| match i {
-            _ if i == half => (1.0, 0.0),
-            0 => (0.0, exact(0.0).slope / density),
-            _ => {
-                let edge = exact(i as f64 / density);
-                (edge.value, edge.slope / density)
-            }
-        };
-
-        // Interpolate by cubics from node to node, both ways from the middle.
-        let mut cells = vec![[0.0; 4]; 2 * half + 2];
-        cells[0] = [-1.0, 0.0, 0.0, 0.0];
-        cells[2 * half + 1] = [1.0, 0.0, 0.0, 0.0];
-        let (mut value, mut slope) = node(0);
-        for i in 0..half {
-            let (next, next_slope) = node(i + 1);
-            let rise = next - value;
-            let (second, third) = (3.0 * rise - 2.0 * slope - next_slope, slope + next_slope - 2.0 * rise);
-            cells[half + 1 + i] = [value, slope, second, third];
-            // The same cubic from its other end, turned about the origin.
-            cells[half - i] = [-next, next_slope, -second - 3.0 * third, third];
-            (value, slope) = (next, next_slope);
-        }
-        Self::Table { density, middle: (half + 1) as f64, cells }
-    }
-
-    /// E at distance `d` from a sharp edge.
-    pub(super) fn sharp(normal: DVec2, d: f64) -> f64 {
-        EdgeShape::new(normal, 0.0).sharp(d).value
-    }
-
-    /// The response at distance `d`.
-    #[inline(always)]
-    pub(super) fn at(&self, d: f64) -> Edge {
-        match self {
-            Self::Sharp(shape) => shape.sharp(d),
-            Self::Table { density, middle, cells } => {
-                let place = (d * density + middle).max(0.0);
-                let index = (place as usize).min(cells.len() - 1);
-                let t = place - index as f64;
-                let [c0, c1, c2, c3] = cells[index];
-                Edge {
-                    value: c0 + t * (c1 + t * (c2 + t * c3)),
-                    slope: (c1 + t * (2.0 * c2 + 3.0 * t * c3)) * density,
-                    bend: (2.0 * c2 + 6.0 * t * c3) * density * density,
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -268,57 +176,6 @@ mod tests {
             let wider = EdgeShape::new(normal(degrees), s + h).exact(gauss, d).value;
             let narrower = EdgeShape::new(normal(degrees), s - h).exact(gauss, d).value;
             assert!((s * edge.bend - (wider - narrower) / (2.0 * h)).abs() < 1e-7);
-        }
-    }
-
-    #[test]
-    fn the_table_keeps_its_stated_error() {
-        let gauss = Gauss::new();
-        for degrees in [0.0, 1.0, 20.0, 45.0, 89.0] {
-            for s in [0.03, 0.3, 0.7, 2.0, 6.0] {
-                let (shape, profile) = (EdgeShape::new(normal(degrees), s), Profile::new(normal(degrees), s));
-                for i in -500..=500 {
-                    let d = f64::from(i) / 500.0 * (shape.reach() + 0.3);
-                    let (exact, table) = (shape.exact(gauss, d), profile.at(d));
-                    assert!((exact.value - table.value).abs() < 8e-6, "{degrees} {s} {d}");
-                }
-            }
-        }
-    }
-
-    /// Weights of bumps that together are a square of a known width are its edge: the Gaussian's own share is gone, and the
-    /// response is odd.
-    #[test]
-    fn bumps_make_the_edge_of_another_blur() {
-        let gauss = Gauss::new();
-        let mut shape = PictureBlur::gaussian([1.0; 2]).shapes[0];
-        // Bumps of one weight from -4 to 4 spacings: a square of nine spacings with soft ends.
-        shape.weights[..5].copy_from_slice(&[1.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0]);
-        let (n, half) = (normal(20.0), 4.5 * shape.spacing_px);
-        let profile = Profile::shaped(n, 1.0, &shape);
-        for i in -40..=40 {
-            let d = f64::from(i) * 0.13;
-            // The mean of the edge under one bump's Gaussian over the square, by the midpoint rule.
-            let under = EdgeShape::new(n, shape.bump_px());
-            let parts = 2000;
-            let at = |k: i32| half * (2.0 * (f64::from(k) + 0.5) / f64::from(parts) - 1.0);
-            let mean = (0..parts).map(|k| under.exact(gauss, d - at(k)).value).sum::<f64>() / f64::from(parts);
-            // A sum over points one spacing apart for a mean over it: spacing^2 / 24 of the curvature, at most 0.6 / px^2.
-            assert!((profile.at(d).value - mean).abs() < 0.6 * shape.spacing_px * shape.spacing_px / 24.0, "{d}");
-            assert!((profile.at(d).value + profile.at(-d).value).abs() < 1e-12, "{d}");
-        }
-    }
-
-    #[test]
-    fn the_sharp_form_is_the_limit_of_the_blurred_one() {
-        let gauss = Gauss::new();
-        for degrees in [0.0, 20.0, 45.0] {
-            let profile = Profile::new(normal(degrees), 0.0);
-            let blurred = EdgeShape::new(normal(degrees), 1e-4);
-            for i in -20..=20 {
-                let d = f64::from(i) * 0.05 + 0.013;
-                assert!((profile.at(d).value - blurred.exact(gauss, d).value).abs() < 1e-4, "{degrees} {d}");
-            }
         }
     }
 }

@@ -2,15 +2,18 @@
 
 use super::corner_model::{LIGHT, Model, PARAMETERS, Right};
 use super::corner_pixel_model::{CornerPattern, CornerPixelModel, EdgeSide};
-use super::edge_spread::Profile;
 use super::pixel_sums::PixelSums;
+use super::profile::Profile;
 use super::strip::{EdgeModel, EdgeStrip, StripSums, strip_sums};
 use super::window::{ListedPixel, Window};
+use crate::num::simd::{Kernel, widest};
 use glam::DVec2;
 use nalgebra::SMatrix;
 
 /// Pixels that are worked on together: few are near both edges.
 const CHUNK: usize = 32;
+/// Lanes of a sum over them.
+const LANES: usize = 4;
 /// The variance of a unit pixel in any direction, in px^2.
 const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
 
@@ -50,6 +53,18 @@ impl Ready {
             0.5 * model.curvature[k] * (blur + PIXEL_VARIANCE) + spread * share.dot(normals[k])
         });
         Self { normals, tangents: normals.map(DVec2::perp), shifts_px, step_px: model.step_px() }
+    }
+
+    /// Edge `k` as a pixel `r` from the corner sees it, and the derivatives of its distance by the corner and by its angle.
+    #[inline(always)]
+    fn edge_at(&self, model: &Model, profiles: &[Profile; 2], k: usize, r: DVec2) -> (EdgeSide, DVec2, f64) {
+        let (normal, tangent) = (self.normals[k], self.tangents[k]);
+        let (along, across) = (tangent.dot(r), normal.dot(r));
+        let bend = model.curvature[k] * along;
+        let distance = across + 0.5 * bend * along + self.shifts_px[k];
+        let by_corner = -(normal + tangent * bend);
+        let side = EdgeSide { edge: profiles[k].at(distance), distance, normal: -by_corner };
+        (side, by_corner, along - bend * across)
     }
 
     /// The pattern, and its derivatives by the two distances.
@@ -102,16 +117,7 @@ pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2],
     let crossing = CornerPixelModel::new(ready.normals, model.sigma_px, model.skew);
     for chunk in window.listed.chunks(CHUNK) {
         differentiate(chunk, model, &ready, profiles, &crossing, &mut columns);
-        // A last chunk that is not full would carry old values.
-        columns.iter_mut().for_each(|c| c[chunk.len()..].fill(0.0));
-        let difference = &columns[PARAMETERS];
-        for i in 0..active {
-            sum.right[i] += dot(&columns[i], difference);
-            for j in 0..=i {
-                sum.normal[(i, j)] += dot(&columns[i], &columns[j]);
-            }
-        }
-        sum.squares += dot(difference, difference);
+        widest(ListedSums { sum: &mut sum, columns: &mut columns, count: chunk.len(), active });
     }
 
     // Add the strips and the flat parts by their sums.
@@ -146,12 +152,41 @@ pub(super) fn edge_models<'a>(model: &Model, profiles: &'a [Profile; 2], free_bl
     })
 }
 
+/// Adds the products of the first `count` places of the columns.
+struct ListedSums<'a> {
+    sum: &'a mut Equations,
+    columns: &'a mut [[f64; CHUNK]; PARAMETERS + 1],
+    count: usize,
+    active: usize,
+}
+
+impl Kernel for ListedSums<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        // The last lanes that are not full would carry old values.
+        let Self { sum, columns, count, active } = self;
+        let end = count.next_multiple_of(LANES);
+        columns.iter_mut().for_each(|c| c[count..end].fill(0.0));
+        let columns = columns.each_ref().map(|column| &column[..end]);
+        let difference = columns[PARAMETERS];
+        for i in 0..active {
+            sum.right[i] += dot(columns[i], difference);
+            for j in 0..=i {
+                sum.normal[(i, j)] += dot(columns[i], columns[j]);
+            }
+        }
+        sum.squares += dot(difference, difference);
+    }
+}
+
 /// Four lanes, summed in a fixed order.
 #[inline(always)]
-fn dot(a: &[f64; CHUNK], b: &[f64; CHUNK]) -> f64 {
-    let mut sums = [0.0f64; 4];
-    for (a, b) in a.chunks_exact(4).zip(b.chunks_exact(4)) {
-        for lane in 0..4 {
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0f64; LANES];
+    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
+        for lane in 0..LANES {
             sums[lane] += a[lane] * b[lane];
         }
     }
@@ -168,7 +203,7 @@ fn differentiate(
     crossing: &CornerPixelModel,
     columns: &mut [[f64; CHUNK]; PARAMETERS + 1],
 ) {
-    let Ready { normals, tangents, shifts_px, .. } = ready;
+    let normals = &ready.normals;
     let [s0, s1] = model.sigma_px;
 
     // Couple each edge's bend with the other's blur: E over a Gaussian x of x^2 sign(d + x) is s^2 E + s^4 E'', of which the
@@ -184,16 +219,8 @@ fn differentiate(
     for (lane, pixel) in pixels.iter().enumerate() {
         // Evaluate both edges at the pixel.
         let r = DVec2::new(pixel.x, pixel.y) - model.corner;
-        let edge = |k: usize| {
-            let (along, across) = (tangents[k].dot(r), normals[k].dot(r));
-            let bend = model.curvature[k] * along;
-            let distance = across + 0.5 * bend * along + shifts_px[k];
-            let by_corner = -(normals[k] + tangents[k] * bend);
-            let side = EdgeSide { edge: profiles[k].at(distance), distance, normal: -by_corner };
-            (side, by_corner, along - bend * across)
-        };
-        let (side0, corner0, angle0) = edge(0);
-        let (side1, corner1, angle1) = edge(1);
+        let [(side0, corner0, angle0), (side1, corner1, angle1)] =
+            [ready.edge_at(model, profiles, 0, r), ready.edge_at(model, profiles, 1, r)];
 
         // Evaluate the pattern, and its derivatives by the two distances.
         let (e0, e1) = (side0.edge, side1.edge);

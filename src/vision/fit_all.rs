@@ -11,6 +11,7 @@ use super::detection::{Corner, Detection, Polarity, Reason, Rejected};
 use super::elongation::{elongation, skew};
 use super::lattice_growth::{Lattice, is_broad};
 use super::lattice_lines::Grid;
+use super::marks::holds_marks;
 use super::neighbours::{Neighbourhood, hanging};
 use super::numbering::{from_zero, normalise};
 use super::pixel_sums::WindowFrame;
@@ -18,7 +19,6 @@ use super::resolution::coarser;
 use super::scatter::hold_against_lattice;
 use super::settings::{Blur, Settings};
 use super::shape_fit::find_shapes;
-use super::window::gather;
 use glam::{DVec2, IVec2};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -74,7 +74,8 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
     let positions: Vec<DVec2> = candidates.list.iter().map(|c| c.position).collect();
     let mut grid = Grid::new(lattice, positions);
 
-    // Estimate the blur from some corners.
+    // See whether the squares hold marks, and estimate the blur from some corners.
+    grid.marked = holds_marks(candidates, &grid.pilots(), settings);
     let mut sigma_px = match settings.blur {
         Blur::Known(sigma_px) => Some([sigma_px.max(0.0); 2]),
         Blur::Common | Blur::PerCorner => blur::estimate(candidates, &grid.pilots(), settings),
@@ -97,9 +98,11 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
     }
 
     // Fit the corners that are left in full windows, under a blur of another shape where the picture shows one; where edges
-    // lean it is not alike to both sides of them.
+    // lean, or marks lie beside them, it is not alike to both sides of them.
     let blur = match settings.blur {
-        Blur::Common if grid.lean_px == 0.0 => find_shapes(candidates, &grid.pilots(), settings, start_sigma),
+        Blur::Common if grid.lean_px == 0.0 && !grid.marked => {
+            find_shapes(candidates, &grid.pilots(), settings, start_sigma)
+        }
         _ => PictureBlur::gaussian(start_sigma),
     };
     let mut last = Vec::new();
@@ -126,7 +129,8 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
     let some = grid.pilots();
     let elongated_blur =
         sigma_px.and_then(|sigma_px| elongation(some.get(some.len() / 2)?.normals(), sigma_px, grid.skew));
-    Detection { corners, rejected, sigma_px, elongated_blur, lean_px: grid.lean_px }
+    let Grid { lean_px, marked, .. } = grid;
+    Detection { corners, rejected, sigma_px, elongated_blur, lean_px, marked_squares: marked }
 }
 
 /// The corners of the last fits, numbered from column and row 0.
@@ -279,7 +283,7 @@ fn fit_one(
     if site.spacing_px() < LEAST_SPACING * model.sigma_px[0].max(model.sigma_px[1]) {
         return Err(Reason::Blurred);
     }
-    let window = gather(candidates.image, candidates.valid.as_ref(), frame);
+    let window = site.window(candidates, frame);
     if window.visible < crate::vision::settings::LEAST_VISIBLE {
         return Err(Reason::Cut);
     }
@@ -322,6 +326,13 @@ fn prune_hanging(candidates: &Candidates<'_>, grid: &mut Grid, rejected: &mut Ve
             rejected.push(Rejected { position_px: grid.positions[k], reason: Reason::OffLattice });
         }
     }
+}
+
+/// How many crossings hang on a lattice by a single neighbour before it is measured.
+pub(super) fn hanging_candidates(candidates: &Candidates<'_>, lattice: &Lattice) -> usize {
+    let grid = Grid::new(lattice.clone(), candidates.list.iter().map(|c| c.position).collect());
+    let shows = |cell| grid.expected(cell).is_some_and(|(at, px)| candidates.shows(at, px));
+    hanging(&grid.lattice, shows).len()
 }
 
 /// Drops corners that make a kink in a line: the second difference there is unlike that of the corners beside it.

@@ -30,8 +30,8 @@ const MOST_AROUND: usize = 400;
 /// Where along the way from a corner to its neighbour the edge between them is sampled.
 const EDGE_PLACES: [f64; 5] = [0.3, 0.4, 0.5, 0.6, 0.7];
 /// How far to both sides of the edge, as a share of the step and at least in pixels of the resolution: near enough that a way slanting over
-/// squares has both sides in one square for the most part.
-const EDGE_ASIDE: (f64, f64) = (0.1, 1.5);
+/// squares has both sides in one square for the most part, and nearer, beside marks that reach to a tenth of a step from the edge.
+const EDGE_ASIDE: [(f64, f64); 2] = [(0.1, 1.5), (0.05, 1.5)];
 /// The least mean difference across the edge, as a share of the ring's amplitude: a true edge has 1.6 and more, a way over
 /// squares (to a corner that is not next) less than 1.
 const EDGE_SHARE: f64 = 1.0;
@@ -44,7 +44,7 @@ pub(super) type Lattice = BTreeMap<[i32; 2], usize>;
 
 /// The lattices found in a picture, largest first; a crossing is in at most one, but the same place may be in a lattice of a coarser
 /// picture too.
-#[derive(Debug)]
+#[derive(Debug, Clone, Default)]
 pub struct Lattices(pub(super) Vec<Lattice>);
 
 impl Lattices {
@@ -56,12 +56,21 @@ impl Lattices {
 
 /// Grows lattices from the crossings of a picture.
 pub fn grow(candidates: &Candidates<'_>, settings: &Settings) -> Lattices {
-    let Some(image) = &candidates.prepared else { return Lattices(Vec::new()) };
-    let mut lattices: Vec<Lattice> = Vec::new();
-    for level in &candidates.levels {
+    grow_levels(candidates, settings, Lattices::default(), 0)
+}
+
+/// The lattices of the finest resolution, and those that grow from the crossings of all coarser ones.
+pub(super) fn grow_coarser(candidates: &Candidates<'_>, settings: &Settings, finest: Lattices) -> Lattices {
+    grow_levels(candidates, settings, finest, 1)
+}
+
+/// Adds the lattices of the resolutions from `first` on to those of finer ones.
+fn grow_levels(candidates: &Candidates<'_>, settings: &Settings, finer: Lattices, first: usize) -> Lattices {
+    let Lattices(mut lattices) = finer;
+    let Some(image) = &candidates.prepared else { return Lattices(lattices) };
+    for level in candidates.levels.iter().skip(first) {
         let list = &candidates.list[level.clone()];
-        let field = GrowthField { image, candidates: list, buckets: Buckets::new(list) };
-        let grown = grow_level(&field, settings);
+        let grown = grow_level(&GrowthField::new(image, list), settings);
         // Number the crossings among those of all resolutions, and keep what finer ones do not show.
         let numbered =
             grown.into_iter().map(|lattice| lattice.into_iter().map(|(c, k)| (c, k + level.start)).collect());
@@ -126,13 +135,24 @@ struct GrowthField<'a> {
     image: &'a Raster<f32>,
     candidates: &'a [Candidate],
     buckets: Buckets,
+    /// Unit vectors at twice the angle of each one's bright lobe.
+    lobes: Vec<DVec2>,
 }
 
-impl GrowthField<'_> {
+impl<'a> GrowthField<'a> {
+    fn new(image: &'a Raster<f32>, candidates: &'a [Candidate]) -> Self {
+        let lobe = |c: &Candidate| {
+            let (sin, cos) = libm::sincos(2.0 * c.ring.lobe_rad);
+            DVec2::new(cos, sin)
+        };
+        Self { image, candidates, buckets: Buckets::new(candidates), lobes: candidates.iter().map(lobe).collect() }
+    }
+
     /// Whether two corners are neighbours: bright where the other is dark, of like contrast, and with an edge between.
     fn linked(&self, a: usize, b: usize) -> bool {
+        let opposite = self.lobes[a].dot(self.lobes[b]) < OPPOSITE;
         let (a, b) = (&self.candidates[a], &self.candidates[b]);
-        libm::cos(2.0 * (a.ring.lobe_rad - b.ring.lobe_rad)) < OPPOSITE
+        opposite
             && a.ring.amplitude > AMPLITUDE_SHARE * b.ring.amplitude
             && b.ring.amplitude > AMPLITUDE_SHARE * a.ring.amplitude
             && self.edge_between(a, b)
@@ -141,30 +161,31 @@ impl GrowthField<'_> {
     /// Whether one side of the way from `a` to `b` is bright and the other dark, as the lobes of `a` foretell.
     fn edge_between(&self, a: &Candidate, b: &Candidate) -> bool {
         let step = b.position - a.position;
-        let aside = step.perp().normalize_or_zero() * (EDGE_ASIDE.1 * a.scale).max(EDGE_ASIDE.0 * step.length());
+        let unit = step.perp().normalize_or_zero();
+        // The lobe is a direction without sign: the bright square is the one that the lobe leans to.
+        let (sin, cos) = libm::sincos(a.ring.lobe_rad);
+        let lobe = DVec2::new(cos, sin);
+        let expected = (lobe.dot(step) * lobe.dot(unit)).signum();
         let value = |p: DVec2| {
             let place = |v: f64, count: usize| (v.max(0.0) as usize).min(count - 1);
             f64::from(self.image.get(place(p.x, self.image.width()), place(p.y, self.image.height())))
         };
-        let difference: f64 = EDGE_PLACES
-            .iter()
-            .map(|&t| a.position + step * t)
-            .map(|p| value(p + aside) - value(p - aside))
-            .sum::<f64>()
-            / EDGE_PLACES.len() as f64;
-        // The lobe is a direction without sign: the bright square is the one that the lobe leans to.
-        let (sin, cos) = libm::sincos(a.ring.lobe_rad);
-        let lobe = DVec2::new(cos, sin);
-        let expected = (lobe.dot(step) * lobe.dot(aside)).signum();
-        difference * expected > EDGE_SHARE * a.ring.amplitude.min(b.ring.amplitude)
+        EDGE_ASIDE.iter().any(|(share, least)| {
+            let aside = unit * (least * a.scale).max(share * step.length());
+            let across = |p: DVec2| value(p + aside) - value(p - aside);
+            let difference: f64 =
+                EDGE_PLACES.iter().map(|&t| across(a.position + step * t)).sum::<f64>() / EDGE_PLACES.len() as f64;
+            difference * expected > EDGE_SHARE * a.ring.amplitude.min(b.ring.amplitude)
+        })
     }
 
-    /// Of the candidates within `radius` px of `point` that `accept` takes, the nearest.
-    fn nearest(&self, point: DVec2, radius: f64, accept: impl Fn(usize) -> bool) -> Option<usize> {
+    /// Of the candidates further than `from` px (where that is not 0) from `point` and within `radius` px that `accept` takes, the nearest.
+    fn nearest(&self, point: DVec2, [from, radius]: [f64; 2], accept: impl Fn(usize) -> bool) -> Option<usize> {
         let distance = |k: usize| self.candidates[k].position.distance_squared(point);
+        let within = |squared: f64| squared <= radius * radius && (from == 0.0 || squared > from * from);
         self.buckets
             .around(point, radius)
-            .filter(|&k| distance(k) <= radius * radius && accept(k))
+            .filter(|&k| within(distance(k)) && accept(k))
             .min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
     }
 }
@@ -173,13 +194,21 @@ impl GrowthField<'_> {
 fn cross(field: &GrowthField<'_>, used: &[bool], seed: usize) -> Option<Lattice> {
     let centre = &field.candidates[seed];
     let step = |k: usize| field.candidates[k].position - centre.position;
+    // A seed whose first arm leads nowhere is done: nothing is asked for ahead.
+    let mut few = 0;
     let mut found = [0; 4];
     for (place, &arm) in found.iter_mut().zip(&centre.ring.arms) {
         let along = |k: usize| step(k).normalize_or_zero().dot(arm) > ARM_COSINE;
         let accept = |k: usize| k != seed && !used[k] && along(k) && field.linked(seed, k);
-        let near = |radius: &&f64| field.buckets.around(centre.position, **radius).nth(MOST_AROUND).is_none();
-        let radii = SEED_RADII_PX.iter().take_while(near);
-        *place = radii.into_iter().find_map(|&radius| field.nearest(centre.position, radius, accept))?;
+        let ring = |number: usize| {
+            let (from, radius) = (number.checked_sub(1).map_or(0.0, |n| SEED_RADII_PX[n]), SEED_RADII_PX[number]);
+            if few <= number {
+                field.buckets.around(centre.position, radius).nth(MOST_AROUND).is_none().then_some(())?;
+                few = number + 1;
+            }
+            Some(field.nearest(centre.position, [from, radius], accept))
+        };
+        *place = (0..SEED_RADII_PX.len()).map_while(ring).flatten().next()?;
     }
     let balanced = |i: usize| {
         let (one, other) = (step(found[i]), step(found[i + 2]));
@@ -204,7 +233,7 @@ fn extend(field: &GrowthField<'_>, used: &mut [bool], cross: Lattice) -> Lattice
             }
             let Some((from, predicted)) = predict(field.candidates, &lattice, cell, direction) else { continue };
             let tolerance = PREDICTION_TOLERANCE * predicted.distance(field.candidates[from].position);
-            if let Some(k) = field.nearest(predicted, tolerance, |k| !used[k] && field.linked(from, k)) {
+            if let Some(k) = field.nearest(predicted, [0.0, tolerance], |k| !used[k] && field.linked(from, k)) {
                 used[k] = true;
                 lattice.insert(next.to_array(), k);
                 queue.push_back(next);
@@ -245,7 +274,7 @@ mod tests {
         };
         // A corner, its neighbour along the edge, one that is a knight's move away, and one across the square.
         let candidates = [at(40.0, 40.0), at(60.0, 40.0), at(80.0, 60.0), at(60.0, 60.0)];
-        let field = GrowthField { image: &image, candidates: &candidates, buckets: Buckets::new(&candidates) };
+        let field = GrowthField::new(&image, &candidates);
         assert!(field.linked(0, 1) && field.linked(1, 0));
         assert!(!field.linked(0, 2), "bright and dark alternate, but no edge joins them");
         assert!(!field.linked(0, 3), "both are alike");

@@ -37,6 +37,8 @@ const LEAST_LEAN_PX: f64 = 1e-3;
 pub(super) struct FittedCorner {
     /// The model, from the corner.
     model: Model,
+    /// The unit normals of its edges.
+    normals: [DVec2; 2],
     /// Covariance of the corner, in px^2, with what the last step may have left.
     covariance_px2: DMat2,
     /// Half the window along each line, in px.
@@ -56,12 +58,14 @@ pub(super) struct Grid {
     pub(super) lean_px: f64,
     /// By how much the blurs across both families go together beyond an even blur's ([`Model::skew`]).
     pub(super) skew: f64,
+    /// Whether the squares hold marks (`marks`).
+    pub(super) marked: bool,
 }
 
 impl Grid {
     pub(super) fn new(lattice: Lattice, positions: Vec<DVec2>) -> Self {
         let powers = std::array::from_fn(|nodes| *powers_of(nodes).start());
-        Self { lattice, fitted: vec![None; positions.len()], positions, powers, lean_px: 0.0, skew: 0.0 }
+        Self { lattice, fitted: vec![None; positions.len()], positions, powers, lean_px: 0.0, skew: 0.0, marked: false }
     }
 
     /// Finds by how much all edges lean towards dark, as the lines of both families show it ([`lean`]): a straight edge
@@ -132,7 +136,8 @@ impl Grid {
         let half_px = [IVec2::X, IVec2::Y].map(|d| half * self.step(cell, d).map_or(0.0, DVec2::length));
         let left = fit.last_step_px * fit.last_step_px / STEP_RANGE_PX;
         let covariance_px2 = fit.covariance_px2 + DMat2::from_diagonal(DVec2::splat(left * left));
-        self.fitted[number] = Some(FittedCorner { model: fit.model.about_corner(), covariance_px2, half_px });
+        let (model, normals) = (fit.model.about_corner(), normals(&fit.model));
+        self.fitted[number] = Some(FittedCorner { model, normals, covariance_px2, half_px });
     }
 
     /// The contrasts of the corners that were fitted.
@@ -186,13 +191,11 @@ impl Grid {
         let node = |offset: i32| {
             let &number = self.lattice.get(&(cell + direction * offset).to_array())?;
             let tangent = self.fitted[number].map(|f| {
-                let (sin, cos) = libm::sincos(f.model.normal_rad[axis]);
-                let normal = DVec2::new(cos, sin);
+                let normal = f.normals[axis];
                 let variance = normal.dot(f.covariance_px2 * normal);
                 // Towards dark is to one side before the corner and to the other behind it, by the other edge and by which
                 // diagonal is bright.
-                let (sin, cos) = libm::sincos(f.model.normal_rad[1 - axis]);
-                let side = DVec2::new(cos, sin).dot(normal.perp()) * f.model.light[3];
+                let side = f.normals[1 - axis].dot(normal.perp()) * f.model.light[3];
                 let turn_per_px = STEP_TURN * side.signum() / f.half_px[axis];
                 let unit = (normal.perp() - normal * ((f.model.lean_px - self.lean_px) * turn_per_px)).normalize();
                 Tangent { unit, sigma_px: variance.max(0.0).sqrt(), half_px: f.half_px[axis], turn_per_px }
@@ -273,10 +276,7 @@ impl Grid {
     pub(super) fn doubt_px2(&self, cell: [i32; 2], model: &Model, half: f64) -> DMat2 {
         let cell = IVec2::from_array(cell);
         let doubts = self.bend_doubts(cell);
-        let normals = model.normal_rad.map(|angle| {
-            let (sin, cos) = libm::sincos(angle);
-            DVec2::new(cos, sin)
-        });
+        let normals = normals(model);
         let off = |axis: usize, direction: IVec2| {
             let half_px = half * self.step(cell, direction).map_or(0.0, DVec2::length);
             let shift = doubts[axis] * half_px * half_px / 6.0;
@@ -326,7 +326,16 @@ impl Grid {
             light: self.fitted[number].map_or([0.0; 6], |f| f.model.light),
             lean_px: self.lean_px,
             skew: self.skew,
+            marked: self.marked,
             due_px,
         })
     }
+}
+
+/// The unit normals of a model's edges.
+fn normals(model: &Model) -> [DVec2; 2] {
+    model.normal_rad.map(|angle| {
+        let (sin, cos) = libm::sincos(angle);
+        DVec2::new(cos, sin)
+    })
 }

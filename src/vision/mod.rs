@@ -31,10 +31,12 @@
 //! ```
 
 mod blur;
+mod marks;
 mod resolution;
 mod elongation;
 mod blur_shape;
 mod shape_fit;
+mod line_equations;
 mod curvature;
 mod equations;
 pub mod half;
@@ -44,6 +46,7 @@ mod halving;
 mod candidates;
 mod corner_pixel_model;
 mod edge_spread;
+mod profile;
 mod corner_site;
 mod lattice_lines;
 mod corner_fit;
@@ -72,6 +75,7 @@ pub use board_size::{BoardSize, SizedBoard, board_of_size};
 use boards::measure_coarser;
 pub use boards::{measure, measure_all};
 pub use candidates::{Candidates, find_candidates};
+use lattice_growth::grow_coarser;
 pub use lattice_growth::{Lattices, grow};
 pub use numbering::{LatticeCorner, turned_like, upright};
 
@@ -85,15 +89,15 @@ pub use numbering::{LatticeCorner, turned_like, upright};
 /// When the mask has another size than the picture.
 pub fn detect(image: &Raster<f32>, mask: Option<&Raster<bool>>, settings: &Settings) -> Detection {
     let mut candidates = find_candidates(image, mask);
-    let lattices = grow(&candidates, settings);
-    let found = measure(&candidates, lattices, settings);
+    let finest = grow(&candidates, settings);
+    let found = measure(&candidates, finest.clone(), settings);
     if found.fills_its_columns_and_rows() {
         return found;
     }
 
     // Look whether coarser pictures show more.
     candidates.add_coarser();
-    let lattices = grow(&candidates, settings);
+    let lattices = grow_coarser(&candidates, settings, finest);
     measure_coarser(&candidates, &lattices, found, settings)
 }
 

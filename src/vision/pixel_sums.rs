@@ -30,6 +30,7 @@ pub(super) struct PixelSums {
 }
 
 impl PixelSums {
+    #[inline(always)]
     pub(super) fn add(&mut self, x: f64, y: f64, value: f64, weight: f64) {
         self.add_run(
             [weight, weight * x, weight * x * x],
@@ -40,6 +41,7 @@ impl PixelSums {
     }
 
     /// Adds pixels of one row: the sums of (1, x, x^2), of (I, I x) and of I^2.
+    #[inline(always)]
     pub(super) fn add_run(&mut self, [n, x, xx]: [f64; 3], [i, ix]: [f64; 2], square: f64, y: f64) {
         for (sum, term) in self.moments.iter_mut().zip([n, x, n * y, xx, x * y, n * y * y]) {
             *sum += term;

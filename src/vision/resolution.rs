@@ -86,6 +86,7 @@ impl Coarser {
             sigma_px: found.sigma_px.map(|sigma| sigma.map(|s| s * scale)),
             elongated_blur: found.elongated_blur.map(elongated),
             lean_px: found.lean_px * scale,
+            marked_squares: found.marked_squares,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The ring test: whether the picture around a point alternates bright, dark, bright, dark, by the harmonics of a
 //! circle.
 
+use crate::num::simd::{Kernel, widest};
 use crate::raster::Raster;
 use glam::DVec2;
 
@@ -30,10 +31,18 @@ pub(super) struct Ring {
     pub(super) arms: [DVec2; 4],
 }
 
+/// Harmonics whose power is summed, and the one of a crossing.
+const HARMONICS: usize = 8;
+const SECOND: usize = 2;
+/// Lanes of a sum.
+const LANES: usize = 4;
+
 /// The fixed numbers of the test: computed once for a picture.
 #[derive(Debug)]
 pub(super) struct RingTest {
     circle: [DVec2; SAMPLES],
+    /// Cosines and sines of each harmonic, from the first on, at the samples.
+    waves: [[[f64; SAMPLES]; 2]; HARMONICS],
     kernel: [f64; TAPS as usize + 1],
 }
 
@@ -46,22 +55,28 @@ impl RingTest {
         let raw: [f64; TAPS as usize + 1] =
             std::array::from_fn(|i| libm::exp(-0.5 * (i * i) as f64 / (SIGMA_PX * SIGMA_PX)));
         let sum = raw[0] + 2.0 * raw[1..].iter().sum::<f64>();
-        Self { circle, kernel: raw.map(|v| v / sum) }
+        let wave = |k: usize| [0, 1].map(|axis| std::array::from_fn(|i| circle[i * k % SAMPLES][axis]));
+        Self { circle, waves: std::array::from_fn(|k| wave(k + 1)), kernel: raw.map(|v| v / sum) }
     }
 
     /// The ring around `position`, or `None` where it shows no crossing of two edges. The border pixel stands for
     /// what lies outside the picture.
     pub(super) fn test(&self, image: &Raster<f32>, position: DVec2) -> Option<Ring> {
-        let values = self.samples(image, position);
-        let harmonic = |k: usize| {
-            values.iter().enumerate().fold(DVec2::ZERO, |sum, (i, &v)| sum + self.circle[(i * k) % SAMPLES] * v)
-                * (2.0 / SAMPLES as f64)
-        };
-        let second = harmonic(2);
-        let total: f64 = (1..=8).map(|k| harmonic(k).length_squared()).sum();
-        if second.length_squared() <= SHARE * total || total <= 0.0 {
-            return None;
+        let values = widest(RingSamples { test: self, image, position });
+
+        // Compare the second harmonic with the power of all, which only grows: most places are told by the first of them.
+        let harmonic = |k: usize| self.waves[k - 1].each_ref().map(|wave| 2.0 / SAMPLES as f64 * dot(wave, &values));
+        let power = |[x, y]: [f64; 2]| x * x + y * y;
+        let second = DVec2::from_array(harmonic(SECOND));
+        let own = second.length_squared();
+        let mut total = 0.0;
+        for k in 1..=HARMONICS {
+            total += if k == SECOND { own } else { power(harmonic(k)) };
+            if own <= SHARE * total {
+                return None;
+            }
         }
+
         // Where the ring crosses its middle level, it crosses an edge.
         let (low, high) = values.iter().fold((values[0], values[0]), |(low, high), &v| (v.min(low), v.max(high)));
         let middle = 0.5 * (low + high);
@@ -80,37 +95,78 @@ impl RingTest {
         let lobe_rad = 0.5 * libm::atan2(second.y, second.x);
         (count == 4).then_some(Ring { lobe_rad, amplitude: second.length(), arms })
     }
+}
 
-    fn samples(&self, image: &Raster<f32>, position: DVec2) -> [f64; SAMPLES] {
+/// Four lanes, summed in a fixed order.
+#[inline(always)]
+fn dot(a: &[f64; SAMPLES], b: &[f64; SAMPLES]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for i in (0..SAMPLES).step_by(LANES) {
+        for lane in 0..LANES {
+            sums[lane] += a[i + lane] * b[i + lane];
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
+}
+
+/// The smoothed picture on the ring around a position.
+struct RingSamples<'a> {
+    test: &'a RingTest,
+    image: &'a Raster<f32>,
+    position: DVec2,
+}
+
+impl Kernel for RingSamples<'_> {
+    type Out = [f64; SAMPLES];
+
+    #[inline(always)]
+    fn run(self) -> [f64; SAMPLES] {
+        // Take the pixels around it, in the picture or its border's.
+        let Self { test: RingTest { circle, kernel, .. }, image, position } = self;
         let (width, height) = (image.width() as isize, image.height() as isize);
         let (ci, cj) = (position.x.floor() as isize, position.y.floor() as isize);
+        let left = ci - REACH - TAPS;
+        let inside = left >= 0 && left + (RAW_SIDE as isize) <= width;
         let mut rows = [[0.0f64; SIDE]; RAW_SIDE];
         for (r, row) in rows.iter_mut().enumerate() {
             let source = image.row((cj - REACH - TAPS + r as isize).clamp(0, height - 1) as usize);
-            let raw: [f64; RAW_SIDE] = std::array::from_fn(|c| {
-                f64::from(source[(ci - REACH - TAPS + c as isize).clamp(0, width - 1) as usize])
-            });
+            let raw: [f64; RAW_SIDE] = if inside {
+                let source = &source[left as usize..][..RAW_SIDE];
+                std::array::from_fn(|c| f64::from(source[c]))
+            } else {
+                std::array::from_fn(|c| f64::from(source[(left + c as isize).clamp(0, width - 1) as usize]))
+            };
+
+            // Smooth them along the row.
             for (c, out) in row.iter_mut().enumerate() {
-                *out = self.kernel[0] * raw[c + 2]
-                    + self.kernel[1] * (raw[c + 1] + raw[c + 3])
-                    + self.kernel[2] * (raw[c] + raw[c + 4]);
+                *out =
+                    kernel[0] * raw[c + 2] + kernel[1] * (raw[c + 1] + raw[c + 3]) + kernel[2] * (raw[c] + raw[c + 4]);
             }
         }
-        let smooth: [[f64; SIDE]; SIDE] = std::array::from_fn(|r| {
-            std::array::from_fn(|c| {
-                self.kernel[0] * rows[r + 2][c]
-                    + self.kernel[1] * (rows[r + 1][c] + rows[r + 3][c])
-                    + self.kernel[2] * (rows[r][c] + rows[r + 4][c])
-            })
-        });
+
+        // Smooth them across the rows.
+        let mut smooth = [[0.0f64; SIDE]; SIDE];
+        for (r, out) in smooth.iter_mut().enumerate() {
+            for (c, out) in out.iter_mut().enumerate() {
+                *out = kernel[0] * rows[r + 2][c]
+                    + kernel[1] * (rows[r + 1][c] + rows[r + 3][c])
+                    + kernel[2] * (rows[r][c] + rows[r + 4][c]);
+            }
+        }
+
+        // Interpolate them on the ring.
         let corner = DVec2::new((ci - REACH) as f64 + 0.5, (cj - REACH) as f64 + 0.5);
-        self.circle.map(|direction| {
-            let at = position + direction * RADIUS_PX - corner;
-            let (i, j) = (at.x.floor() as usize, at.y.floor() as usize);
+        let mut values = [0.0; SAMPLES];
+        for (value, direction) in values.iter_mut().zip(circle) {
+            let at = position + *direction * RADIUS_PX - corner;
+            // A cast cuts off: the ring lies on the positive side.
+            let (i, j) = ((at.x as usize).min(SIDE - 2), (at.y as usize).min(SIDE - 2));
             let (fx, fy) = (at.x - i as f64, at.y - j as f64);
-            let lerp = |row: &[f64; SIDE]| row[i] + fx * (row[i + 1] - row[i]);
-            lerp(&smooth[j]) + fy * (lerp(&smooth[j + 1]) - lerp(&smooth[j]))
-        })
+            let (above, below) = (&smooth[j], &smooth[j + 1]);
+            let [one, other] = [above[i] + fx * (above[i + 1] - above[i]), below[i] + fx * (below[i + 1] - below[i])];
+            *value = one + fy * (other - one);
+        }
+        values
     }
 }
 

@@ -45,8 +45,12 @@ pub(super) fn hold_against_lattice(corners: &mut [Corner], leaning: bool) {
             .filter_map(|degree| left_over(corners, &seen, &counts, degree))
             .min_by(|a, b| a.ratio.total_cmp(&b.ratio));
         let Some(scatter) = scatter else { break };
+        let before = counts;
         counts = scatter.halves.iter().map(|half| half / scatter.ratio.max(1.0) <= ALONE).collect();
         best = Some(scatter);
+        if counts == before {
+            break;
+        }
     }
     let Some(Scatter { ratio, freedom, halves }) = best else { return };
 
@@ -105,7 +109,9 @@ fn left_over(corners: &[Corner], seen: &[DVec2], counts: &[bool], degree: usize)
     let matrix = DMatrix::from_fn(corners.len(), terms.len(), |i, k| row(i) * value(i, terms[k]));
     let right = DMatrix::from_fn(corners.len(), 2, |i, k| row(i) * corners[i].position_px[k]);
     let factor = matrix.qr();
-    let solved = factor.r().solve_upper_triangular(&(factor.q().transpose() * right))?;
+    let mut turned = right;
+    factor.q_tr_mul(&mut turned);
+    let solved = factor.r().solve_upper_triangular(&turned.rows(0, terms.len()))?;
 
     // Measure what is left in the unit of the covariances: by the median, which a few corners that moved do not change, where
     // there are enough for it.

@@ -5,14 +5,15 @@
 //! equations of a strip follow from some thirty sums, taken over many pixels at a time.
 
 use super::corner_model::Model;
-use super::edge_spread::Profile;
 use super::pixel_sums::PixelSums;
+use super::profile::Profile;
+use crate::num::simd::{Kernel, widest};
 use glam::DVec2;
 
 /// Pixels that are worked on together.
-const CHUNK: usize = 64;
+const CHUNK: usize = 32;
 /// Lanes of a sum.
-const LANES: usize = 2;
+const LANES: usize = 4;
 
 type Column = [f64; CHUNK];
 
@@ -42,6 +43,7 @@ impl EdgeStrip {
     }
 
     /// Adds a pixel.
+    #[inline(always)]
     pub(super) fn push(&mut self, pixel: [f64; 5]) {
         let place = if self.last == CHUNK { 0 } else { self.last };
         for (column, value) in self.room().iter_mut().zip(pixel) {
@@ -51,6 +53,7 @@ impl EdgeStrip {
     }
 
     /// Adds pixels of a row, all of weight 1, the first at `x`, `y`.
+    #[inline(always)]
     pub(super) fn push_run(&mut self, row: &[f32], x: f64, y: f64, sign: f64) {
         let mut done = 0;
         while done < row.len() {
@@ -73,15 +76,18 @@ impl EdgeStrip {
     }
 
     /// Sums up what does not depend on the model, when all pixels are there.
+    #[inline(always)]
     pub(super) fn finish(&mut self) {
+        let (mut moments, mut light, mut square) = ([NONE; 6], [NONE; 3], [NONE; 1]);
         for [x, y, value, weight, _] in &self.chunks {
-            let (wx, wy, light) = (product(weight, x), product(weight, y), product(weight, value));
-            add(&mut self.sums.moments[..3], weight, [&ONE, x, y]);
-            add(&mut self.sums.moments[3..5], &wx, [x, y]);
-            add(&mut self.sums.moments[5..], &wy, [y]);
-            add(&mut self.sums.light, &light, [&ONE, x, y]);
-            add(std::slice::from_mut(&mut self.sums.square), &light, [value]);
+            let (wx, wy, lit) = (product(weight, x), product(weight, y), product(weight, value));
+            add(&mut moments[..3], weight, [&ONE, x, y]);
+            add(&mut moments[3..5], &wx, [x, y]);
+            add(&mut moments[5..], &wy, [y]);
+            add(&mut light, &lit, [&ONE, x, y]);
+            add(&mut square, &lit, [value]);
         }
+        self.sums = PixelSums { moments: moments.map(total), light: light.map(total), square: total(square[0]) };
     }
 
     /// x, y, value, weight and sign of each pixel.
@@ -134,11 +140,53 @@ pub(super) struct StripSums {
 
 /// The sums over a strip at a model.
 pub(super) fn strip_sums(strip: &EdgeStrip, model: &Model, edge: &EdgeModel<'_>) -> StripSums {
-    let mut sums = StripSums::default();
-    for pixels in &strip.chunks {
-        add_chunk(&mut sums, pixels, model, edge);
+    widest(Summation { strip, model, edge })
+}
+
+/// [`strip_sums`]
+struct Summation<'a> {
+    strip: &'a EdgeStrip,
+    model: &'a Model,
+    edge: &'a EdgeModel<'a>,
+}
+
+impl Kernel for Summation<'_> {
+    type Out = StripSums;
+
+    #[inline(always)]
+    fn run(self) -> StripSums {
+        let mut sums = LaneSums::default();
+        for pixels in &self.strip.chunks {
+            sums.add_chunk(pixels, self.model, self.edge);
+        }
+        StripSums {
+            edge: sums.edge.map(total),
+            edge_squared: sums.edge_squared.map(total),
+            edge_light: sums.edge_light.map(total),
+            turns: sums.turns.map(|turn| turn.map(total)),
+            squares: sums.squares.map(total),
+        }
     }
-    sums
+}
+
+/// A sum, in lanes.
+type LaneSum = [f64; LANES];
+
+const NONE: LaneSum = [0.0; LANES];
+
+#[inline(always)]
+fn total(sum: LaneSum) -> f64 {
+    (sum[0] + sum[2]) + (sum[1] + sum[3])
+}
+
+/// [`StripSums`] in lanes.
+#[derive(Default)]
+struct LaneSums {
+    edge: [LaneSum; 6],
+    edge_squared: [LaneSum; 6],
+    edge_light: [LaneSum; 3],
+    turns: [[LaneSum; 7]; 3],
+    squares: [LaneSum; 6],
 }
 
 #[inline(always)]
@@ -150,78 +198,76 @@ fn product(a: &Column, b: &Column) -> Column {
     out
 }
 
-/// Adds to each sum the products of `a` with each of `by`, in lanes, summed in a fixed order.
+/// Adds to each sum the products of `a` with each of `by`.
 #[inline(always)]
-fn add<const N: usize>(sums: &mut [f64], a: &Column, by: [&Column; N]) {
-    let mut lanes = [[0.0f64; LANES]; N];
-    for i in 0..CHUNK / LANES {
-        for lane in 0..LANES {
-            for k in 0..N {
-                lanes[k][lane] += a[LANES * i + lane] * by[k][LANES * i + lane];
+fn add<const N: usize>(sums: &mut [LaneSum], a: &Column, by: [&Column; N]) {
+    let mut own: [LaneSum; N] = std::array::from_fn(|k| sums[k]);
+    for i in (0..CHUNK).step_by(LANES) {
+        for k in 0..N {
+            for lane in 0..LANES {
+                own[k][lane] += a[i + lane] * by[k][i + lane];
             }
         }
     }
-    for (sum, lane) in sums.iter_mut().zip(lanes) {
-        *sum += lane.iter().sum::<f64>();
-    }
+    sums[..N].copy_from_slice(&own);
 }
 
-fn add_chunk(sums: &mut StripSums, [x, y, value, weight, sign]: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) {
-    // Measure the distance to the edge, and the way along it.
-    let (mut along, mut distance) = ([0.0; CHUNK], [0.0; CHUNK]);
-    for i in 0..CHUNK {
-        let (dx, dy) = (x[i] - model.corner.x, y[i] - model.corner.y);
-        let t = edge.tangent.x * dx + edge.tangent.y * dy;
-        along[i] = t;
-        let shift = edge.shift_px + edge.step_px * sign[i];
-        distance[i] = edge.normal.x * dx + edge.normal.y * dy + 0.5 * edge.curvature * t * t + shift;
-    }
-
-    // Evaluate the edge response.
-    let (mut e, mut slope, mut bend) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
-    for i in 0..CHUNK {
-        let seen = edge.profile.at(distance[i]);
-        (e[i], slope[i], bend[i]) = (seen.value, seen.slope, seen.bend);
-    }
-
-    // Give it the sign of the other edge, and form the column T of the model's derivatives.
-    let [_, _, _, a0, ax, ay] = model.light;
-    let (mut contrast, mut turn) = ([0.0; CHUNK], [0.0; CHUNK]);
-    for i in 0..CHUNK {
-        e[i] *= sign[i];
-        contrast[i] = (a0 + ax * x[i] + ay * y[i]) * sign[i];
-        turn[i] = contrast[i] * slope[i];
-    }
-
-    // Sum up the moments of the pattern.
-    let (xx, xy, yy) = (product(x, x), product(x, y), product(y, y));
-    let weighted = product(&e, weight);
-    add(&mut sums.edge, &weighted, [&ONE, x, y, &xx, &xy, &yy]);
-    add(&mut sums.edge_squared, &product(&weighted, &e), [&ONE, x, y, &xx, &xy, &yy]);
-    add(&mut sums.edge_light, &product(&weighted, value), [&ONE, x, y]);
-
-    // Sum up the products of T and T t with the light and the pattern.
-    let far = product(&turn, &along);
-    let mut add_turn = |k: usize, column: &Column| {
-        let weighted = product(column, weight);
-        add(&mut sums.turns[k][..3], &weighted, [&ONE, x, y]);
-        add(&mut sums.turns[k][3..], &product(&weighted, &e), [&ONE, x, y]);
-        add(&mut sums.turns[k][6..], &weighted, [value]);
-        weighted
-    };
-    let weighted = [add_turn(0, &turn), add_turn(1, &far)];
-
-    // Sum up the products of the blur's column.
-    if edge.free_blur {
-        let mut column = [0.0; CHUNK];
+impl LaneSums {
+    #[inline(always)]
+    fn add_chunk(&mut self, [x, y, value, weight, sign]: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) {
+        // Measure the distance to the edge, and the way along it.
+        let (mut along, mut distance) = ([0.0; CHUNK], [0.0; CHUNK]);
         for i in 0..CHUNK {
-            column[i] = 0.5 * contrast[i] * bend[i];
+            let (dx, dy) = (x[i] - model.corner.x, y[i] - model.corner.y);
+            let t = edge.tangent.x * dx + edge.tangent.y * dy;
+            along[i] = t;
+            let shift = edge.shift_px + edge.step_px * sign[i];
+            distance[i] = edge.normal.x * dx + edge.normal.y * dy + 0.5 * edge.curvature * t * t + shift;
         }
-        let weighted = add_turn(2, &column);
-        add(&mut sums.squares[3..], &weighted, [&turn, &far, &column]);
+
+        // Evaluate the edge response, give it the sign of the other edge, and form the column T of the model's derivatives.
+        let [mut e, slope, bend] = edge.profile.at_all(&distance);
+        let [_, _, _, a0, ax, ay] = model.light;
+        let (mut contrast, mut turn) = ([0.0; CHUNK], [0.0; CHUNK]);
+        for i in 0..CHUNK {
+            e[i] *= sign[i];
+            contrast[i] = (a0 + ax * x[i] + ay * y[i]) * sign[i];
+            turn[i] = contrast[i] * slope[i];
+        }
+
+        // Sum up the moments of the pattern.
+        let (xx, xy, yy) = (product(x, x), product(x, y), product(y, y));
+        let weighted = product(&e, weight);
+        add(&mut self.edge, &weighted, [&ONE, x, y, &xx, &xy, &yy]);
+        add(&mut self.edge_squared, &product(&weighted, &e), [&ONE, x, y, &xx, &xy, &yy]);
+        add(&mut self.edge_light, &product(&weighted, value), [&ONE, x, y]);
+
+        // Sum up the products of T and T t with the light and the pattern, and with each other.
+        let far = product(&turn, &along);
+        let pixels = [x, y, value, &e];
+        let (near_weighted, far_weighted) = (product(&turn, weight), product(&far, weight));
+        self.add_turn(0, &near_weighted, pixels);
+        self.add_turn(1, &far_weighted, pixels);
+        add(&mut self.squares[..2], &near_weighted, [&turn, &far]);
+        add(&mut self.squares[2..3], &far_weighted, [&far]);
+
+        // Sum up the products of the blur's column.
+        if edge.free_blur {
+            let mut column = [0.0; CHUNK];
+            for i in 0..CHUNK {
+                column[i] = 0.5 * contrast[i] * bend[i];
+            }
+            let weighted = product(&column, weight);
+            self.add_turn(2, &weighted, pixels);
+            add(&mut self.squares[3..], &weighted, [&turn, &far, &column]);
+        }
     }
 
-    // Sum up the products of T and T t with each other.
-    add(&mut sums.squares[..2], &weighted[0], [&turn, &far]);
-    add(&mut sums.squares[2..3], &weighted[1], [&far]);
+    /// Adds the products of a weighted column with the light and the pattern.
+    #[inline(always)]
+    fn add_turn(&mut self, k: usize, weighted: &Column, [x, y, value, e]: [&Column; 4]) {
+        add(&mut self.turns[k][..3], weighted, [&ONE, x, y]);
+        add(&mut self.turns[k][3..6], &product(weighted, e), [&ONE, x, y]);
+        add(&mut self.turns[k][6..], weighted, [value]);
+    }
 }

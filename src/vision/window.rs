@@ -4,6 +4,7 @@
 
 use super::pixel_sums::{PixelSums, WindowFrame};
 use super::strip::EdgeStrip;
+use crate::num::simd::{Kernel, widest};
 use crate::raster::Raster;
 use glam::DVec2;
 use std::ops::Range;
@@ -122,28 +123,52 @@ impl<'a> WindowBorders<'a> {
 
 /// Gathers the window's pixels; those outside the picture and those that `valid` excludes do not count.
 pub(super) fn gather(image: &Raster<f32>, valid: Option<&Raster<bool>>, frame: &WindowFrame) -> Window {
-    let mut window = Window::default();
+    widest(Gathering { image, valid, frame })
+}
 
-    // Gather row by row.
-    let borders = WindowBorders::new(frame);
-    let reach = frame.half * (frame.steps.x_axis.abs() + frame.steps.y_axis.abs()) + 2.0;
-    let clamp = |v: f64, most: usize| v.clamp(0.0, most as f64) as usize;
-    let first_row = clamp((frame.centre.y - reach.y).floor(), image.height());
-    let last_row = clamp((frame.centre.y + reach.y).ceil(), image.height());
-    for j in first_row..last_row {
-        window.add_image_row(image, valid, &borders, j);
+/// [`gather`]
+struct Gathering<'a> {
+    image: &'a Raster<f32>,
+    valid: Option<&'a Raster<bool>>,
+    frame: &'a WindowFrame,
+}
+
+impl Kernel for Gathering<'_> {
+    type Out = Window;
+
+    #[inline(always)]
+    fn run(self) -> Window {
+        // Gather row by row.
+        let Self { image, valid, frame } = self;
+        let mut window = Window::default();
+        let borders = WindowBorders::new(frame);
+        let reach = frame.half * (frame.steps.x_axis.abs() + frame.steps.y_axis.abs()) + 2.0;
+        let clamp = |v: f64, most: usize| v.clamp(0.0, most as f64) as usize;
+        let first_row = clamp((frame.centre.y - reach.y).floor(), image.height());
+        let last_row = clamp((frame.centre.y + reach.y).ceil(), image.height());
+        for j in first_row..last_row {
+            window.add_image_row(image, valid, &borders, j);
+        }
+
+        // Sum up the strips, and compare the weight with that of an uncut window.
+        for strip in &mut window.strips {
+            strip.finish();
+        }
+        let area = 4.0 * frame.half * frame.half * frame.steps.determinant().abs();
+        window.visible = window.weight / area;
+        window
     }
-
-    // Sum up the strips, and compare the weight with that of an uncut window.
-    window.strips.iter_mut().for_each(EdgeStrip::finish);
-    let area = 4.0 * frame.half * frame.half * frame.steps.determinant().abs();
-    window.visible = window.weight / area;
-    window
 }
 
 impl Window {
+    /// Without the pixels that are near no edge.
+    pub(super) fn near_edges(self) -> Self {
+        let flat: f64 = self.flat.iter().map(|sums| sums.moments[0]).sum();
+        Self { flat: Default::default(), weight: self.weight - flat, ..self }
+    }
+
     /// Adds the pixels of row `j` of the picture.
-    #[inline]
+    #[inline(always)]
     fn add_image_row(&mut self, image: &Raster<f32>, valid: Option<&Raster<bool>>, borders: &WindowBorders, j: usize) {
         let frame = borders.frame;
         let y = j as f64 + 0.5 - frame.centre.y;
@@ -200,6 +225,7 @@ impl Window {
     }
 
     /// Adds a pixel that is near some of the edges, on one side of each.
+    #[inline(always)]
     fn add(&mut self, near: [bool; 2], side: [bool; 2], [x, y, value]: [f64; 3], weight: f64) {
         match near {
             [true, true] => self.listed.push(ListedPixel { x, y, value, root_weight: weight.sqrt() }),
@@ -210,6 +236,7 @@ impl Window {
     }
 
     /// Adds pixels of a row, all of weight 1, the first at `x`, `y`.
+    #[inline(always)]
     fn add_run(&mut self, near: [bool; 2], side: [bool; 2], row: &[f32], [x, y]: [f64; 2]) {
         match near {
             [true, true] => {
@@ -229,6 +256,7 @@ fn sign(positive: bool) -> f64 {
 }
 
 /// Adds a row of pixels of weight 1, the first at `x`.
+#[inline(always)]
 fn add_row(sums: &mut PixelSums, row: &[f32], x: f64, y: f64) {
     // Sum up value, first moment and square in four lanes and in a fixed order: a plain sum could not use the
     // processor's lanes.

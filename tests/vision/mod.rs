@@ -5,6 +5,7 @@ mod boards;
 mod borders;
 mod clean;
 mod judge;
+mod marks;
 mod motion;
 mod noise;
 mod photograph;

@@ -33,6 +33,8 @@ struct ViewFile {
     elongated_blur: Option<BlurEllipse>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     lean_px: Option<f64>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    marked_squares: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     transfer: Option<TransferFound>,
 }
@@ -95,6 +97,7 @@ pub(super) fn to_text(views: &[CornerView]) -> String {
         blur_px: v.blur_px,
         elongated_blur: v.elongated_blur,
         lean_px: v.lean_px,
+        marked_squares: v.marked_squares,
         transfer: v.transfer.clone(),
     };
     let file = File {
@@ -149,6 +152,7 @@ pub(super) fn parse(text: &str, place: &str) -> Result<Vec<CornerView>, Error> {
                 blur_px: half.blur_px,
                 elongated_blur: half.elongated_blur,
                 lean_px: half.lean_px,
+                marked_squares: half.marked_squares,
                 transfer: half.transfer,
             })
         })

@@ -79,6 +79,8 @@ pub struct CornerView {
     pub elongated_blur: Option<BlurEllipse>,
     /// By how many px edges lie towards dark ([`Detection::lean_px`]); kept in JSON only.
     pub lean_px: Option<f64>,
+    /// Whether squares hold marks ([`Detection::marked_squares`]); kept in JSON only.
+    pub marked_squares: bool,
     /// The transfer curve that was found for the picture, where its file states none; kept in JSON only.
     pub transfer: Option<TransferFound>,
 }
@@ -122,6 +124,7 @@ impl CornerView {
             blur_px: None,
             elongated_blur: None,
             lean_px: None,
+            marked_squares: false,
             transfer: None,
         }
     }
@@ -155,6 +158,7 @@ impl CornerView {
                 direction_deg: blur.direction_rad.to_degrees(),
             }),
             lean_px: detection.sigma_px.map(|_| detection.lean_px),
+            marked_squares: detection.marked_squares,
             transfer: None,
         }
     }

@@ -1,0 +1,257 @@
+//! An edge response prepared for many distances: the closed form of a sharp edge, and a table of a blurred one.
+
+use super::blur_shape::BlurShape;
+#[cfg(test)]
+use super::blur_shape::PictureBlur;
+use super::edge_spread::{Edge, EdgeShape, SHARP_PX};
+use crate::num::gauss::Gauss;
+use crate::num::simd::{Kernel, LANES, Lanes, widest};
+use glam::DVec2;
+
+/// Table cells in one standard deviation. The cubic errs by at most max|F''''| h^4 / 384 = 0.55 (1/5)^4 / 384 = 2.3e-6
+/// of the contrast (E: twice that); at the end of the table it joins the dropped tail.
+const CELLS_PER_SIGMA: f64 = 5.0;
+
+/// The responses at many distances under a Gaussian and what is beside it, and their slopes.
+struct Responses<'a> {
+    shape: &'a EdgeShape,
+    beside: &'a BlurShape,
+    normal: DVec2,
+    distances: Lanes,
+}
+
+impl Kernel for Responses<'_> {
+    type Out = [Lanes; 2];
+
+    #[inline(always)]
+    fn run(self) -> [Lanes; 2] {
+        let Self { shape, beside, normal, distances: d } = self;
+        let gauss = Gauss::new();
+        let plain = shape.exact_lanes(gauss, d);
+        let mut sum = plain;
+        if !beside.is_gaussian() {
+            let bump = EdgeShape::new(normal, beside.bump_px());
+            for (j, weight) in beside.weights.iter().enumerate() {
+                let x = Lanes::splat(j as f64 * beside.spacing_px);
+                let (low, high) = (bump.exact_lanes(gauss, d - x), bump.exact_lanes(gauss, d + x));
+                for k in 0..2 {
+                    let pair = Lanes::splat(0.5) * (low[k] + high[k]) - plain[k];
+                    sum[k] += Lanes::splat(*weight) * pair;
+                }
+            }
+        }
+        sum
+    }
+}
+
+/// A [`EdgeShape`] prepared for many distances.
+#[derive(Debug, Clone)]
+pub(super) enum Profile {
+    /// No blur: the closed form is the fastest.
+    Sharp(EdgeShape),
+    /// Blurred: cubics between exact nodes.
+    Table {
+        /// Cells per px.
+        density: f64,
+        /// Where distance 0 lies, in cells.
+        middle: f64,
+        /// Per cell the cubic's coefficients in the cell's own coordinate 0..1; the first and the last cell are flat.
+        cells: Vec<[f64; 4]>,
+    },
+}
+
+impl Profile {
+    /// The profile for a unit normal and a Gaussian blur in px.
+    #[cfg(test)]
+    pub(super) fn new(normal: DVec2, sigma_px: f64) -> Self {
+        Self::shaped(normal, sigma_px, &PictureBlur::gaussian([sigma_px; 2]).shapes[0])
+    }
+
+    /// The profile for a unit normal and a blur: the standard deviation of a Gaussian, in px, and what it is beside that.
+    pub(super) fn shaped(normal: DVec2, sigma_px: f64, beside: &BlurShape) -> Self {
+        // Take the closed form of a sharp edge.
+        let shape = EdgeShape::new(normal, sigma_px);
+        if sigma_px < SHARP_PX {
+            return Self::Sharp(shape);
+        }
+
+        // Size the table to the reach of the edge.
+        let plain = beside.is_gaussian();
+        let density = CELLS_PER_SIGMA / if plain { sigma_px } else { sigma_px.min(beside.bump_px()) };
+        let half = (shape.reach_under(beside) * density).ceil() as usize;
+
+        // Evaluate E and its rise over a cell at distances 0, 1, .. half cells; E is odd by construction, not only to
+        // rounding.
+        let mut nodes: Vec<[f64; 2]> = Vec::with_capacity(half + LANES);
+        while nodes.len() <= half {
+            let first = nodes.len();
+            let distances = Lanes::of(|k| (first + k) as f64 / density);
+            let [values, slopes] = widest(Responses { shape: &shape, beside, normal, distances });
+            nodes.extend((0..LANES).map(|k| [values.0[k], slopes.0[k] / density]));
+        }
+        nodes[0][0] = 0.0;
+        nodes[half] = [1.0, 0.0];
+        let node = |i: usize| (nodes[i][0], nodes[i][1]);
+
+        // Interpolate by cubics from node to node, both ways from the middle.
+        let mut cells = vec![[0.0; 4]; 2 * half + 2];
+        cells[0] = [-1.0, 0.0, 0.0, 0.0];
+        cells[2 * half + 1] = [1.0, 0.0, 0.0, 0.0];
+        let (mut value, mut slope) = node(0);
+        for i in 0..half {
+            let (next, next_slope) = node(i + 1);
+            let rise = next - value;
+            let (second, third) = (3.0 * rise - 2.0 * slope - next_slope, slope + next_slope - 2.0 * rise);
+            cells[half + 1 + i] = [value, slope, second, third];
+            // The same cubic from its other end, turned about the origin.
+            cells[half - i] = [-next, next_slope, -second - 3.0 * third, third];
+            (value, slope) = (next, next_slope);
+        }
+        Self::Table { density, middle: (half + 1) as f64, cells }
+    }
+
+    /// E at distance `d` from a sharp edge.
+    pub(super) fn sharp(normal: DVec2, d: f64) -> f64 {
+        EdgeShape::new(normal, 0.0).sharp(d).value
+    }
+
+    /// The responses at many distances: E, its slopes and its bends, as of [`Self::at`].
+    #[inline(always)]
+    pub(super) fn at_all<const N: usize>(&self, distances: &[f64; N]) -> [[f64; N]; 3] {
+        // Adding this rounds to a whole number, which the last bits then hold.
+        const ROUNDING: f64 = 4_503_599_627_370_496.0;
+        let [mut values, mut slopes, mut bends] = [[0.0; N]; 3];
+        match self {
+            Self::Sharp(shape) => {
+                for i in 0..N {
+                    let seen = shape.sharp(distances[i]);
+                    (values[i], slopes[i]) = (seen.value, seen.slope);
+                }
+            }
+            Self::Table { density, middle, cells } => {
+                // Find the cell of each, and the place in it.
+                let last = (cells.len() - 1) as f64;
+                let (mut rest, mut cell) = ([0.0; N], [0u32; N]);
+                for i in 0..N {
+                    let place = distances[i] * density + middle;
+                    let place = if place > 0.0 { place } else { 0.0 };
+                    let place = if place < last { place } else { last };
+                    let rounded = place + ROUNDING;
+                    let above = (rounded - ROUNDING) > place;
+                    let floor = if above { rounded - 1.0 } else { rounded };
+                    rest[i] = place - (floor - ROUNDING);
+                    cell[i] = floor.to_bits() as u32;
+                }
+
+                // Evaluate the cubics.
+                let mut cubics = [[0.0; 4]; N];
+                for (cubic, &cell) in cubics.iter_mut().zip(&cell) {
+                    *cubic = cells[cell as usize];
+                }
+                for i in 0..N {
+                    let ([c0, c1, c2, c3], t) = (cubics[i], rest[i]);
+                    values[i] = c0 + t * (c1 + t * (c2 + t * c3));
+                    slopes[i] = (c1 + t * (2.0 * c2 + 3.0 * t * c3)) * density;
+                    bends[i] = (2.0 * c2 + 6.0 * t * c3) * density * density;
+                }
+            }
+        }
+        [values, slopes, bends]
+    }
+
+    /// The response at distance `d`.
+    #[inline(always)]
+    pub(super) fn at(&self, d: f64) -> Edge {
+        match self {
+            Self::Sharp(shape) => shape.sharp(d),
+            Self::Table { density, middle, cells } => {
+                let place = (d * density + middle).max(0.0);
+                let index = (place as usize).min(cells.len() - 1);
+                let t = place - index as f64;
+                let [c0, c1, c2, c3] = cells[index];
+                Edge {
+                    value: c0 + t * (c1 + t * (c2 + t * c3)),
+                    slope: (c1 + t * (2.0 * c2 + 3.0 * t * c3)) * density,
+                    bend: (2.0 * c2 + 6.0 * t * c3) * density * density,
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn normal(degrees: f64) -> DVec2 {
+        let (sin, cos) = libm::sincos(degrees.to_radians());
+        DVec2::new(cos, sin)
+    }
+
+    #[test]
+    fn the_table_keeps_its_stated_error() {
+        let gauss = Gauss::new();
+        for degrees in [0.0, 1.0, 20.0, 45.0, 89.0] {
+            for s in [0.03, 0.3, 0.7, 2.0, 6.0] {
+                let (shape, profile) = (EdgeShape::new(normal(degrees), s), Profile::new(normal(degrees), s));
+                for i in -500..=500 {
+                    let d = f64::from(i) / 500.0 * (shape.reach() + 0.3);
+                    let (exact, table) = (shape.exact(gauss, d), profile.at(d));
+                    assert!((exact.value - table.value).abs() < 8e-6, "{degrees} {s} {d}");
+                }
+            }
+        }
+    }
+
+    /// Weights of bumps that together are a square of a known width are its edge: the Gaussian's own share is gone, and the
+    /// response is odd.
+    #[test]
+    fn bumps_make_the_edge_of_another_blur() {
+        let gauss = Gauss::new();
+        let mut shape = PictureBlur::gaussian([1.0; 2]).shapes[0];
+        // Bumps of one weight from -4 to 4 spacings: a square of nine spacings with soft ends.
+        shape.weights[..5].copy_from_slice(&[1.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0]);
+        let (n, half) = (normal(20.0), 4.5 * shape.spacing_px);
+        let profile = Profile::shaped(n, 1.0, &shape);
+        for i in -40..=40 {
+            let d = f64::from(i) * 0.13;
+            // The mean of the edge under one bump's Gaussian over the square, by the midpoint rule.
+            let under = EdgeShape::new(n, shape.bump_px());
+            let parts = 2000;
+            let at = |k: i32| half * (2.0 * (f64::from(k) + 0.5) / f64::from(parts) - 1.0);
+            let mean = (0..parts).map(|k| under.exact(gauss, d - at(k)).value).sum::<f64>() / f64::from(parts);
+            // A sum over points one spacing apart for a mean over it: spacing^2 / 24 of the curvature, at most 0.6 / px^2.
+            assert!((profile.at(d).value - mean).abs() < 0.6 * shape.spacing_px * shape.spacing_px / 24.0, "{d}");
+            assert!((profile.at(d).value + profile.at(-d).value).abs() < 1e-12, "{d}");
+        }
+    }
+
+    #[test]
+    fn many_distances_go_through_as_one_does() {
+        for s in [0.0, 0.03, 0.7, 2.0] {
+            let profile = Profile::new(normal(20.0), s);
+            // Within the reach, at its ends, and far beyond.
+            let distances: [f64; 64] = std::array::from_fn(|i| (i as f64 - 32.0) * 0.05 * (1.0 + 4.0 * s));
+            let far = [0.0, -0.0, 1e9, -1e9, 1e300, -1e300, 7.0, -7.0];
+            let of = |i: usize| if i < far.len() { far[i] } else { distances[i] };
+            let [values, slopes, bends] = profile.at_all(&std::array::from_fn::<f64, 64, _>(of));
+            for i in 0..64 {
+                let Edge { value, slope, bend } = profile.at(of(i));
+                assert_eq!([values[i], slopes[i], bends[i]], [value, slope, bend], "{s} {}", of(i));
+            }
+        }
+    }
+
+    #[test]
+    fn the_sharp_form_is_the_limit_of_the_blurred_one() {
+        let gauss = Gauss::new();
+        for degrees in [0.0, 20.0, 45.0] {
+            let profile = Profile::new(normal(degrees), 0.0);
+            let blurred = EdgeShape::new(normal(degrees), 1e-4);
+            for i in -20..=20 {
+                let d = f64::from(i) * 0.05 + 0.013;
+                assert!((profile.at(d).value - blurred.exact(gauss, d).value).abs() < 1e-4, "{degrees} {d}");
+            }
+        }
+    }
+}
