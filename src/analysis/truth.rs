@@ -44,6 +44,9 @@ pub fn corners(system: &System, aimer: &Aimer<'_>, frame: &HalfFrame) -> Option<
         .par_iter()
         .filter_map(|&[column, row]| {
             let board_mm = system.board().corner_at(column as f64, row as f64);
+            if is_beyond(aimer, frame, board_mm) {
+                return None;
+            }
             let full_px = aimer.aim(board_mm, frame.side()).ok()?;
             // Through the side as the ridge really bounds it, not as it was continued for the search.
             let seen = frame.contains(frame.own(full_px)) && aimer.sees(full_px, frame.side());
@@ -65,13 +68,47 @@ fn on_rim(system: &System, aimer: &Aimer<'_>, frame: &HalfFrame, [column, row]: 
     let outer = column == -1 || row == -1 || column == columns || row == rows;
     let board_mm = system.board().corner_at(f64::from(column), f64::from(row));
     let seen = |px| frame.contains(frame.own(px)) && aimer.sees(px, frame.side());
-    outer && aimer.aim(board_mm, frame.side()).is_ok_and(seen)
+    outer && !is_beyond(aimer, frame, board_mm) && aimer.aim(board_mm, frame.side()).is_ok_and(seen)
+}
+
+/// How far a place must be seen beyond the half to be out of the question, in px.
+const BEYOND_PX: f64 = 8.0;
+/// Steps after which a place is left to the search.
+const MOST_STEPS: usize = 8;
+/// A step along the border of a half that is shorter has come to an end, in px.
+const SETTLED_PX: f64 = 0.5;
+
+/// Whether the half surely does not show a place of the board, so that it need not be searched for outside, where the glass may end: from
+/// the pixel of the half's border that looks nearest to it, it lies well outside. Newton's method, kept within the half, tells; of
+/// surfaces in more parts than the two backs of one piece of glass, across which the map leaps, it tells nothing.
+fn is_beyond(aimer: &Aimer<'_>, frame: &HalfFrame, board_mm: DVec2) -> bool {
+    let (system, side) = (aimer.main_light(), frame.side());
+    let Some(mut px) =
+        aimer.nearest_start(board_mm, side).filter(|_| system.most_parts().iter().all(|parts| *parts <= 2))
+    else {
+        return false;
+    };
+    let [low, high] = [frame.full(DVec2::ZERO), frame.full(frame.size_px)];
+    for _ in 0..MOST_STEPS {
+        let Ok(here) = system.footprint_through(px, side) else { return false };
+        let next = px + here.jacobian.inverse() * (board_mm - here.sight.board_mm);
+        let kept = next.clamp(low, high);
+        // What leads into the half, or nowhere, is for the search.
+        if !next.is_finite() || kept == next {
+            return false;
+        }
+        if kept.distance(px) < SETTLED_PX {
+            return kept.distance(next) > BEYOND_PX;
+        }
+        px = kept;
+    }
+    false
 }
 
 /// A rectangle on the board, in mm, that holds everything the half sees: that of a grid of traced pixels, grown by a
 /// cell.
 fn seen_range(system: &System, frame: &HalfFrame) -> Option<[DVec2; 2]> {
-    const N: usize = 32;
+    const N: usize = 16;
     let place = |i: usize, j: usize| frame.full(frame.size_px * DVec2::new(i as f64, j as f64) / N as f64);
     let mut range: Option<[DVec2; 2]> = None;
     for (i, j) in (0..=N).flat_map(|j| (0..=N).map(move |i| (i, j))) {

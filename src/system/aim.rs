@@ -47,6 +47,15 @@ impl<'a> Aimer<'a> {
         &self.lights[0].system
     }
 
+    /// The image position of the coarse grid that sees through `side` what lies nearest to `board_mm`, in light of the wavelength with
+    /// the largest share; `None` in light of several wavelengths, and where no ray of the grid reaches the board.
+    pub fn nearest_start(&self, board_mm: DVec2, side: Side) -> Option<DVec2> {
+        match &self.lights[..] {
+            [only] => only.nearest(board_mm, side),
+            _ => None,
+        }
+    }
+
     /// Whether `px` lies on the sensor and really looks through `side`, in light of the wavelength with the largest share.
     pub fn sees(&self, px: DVec2, side: Side) -> bool {
         let system = self.main_light();
@@ -101,10 +110,14 @@ impl<'a> OneLight<'a> {
         if let Some(Ok(found)) = near.map(|near| self.system.aim_from(near, board_mm, side)) {
             return Ok(found);
         }
-        let nearest = self.starts[side as usize]
-            .iter()
-            .min_by(|a, b| a.1.distance_squared(board_mm).total_cmp(&b.1.distance_squared(board_mm)));
-        self.system.aim_from(nearest.ok_or(Fate::Missed)?.0, board_mm, side)
+        self.system.aim_from(self.nearest(board_mm, side).ok_or(Fate::Missed)?, board_mm, side)
+    }
+
+    /// The position of the grid that sees what lies nearest to `board_mm`.
+    fn nearest(&self, board_mm: DVec2, side: Side) -> Option<DVec2> {
+        let starts = self.starts[side as usize].iter();
+        let far = |seen: &DVec2| seen.distance_squared(board_mm);
+        starts.min_by(|a, b| far(&a.1).total_cmp(&far(&b.1))).map(|(px, _)| *px)
     }
 }
 

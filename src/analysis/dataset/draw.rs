@@ -107,27 +107,27 @@ fn candidate(ranges: &PlaceRanges, system: &System, stream: &mut Stream) -> Opti
     Some((DrawnPlace { place, tilt_and_roll_deg: Some([tilt_deg, roll_deg]) }, px))
 }
 
-/// Whether both halves see what they must of the board of `system`, whose middle is seen at `px`.
+/// Whether both halves see what they must of the board of `system`, whose middle one of them sees at `px`.
 fn is_seen(system: &System, in_view: InView, px: DVec2) -> bool {
-    let aimer = Aimer::new(system);
-    let sees = |mm: DVec2, side: Side, near: Option<DVec2>| {
-        aimer.aim_from(mm, side, near).is_ok_and(|px| aimer.sees(px, side))
-    };
-    let both = |mm: DVec2| Side::ALL.into_iter().all(|side| sees(mm, side, None));
-    let middle = Side::ALL.into_iter().all(|side| sees(DVec2::ZERO, side, Some(px)));
-    middle
-        && match in_view {
-            InView::Centre => true,
-            InView::Whole => {
-                let half = 0.5 * system.board().pattern.squares_mm();
-                let rim = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-                rim.into_iter().all(|corner| both(half * DVec2::from(corner))) && shows_all_squares(system, &aimer)
-            }
-        }
+    // Search the other half from the place that is as far from its edge.
+    let [width, height] = system.camera().size_px().map(|n| n as f64);
+    let Ok(own) = system.trace(px).map(|hit| hit.side) else { return false };
+    let over = if own == Side::Left { 0.5 * width } else { -0.5 * width };
+    let Ok(other_px) = system.aim_from(px + DVec2::new(over, 0.0), DVec2::ZERO, own.other()) else { return false };
+    let on_sensor = other_px.cmpge(DVec2::ZERO).all() && other_px.cmple(DVec2::new(width, height)).all();
+    let middle = on_sensor && system.trace(other_px).is_ok_and(|hit| hit.side == own.other());
+    middle && (in_view == InView::Centre || shows_all_squares(system))
 }
 
-/// Whether both halves see every square, by its four corners.
-fn shows_all_squares(system: &System, aimer: &Aimer<'_>) -> bool {
+/// Whether both halves see every square, by its four corners: those of the whole first, which most places fail.
+fn shows_all_squares(system: &System) -> bool {
+    let aimer = &Aimer::new(system);
+    let half = 0.5 * system.board().pattern.squares_mm();
+    let both = |mm: DVec2| Side::ALL.into_iter().all(|s| aimer.aim(mm, s).is_ok_and(|px| aimer.sees(px, s)));
+    let rim = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    if !rim.into_iter().all(|corner| both(half * DVec2::from(corner))) {
+        return false;
+    }
     let inner: usize = system.board().inner_corners().into_iter().product();
     Half::BOTH.into_iter().all(|half| {
         let corners = truth::corners(system, aimer, &HalfFrame::new(system, half));
