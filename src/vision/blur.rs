@@ -44,13 +44,23 @@ pub(super) fn estimate(candidates: &Candidates<'_>, sites: &[CornerSite], settin
     if sigma[0].max(sigma[1]) >= MAYBE_SHARP_PX {
         return Some(sigma);
     }
+    Some(better(candidates, sites, settings, [[0.0; 2], sigma]))
+}
+
+/// That of two blurs under which the fits of corners leave less; the first where they leave the same.
+pub(super) fn better(
+    candidates: &Candidates<'_>,
+    sites: &[CornerSite],
+    settings: &Settings,
+    [first, second]: [[f64; 2]; 2],
+) -> [f64; 2] {
+    let effort =
+        Effort { free_blur: false, steps: SHARP_STEPS, tolerance_px: SHARP_STEP_PX, most_sigma_px: f64::INFINITY };
     let squares = |sigma: [f64; 2]| -> f64 {
-        let effort =
-            Effort { free_blur: false, steps: SHARP_STEPS, tolerance_px: SHARP_STEP_PX, most_sigma_px: f64::INFINITY };
         let fits = fits(candidates, sites, settings, HALF_PX, [sigma, sigma], &effort);
         fits.iter().flatten().map(|f| f.residual * f.residual).sum()
     };
-    Some(if squares([0.0; 2]) <= squares(sigma) { [0.0; 2] } else { sigma })
+    if squares(first) <= squares(second) { first } else { second }
 }
 
 /// Whether windows of a few px show the blur of corners whole.

@@ -9,9 +9,7 @@
 //! with the Gaussian phi and its integral Phi; F', F'' follow with R', R''. An edge is used as E = 2F - 1, which runs from
 //! -1 to 1. Blur is diffusion: dE/ds = s E''.
 
-#[cfg(test)]
-use super::blur_shape::PictureBlur;
-use super::blur_shape::{BUMPS, BlurShape};
+use super::blur_shape::{BUMPS, BlurShape, PictureBlur};
 use crate::num::gauss::Gauss;
 use glam::DVec2;
 
@@ -108,29 +106,64 @@ impl EdgeShape {
     }
 }
 
-/// The response to an edge with a unit normal under each pair of bumps, less `plain`, at distance `d`.
-pub(super) fn bump_pairs(shape: &BlurShape, normal: DVec2, plain: Edge, d: f64) -> [Edge; BUMPS] {
-    let (gauss, bump) = (Gauss::new(), EdgeShape::new(normal, shape.bump_px()));
+/// The response under each pair of bumps, less `plain`, at distance `d`, from that under one bump.
+pub(super) fn bump_pairs(shape: &BlurShape, bump: &Profile, plain: Edge, d: f64) -> [f64; BUMPS] {
     std::array::from_fn(|j| {
         let x = j as f64 * shape.spacing_px;
-        let (low, high) = (bump.exact(gauss, d - x), bump.exact(gauss, d + x));
-        Edge {
-            value: 0.5 * (low.value + high.value) - plain.value,
-            slope: 0.5 * (low.slope + high.slope) - plain.slope,
-            bend: 0.5 * (low.bend + high.bend) - plain.bend,
-        }
+        0.5 * (bump.at(d - x).value + bump.at(d + x).value) - plain.value
     })
 }
 
-/// The response with the bumps, from that under the Gaussian.
-fn with_bumps(shape: &BlurShape, normal: DVec2, plain: Edge, d: f64) -> Edge {
-    let mut edge = plain;
-    for (pair, weight) in bump_pairs(shape, normal, plain, d).iter().zip(shape.weights) {
-        edge.value += weight * pair.value;
-        edge.slope += weight * pair.slope;
-        edge.bend += weight * pair.bend;
+/// What each pair that is not alike to both sides adds at distance `d` towards bright.
+pub(super) fn uneven_pairs(shape: &BlurShape, bump: &Profile, d: f64) -> [f64; BUMPS] {
+    std::array::from_fn(|j| {
+        let x = (j + 1) as f64 * shape.spacing_px;
+        0.5 * (bump.at(d - x).value - bump.at(d + x).value)
+    })
+}
+
+/// The response under a Gaussian and what the blur is beside that, at multiples of a cell: so many cells a spacing of the bumps.
+struct ShapedNodes<'a> {
+    beside: &'a BlurShape,
+    plain: EdgeShape,
+    /// Value and slope under one bump at the cells from 0 on.
+    bump: Vec<[f64; 2]>,
+    cells: i64,
+}
+
+impl<'a> ShapedNodes<'a> {
+    /// For nodes up to `half` cells away, in cells of a share of the spacing.
+    fn new(beside: &'a BlurShape, plain: EdgeShape, normal: DVec2, (half, cells): (usize, usize)) -> Self {
+        let (gauss, under) = (Gauss::new(), EdgeShape::new(normal, beside.bump_px()));
+        let at = |i: usize| {
+            let edge = under.exact(gauss, i as f64 * beside.spacing_px / cells as f64);
+            [edge.value, edge.slope]
+        };
+        let bump = (0..=half + BUMPS * cells).map(at).collect();
+        Self { beside, plain, bump, cells: cells as i64 }
     }
-    edge
+
+    /// Value and slope under one bump.
+    fn bump(&self, i: i64) -> [f64; 2] {
+        let [value, slope] = self.bump[i.unsigned_abs() as usize];
+        [if i < 0 { -value } else { value }, slope]
+    }
+
+    /// Value and slope at a cell.
+    fn at(&self, gauss: Gauss, i: i64) -> [f64; 2] {
+        let edge = self.plain.exact(gauss, i as f64 * self.beside.spacing_px / self.cells as f64);
+        let plain = [edge.value, edge.slope];
+        let mut sum = plain;
+        for j in 0..BUMPS {
+            let away = |k: usize| [self.bump(i - k as i64 * self.cells), self.bump(i + k as i64 * self.cells)];
+            let ([low, high], [before, behind]) = (away(j), away(j + 1));
+            for k in 0..2 {
+                sum[k] += self.beside.weights[j] * (0.5 * (low[k] + high[k]) - plain[k])
+                    + 0.5 * self.beside.uneven[j] * (before[k] - behind[k]);
+            }
+        }
+        sum
+    }
 }
 
 /// A [`EdgeShape`] prepared for many distances.
@@ -146,12 +179,13 @@ pub(super) enum Profile {
         middle: f64,
         /// Per cell the cubic's coefficients in the cell's own coordinate 0..1; the first and the last cell are flat.
         cells: Vec<[f64; 4]>,
+        /// Whether it is alike to both sides of an edge: E is odd. Otherwise the distance is towards bright.
+        even: bool,
     },
 }
 
 impl Profile {
     /// The profile for a unit normal and a Gaussian blur in px.
-    #[cfg(test)]
     pub(super) fn new(normal: DVec2, sigma_px: f64) -> Self {
         Self::shaped(normal, sigma_px, &PictureBlur::gaussian([sigma_px; 2]).shapes[0])
     }
@@ -167,21 +201,39 @@ impl Profile {
         // Size the table to the reach of the edge.
         let gauss = Gauss::new();
         let plain = beside.is_gaussian();
-        let density = CELLS_PER_SIGMA / if plain { sigma_px } else { sigma_px.min(beside.bump_px()) };
+        let cells = (CELLS_PER_SIGMA * beside.spacing_px / sigma_px.min(beside.bump_px())).ceil();
+        let density = if plain { CELLS_PER_SIGMA / sigma_px } else { cells / beside.spacing_px };
         let half = (shape.reach_under(beside) * density).ceil() as usize;
-        let exact = |d: f64| {
-            let edge = shape.exact(gauss, d);
-            if plain { edge } else { with_bumps(beside, normal, edge, d) }
+        let shaped = (!plain).then(|| ShapedNodes::new(beside, shape, normal, (half, cells as usize)));
+        let exact = |i: i64| match &shaped {
+            Some(nodes) => nodes.at(gauss, i),
+            None => {
+                let edge = shape.exact(gauss, i as f64 / density);
+                [edge.value, edge.slope]
+            }
         };
+
+        // Where it is not alike to both sides, interpolate by cubics from end to end.
+        if !beside.is_even() {
+            let node = |i: i64| {
+                let [value, slope] = exact(i);
+                if i.unsigned_abs() as usize == half { (i.signum() as f64, 0.0) } else { (value, slope / density) }
+            };
+            let nodes: Vec<(f64, f64)> = (-(half as i64)..=half as i64).map(node).collect();
+            let inner = nodes.windows(2).map(|pair| cubic(pair[0], pair[1]));
+            let ends = [-1.0, 1.0].map(|end| [end, 0.0, 0.0, 0.0]);
+            let cells = [ends[0]].into_iter().chain(inner).chain([ends[1]]).collect();
+            return Self::Table { density, middle: (half + 1) as f64, cells, even: false };
+        }
 
         // Evaluate E and its rise over a cell at distances 0, 1, .. half cells; E is odd by construction, not only to
         // rounding.
         let node = |i: usize| match i {
             _ if i == half => (1.0, 0.0),
-            0 => (0.0, exact(0.0).slope / density),
+            0 => (0.0, exact(0)[1] / density),
             _ => {
-                let edge = exact(i as f64 / density);
-                (edge.value, edge.slope / density)
+                let [value, slope] = exact(i as i64);
+                (value, slope / density)
             }
         };
 
@@ -192,14 +244,13 @@ impl Profile {
         let (mut value, mut slope) = node(0);
         for i in 0..half {
             let (next, next_slope) = node(i + 1);
-            let rise = next - value;
-            let (second, third) = (3.0 * rise - 2.0 * slope - next_slope, slope + next_slope - 2.0 * rise);
+            let [.., second, third] = cubic((value, slope), (next, next_slope));
             cells[half + 1 + i] = [value, slope, second, third];
             // The same cubic from its other end, turned about the origin.
             cells[half - i] = [-next, next_slope, -second - 3.0 * third, third];
             (value, slope) = (next, next_slope);
         }
-        Self::Table { density, middle: (half + 1) as f64, cells }
+        Self::Table { density, middle: (half + 1) as f64, cells, even: true }
     }
 
     /// E at distance `d` from a sharp edge.
@@ -207,12 +258,31 @@ impl Profile {
         EdgeShape::new(normal, 0.0).sharp(d).value
     }
 
+    /// Whether the response is odd.
+    pub(super) fn is_even(&self) -> bool {
+        matches!(self, Self::Sharp(_) | Self::Table { even: true, .. })
+    }
+
+    /// The response at distance `d` of an edge that is bright on the positive side, `bright` = 1, or on the negative, -1.
+    #[inline]
+    pub(super) fn towards(&self, d: f64, bright: f64) -> Edge {
+        let edge = self.at(bright * d);
+        Edge { value: bright * edge.value, slope: edge.slope, bend: bright * edge.bend }
+    }
+
+    /// The mean response over edges that are bright on either side: odd.
+    #[inline]
+    pub(super) fn odd(&self, d: f64) -> Edge {
+        let [a, b] = [self.at(d), self.at(-d)];
+        Edge { value: 0.5 * (a.value - b.value), slope: 0.5 * (a.slope + b.slope), bend: 0.5 * (a.bend - b.bend) }
+    }
+
     /// The response at distance `d`.
     #[inline(always)]
     pub(super) fn at(&self, d: f64) -> Edge {
         match self {
             Self::Sharp(shape) => shape.sharp(d),
-            Self::Table { density, middle, cells } => {
+            Self::Table { density, middle, cells, .. } => {
                 let place = (d * density + middle).max(0.0);
                 let index = (place as usize).min(cells.len() - 1);
                 let t = place - index as f64;
@@ -225,6 +295,12 @@ impl Profile {
             }
         }
     }
+}
+
+/// The cubic over a cell from values and rises at both ends.
+fn cubic((value, slope): (f64, f64), (next, next_slope): (f64, f64)) -> [f64; 4] {
+    let rise = next - value;
+    [value, slope, 3.0 * rise - 2.0 * slope - next_slope, slope + next_slope - 2.0 * rise]
 }
 
 #[cfg(test)]

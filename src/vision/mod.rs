@@ -46,6 +46,8 @@ mod corner_pixel_model;
 mod edge_spread;
 mod corner_site;
 mod lattice_lines;
+mod lattice_lean;
+mod lean;
 mod corner_fit;
 mod fit_all;
 mod neighbours;

@@ -5,7 +5,7 @@
 //! equations of a strip follow from some thirty sums, taken over many pixels at a time.
 
 use super::corner_model::Model;
-use super::edge_spread::Profile;
+use super::edge_spread::{Edge, Profile};
 use super::pixel_sums::PixelSums;
 use glam::DVec2;
 
@@ -104,15 +104,29 @@ pub(super) struct EdgeModel<'a> {
     pub(super) shift_px: f64,
     /// Added to it on the positive side of the other edge, and taken away on the negative one, in px.
     pub(super) step_px: f64,
+    /// By what share of it this grows with each px along the edge.
+    pub(super) step_rate: f64,
+    /// On which side of it the model is bright where the other edge's distance is positive, 1 or -1, and 0 where the profile is
+    /// alike to both sides.
+    pub(super) bright: f64,
     /// Whether the blur is solved for.
     pub(super) free_blur: bool,
 }
 
 impl EdgeModel<'_> {
+    /// The response at a distance, on a side of the other edge: 1 or -1.
+    #[inline(always)]
+    pub(super) fn response(&self, distance: f64, sign: f64) -> Edge {
+        if self.bright == 0.0 { self.profile.at(distance) } else { self.profile.towards(distance, self.bright * sign) }
+    }
+
     /// The signed distance from the edge of a place from the corner, on a side of the other edge: 1 or -1.
     pub(super) fn distance(&self, r: DVec2, sign: f64) -> f64 {
         let along = self.tangent.dot(r);
-        self.normal.dot(r) + 0.5 * self.curvature * along * along + self.shift_px + self.step_px * sign
+        self.normal.dot(r)
+            + 0.5 * self.curvature * along * along
+            + self.shift_px
+            + self.step_px * sign * (1.0 + self.step_rate * along)
     }
 }
 
@@ -173,14 +187,14 @@ fn add_chunk(sums: &mut StripSums, [x, y, value, weight, sign]: &[Column; 5], mo
         let (dx, dy) = (x[i] - model.corner.x, y[i] - model.corner.y);
         let t = edge.tangent.x * dx + edge.tangent.y * dy;
         along[i] = t;
-        let shift = edge.shift_px + edge.step_px * sign[i];
+        let shift = edge.shift_px + edge.step_px * sign[i] * (1.0 + edge.step_rate * t);
         distance[i] = edge.normal.x * dx + edge.normal.y * dy + 0.5 * edge.curvature * t * t + shift;
     }
 
     // Evaluate the edge response.
     let (mut e, mut slope, mut bend) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
     for i in 0..CHUNK {
-        let seen = edge.profile.at(distance[i]);
+        let seen = edge.response(distance[i], sign[i]);
         (e[i], slope[i], bend[i]) = (seen.value, seen.slope, seen.bend);
     }
 
