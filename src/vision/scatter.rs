@@ -30,6 +30,8 @@ const ALONE: f64 = 14.0;
 /// Errors are left alike by polynomials of any degree. Where each degree leaves less than this share of what the one before it
 /// leaves, all of it may be a bend that none of them follows, and tells nothing of the corners.
 const SETTLED: f64 = 0.5;
+/// Degrees of freedom from which on such a fall is no chance.
+const TELLING: f64 = 20.0;
 /// How often corners that moved by themselves are sought.
 const ROUNDS: usize = 3;
 /// No position is known better than this, in px: what a fit without noise leaves.
@@ -56,7 +58,7 @@ pub(super) fn hold_against_lattice(corners: &mut [Corner], other: bool) {
     // whatever more terms explain.
     let unlikely = |s: &&Scatter| s.ratio < chance(s.freedom, if other { -LIKELY } else { -SURE });
     let small = all.iter().filter(unlikely).max_by(|a, b| a.freedom.total_cmp(&b.freedom)).map(|s| s.ratio);
-    let settled = all.windows(2).any(|pair| pair[1].ratio > SETTLED * pair[0].ratio);
+    let settled = freedom < TELLING || all.windows(2).any(|pair| pair[1].ratio > SETTLED * pair[0].ratio);
     let wide = (ratio > chance(freedom, SURE)).then_some(ratio);
     if wide.is_some() && !settled {
         return;

@@ -110,9 +110,7 @@ fn ink_is_a_share_of_the_squares_as_they_are_seen() {
 fn a_covariance_knows_what_the_model_does_not() {
     let mut all: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     for board in BOARDS {
-        for twin in
-            [Twin::board(board, 32.0), Twin::posed(board, 32.0, -12.0, 35.0), Twin::posed(board, 32.0, 27.0, 20.0)]
-        {
+        for twin in [Twin::board(board, 32.0), Twin::posed(board, 32.0, -12.0, 35.0)] {
             let plain = photographed(&twin.render(), 1.0, 0.0, Tone::Srgb, Tone::Srgb);
             for (name, twin, picture) in wrongs(&twin).into_iter().chain([("8 bits".to_owned(), twin, plain)]) {
                 let found = detect(&picture, None, &Settings::default());
