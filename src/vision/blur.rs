@@ -40,26 +40,39 @@ const FREE: Effort = Effort { free_blur: true, steps: 15, tolerance_px: STEP_PX,
 pub(super) fn estimate(candidates: &Candidates<'_>, sites: &[CornerSite], settings: &Settings) -> Option<[f64; 2]> {
     let few: Vec<CornerSite> = sites.iter().copied().step_by(FIRST_OF).collect();
     let (first, agree) = medians(candidates, &few, settings, [FIRST_SIGMA_PX; 2])?;
-    let (sites, sigma) =
-        if agree { (&few[..], first) } else { (sites, medians(candidates, sites, settings, first)?.0) };
+    let sigma = if agree { first } else { medians(candidates, sites, settings, first)?.0 };
     if sigma[0].max(sigma[1]) >= MAYBE_SHARP_PX {
         return Some(sigma);
     }
+    let rest = if agree { Vec::new() } else { others(sites) };
+    Some(better(candidates, [&few, &rest], settings, [[0.0; 2], sigma]))
+}
+
+/// The corners that are not among the first.
+fn others(sites: &[CornerSite]) -> Vec<CornerSite> {
+    sites.iter().enumerate().filter(|(k, _)| k % FIRST_OF != 0).map(|(_, site)| *site).collect()
+}
+
+/// That of two blurs under which the fits of corners leave less; the first where they leave the same. Where some corners leave far
+/// less under one of both, the rest of them are not asked.
+pub(super) fn better(
+    candidates: &Candidates<'_>,
+    [some, rest]: [&[CornerSite]; 2],
+    settings: &Settings,
+    [first, second]: [[f64; 2]; 2],
+) -> [f64; 2] {
+    let effort =
+        Effort { free_blur: false, steps: SHARP_STEPS, tolerance_px: SHARP_STEP_PX, most_sigma_px: f64::INFINITY };
     let squares = |sites: &[CornerSite], sigma: [f64; 2]| -> f64 {
-        let effort =
-            Effort { free_blur: false, steps: SHARP_STEPS, tolerance_px: SHARP_STEP_PX, most_sigma_px: f64::INFINITY };
         let fits = fits(candidates, sites, settings, HALF_PX, [sigma, sigma], &effort);
         fits.iter().flatten().map(|f| f.residual * f.residual).sum()
     };
-    // Where the first corners leave far less under one of both, the others are not asked.
-    let [mut sharp, mut blurred] = [[0.0; 2], sigma].map(|sigma| squares(&few, sigma));
-    if sharp.max(blurred) < CLEARLY * sharp.min(blurred) {
-        let rest: Vec<CornerSite> =
-            sites.iter().enumerate().filter(|(k, _)| k % FIRST_OF != 0 && !agree).map(|(_, site)| *site).collect();
-        sharp += squares(&rest, [0.0; 2]);
-        blurred += squares(&rest, sigma);
+    let [mut left, mut other] = [first, second].map(|sigma| squares(some, sigma));
+    if left.max(other) < CLEARLY * left.min(other) {
+        left += squares(rest, first);
+        other += squares(rest, second);
     }
-    Some(if sharp <= blurred { [0.0; 2] } else { sigma })
+    if left <= other { first } else { second }
 }
 
 /// Whether windows of a few px show the blur of corners whole.

@@ -9,6 +9,16 @@
 //!
 //! with the response E_s of a pixel to an edge under the Gaussian (`edge_spread`), the same E_b under a bump, and x_j = j
 //! spacings. E is odd whatever the weights are, so that they move no edge, and linear in them.
+//!
+//! Where light is clipped or a curve is not the picture's an edge is not alike to its bright and its dark side. With d towards
+//! bright that adds
+//!
+//! ```text
+//! sum_j u_j (E_b(d - x_j - 1 spacing) - E_b(d + x_j + 1 spacing)) / 2
+//! ```
+//!
+//! which is even. Where another edge crosses it bright and dark change sides, so that the corner's two sides stay alike and it does
+//! not move.
 
 /// Pairs of bumps.
 pub(super) const BUMPS: usize = 10;
@@ -25,6 +35,8 @@ pub(super) struct BlurShape {
     /// From bump to bump.
     pub(super) spacing_px: f64,
     pub(super) weights: [f64; BUMPS],
+    /// Weights of the pairs that are not alike to both sides; all 0 where edges do not lean.
+    pub(super) uneven: [f64; BUMPS],
 }
 
 /// The blur of a picture across both families of lines.
@@ -46,12 +58,17 @@ impl PictureBlur {
 impl BlurShape {
     /// No bumps beside a Gaussian of this standard deviation, in px.
     fn gaussian(sigma_px: f64) -> Self {
-        Self { spacing_px: SPACING.1.max(SPACING.0 * sigma_px), weights: [0.0; BUMPS] }
+        Self { spacing_px: SPACING.1.max(SPACING.0 * sigma_px), weights: [0.0; BUMPS], uneven: [0.0; BUMPS] }
     }
 
     /// Whether there is nothing beside the Gaussian.
     pub(super) fn is_gaussian(&self) -> bool {
-        self.weights == [0.0; BUMPS]
+        self.weights == [0.0; BUMPS] && self.is_even()
+    }
+
+    /// Whether it is alike to both sides of an edge.
+    pub(super) fn is_even(&self) -> bool {
+        self.uneven == [0.0; BUMPS]
     }
 
     /// The standard deviation of a bump, in px.
@@ -61,6 +78,10 @@ impl BlurShape {
 
     /// Beyond this distance from an edge, in px, there is nothing of the last bump; 0 where there is none.
     pub(super) fn reach_px(&self) -> f64 {
-        if self.is_gaussian() { 0.0 } else { (BUMPS - 1) as f64 * self.spacing_px + TAIL * self.bump_px() }
+        if self.is_gaussian() {
+            0.0
+        } else {
+            (BUMPS - usize::from(self.is_even())) as f64 * self.spacing_px + TAIL * self.bump_px()
+        }
     }
 }

@@ -28,8 +28,10 @@ pub(super) struct Model {
     pub(super) skew: f64,
     /// What the blur is beside a Gaussian.
     pub(super) shapes: [BlurShape; 2],
-    /// By how many px both edges lie towards dark: each is a step where the other one crosses it.
-    pub(super) lean_px: f64,
+    /// By how many px each edge lies towards dark, both to one side: it is a step where the other one crosses it.
+    pub(super) leans_px: [f64; 2],
+    /// By what share of it this grows with each px along the edge.
+    pub(super) lean_rates: [f64; 2],
     /// m0, mx, my, A0, Ax, Ay; with A0 = 0 a fit finds its own start.
     pub(super) light: [f64; LIGHT],
     /// Whether the light varies on the board, before the blur, or behind it.
@@ -37,10 +39,10 @@ pub(super) struct Model {
 }
 
 impl Model {
-    /// What an edge's lean adds to the distance from it on the positive side of the other edge, in px; behind that it is the
+    /// What each edge's lean adds to the distance from it on the positive side of the other edge, in px; behind that it is the
     /// opposite.
-    pub(super) fn step_px(&self) -> f64 {
-        if self.lean_px == 0.0 { 0.0 } else { self.lean_px * self.light[3].signum() }
+    pub(super) fn steps_px(&self) -> [f64; 2] {
+        self.leans_px.map(|lean| if lean == 0.0 { 0.0 } else { lean * self.light[3].signum() })
     }
 
     /// The same model, with positions from its corner.

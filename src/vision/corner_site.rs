@@ -23,8 +23,10 @@ pub(super) struct CornerSite {
     pub(super) lines: [LatticeLine; 2],
     /// The light as the last fit found it, or zeros.
     pub(super) light: [f64; 6],
-    /// By how many px the edges lie towards dark.
-    pub(super) lean_px: f64,
+    /// By how many px the edges along both lines lie towards dark.
+    pub(super) leans_px: [f64; 2],
+    /// By what share of it this grows with each px along the line.
+    pub(super) lean_rates: [f64; 2],
     /// By how much the blurs go together beyond an even blur's ([`Model::skew`]).
     pub(super) skew: f64,
     /// Whether the squares hold marks.
@@ -74,7 +76,8 @@ impl CornerSite {
             sigma_px: blur.sigma_px,
             shapes: blur.shapes,
             skew: self.skew,
-            lean_px: self.lean_px,
+            leans_px: self.leans_px,
+            lean_rates: self.lean_rates,
             light: self.light,
             light_is_blurred: light == UnevenLight::OnBoard,
         }
@@ -95,7 +98,7 @@ impl CornerSite {
             // A line without corners on both sides may point a few degrees off.
             let turn = if self.lines[k].corners < 3 { 0.15 * far } else { 0.0 };
             let reach = EdgeShape::new(normals[k], blur.sigma_px[k]).reach_under(&blur.shapes[k]);
-            reach + bend + turn + self.lean_px.abs() + margin_px
+            reach + bend + turn + self.leans_px[k].abs() + margin_px
         });
         WindowFrame { centre: self.centre, steps: self.steps, normals, bands_px, half }
     }

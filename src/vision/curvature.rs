@@ -4,6 +4,7 @@
 //! first only positions are known. A fitted corner also knows the direction of its edges, and with both the bend at the
 //! end of a line is known several times as well.
 
+use super::lean::Lean;
 use super::line_equations::{LineEquations, MOST_POWER, TERMS, derivatives, powers};
 use glam::DVec2;
 use nalgebra::SMatrix;
@@ -49,6 +50,8 @@ pub(super) struct Tangent {
     /// By how much the edge turns, in rad, where all edges lie 1 px towards dark: it is a step then, down at one corner and
     /// up at the next ([`lean`]).
     pub(super) turn_per_px: f64,
+    /// How far the next parallel lines are, in px.
+    pub(super) spacing_px: f64,
 }
 
 /// The way along the line from node to node, arc by arc where both ends know their direction, from `own`.
@@ -192,20 +195,21 @@ impl BendRows {
     }
 }
 
-/// By how many px the edges along a line lie towards dark, from their directions: `None` where the line is too short.
+/// By how much the edges along a line lie towards dark, in the form of another lean: `None` where the line is too short.
 ///
 /// Light that is clipped, ink that spreads or a wrong transfer curve shift every edge to one side. At a corner dark and bright
 /// change sides, so the edge is a step there, and the straight line through it turns by 1.5 / h a px of shift: with one sign
 /// at this corner and the other at the next. No smooth line does so; the shift is one more unknown beside its powers.
-pub(super) fn lean(nodes: &[LineCorner], own: usize) -> Option<f64> {
+pub(super) fn lean(nodes: &[LineCorner], own: usize, form: Lean) -> Option<f64> {
     const MOST: usize = 6;
     if nodes.len() < 3 {
         return None;
     }
     let rows = BendRows::new(nodes, own)?;
     let power = LEAN_POWER.min(nodes.len() - 1);
+    let one = |t: Tangent| t.turn_per_px * form.of(1.0).at(t.spacing_px);
     let turn = |i: usize| {
-        if i.is_multiple_of(2) { 0.0 } else { rows.turns[i / 2] * nodes[i / 2].tangent.map_or(0.0, |t| t.turn_per_px) }
+        if i.is_multiple_of(2) { 0.0 } else { rows.turns[i / 2] * nodes[i / 2].tangent.map_or(0.0, one) }
     };
 
     // Solve for the powers and the lean at once.
@@ -220,8 +224,7 @@ pub(super) fn lean(nodes: &[LineCorner], own: usize) -> Option<f64> {
             (0..=power + 1).for_each(|j| normal[(i, j)] += column(i) * column(j));
         }
     }
-    let shift = normal.cholesky()?.solve(&right)[power + 1];
-    shift.is_finite().then_some(shift)
+    Some(normal.cholesky()?.solve(&right)[power + 1]).filter(|shift| shift.is_finite())
 }
 
 /// For each of [`powers_of`] the sum of the squares, in standard deviations, that a polynomial of that power leaves of a
@@ -294,13 +297,16 @@ mod tests {
 
     const MIDDLE: DVec2 = DVec2::new(700.0, 300.0);
 
+    fn along(unit: DVec2) -> Tangent {
+        Tangent { unit, sigma_px: 1e-3, half_px: 20.0, turn_per_px: 0.0, spacing_px: 50.0 }
+    }
+
     /// Corners on a circle of radius 500 px, at uneven steps, with their directions.
     fn circle() -> Vec<LineCorner> {
         let node = |i: usize| {
             let (sin, cos) = libm::sincos(0.1 * i as f64 + 0.004 * (i * i) as f64);
             let outward = DVec2::new(cos, sin);
-            let tangent = Tangent { unit: outward.perp(), sigma_px: 1e-3, half_px: 20.0, turn_per_px: 0.0 };
-            LineCorner { position: MIDDLE + 500.0 * outward, tangent: Some(tangent) }
+            LineCorner { position: MIDDLE + 500.0 * outward, tangent: Some(along(outward.perp())) }
         };
         (0..9).map(node).collect()
     }
@@ -342,7 +348,7 @@ mod tests {
         let noisy: Vec<LineCorner> = (0..9)
             .map(|i| LineCorner {
                 position: DVec2::new(50.0 * f64::from(i), if i % 2 == 0 { 1e-3 } else { -1e-3 }),
-                tangent: Some(Tangent { unit: DVec2::X, sigma_px: 1e-3, half_px: 20.0, turn_per_px: 0.0 }),
+                tangent: Some(along(DVec2::X)),
             })
             .collect();
         assert_eq!(least_power(&left_by_power(&noisy, 4).unwrap()), 0);

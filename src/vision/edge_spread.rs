@@ -9,7 +9,7 @@
 //! with the Gaussian phi and its integral Phi; F', F'' follow with R', R''. An edge is used as E = 2F - 1, which runs from
 //! -1 to 1. Blur is diffusion: dE/ds = s E''.
 
-use super::blur_shape::{BUMPS, BlurShape};
+use super::blur_shape::BlurShape;
 use crate::num::gauss::Gauss;
 use crate::num::simd::Lanes;
 use glam::DVec2;
@@ -68,6 +68,7 @@ impl EdgeShape {
     }
 
     /// The response at distance `d`.
+    #[cfg(test)]
     pub(super) fn exact(&self, gauss: Gauss, d: f64) -> Edge {
         if d.abs() >= self.reach() {
             return Edge { value: d.signum(), slope: 0.0, bend: 0.0 };
@@ -119,20 +120,6 @@ impl EdgeShape {
         let slope = if d.abs() < self.a + self.b + SHARP_MARGIN { rises } else { 0.0 };
         Edge { value, slope, bend: 0.0 }
     }
-}
-
-/// The response to an edge with a unit normal under each pair of bumps, less `plain`, at distance `d`.
-pub(super) fn bump_pairs(shape: &BlurShape, normal: DVec2, plain: Edge, d: f64) -> [Edge; BUMPS] {
-    let (gauss, bump) = (Gauss::new(), EdgeShape::new(normal, shape.bump_px()));
-    std::array::from_fn(|j| {
-        let x = j as f64 * shape.spacing_px;
-        let (low, high) = (bump.exact(gauss, d - x), bump.exact(gauss, d + x));
-        Edge {
-            value: 0.5 * (low.value + high.value) - plain.value,
-            slope: 0.5 * (low.slope + high.slope) - plain.slope,
-            bend: 0.5 * (low.bend + high.bend) - plain.bend,
-        }
-    })
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use super::corner_model::{LIGHT, Model, PARAMETERS, Right};
 use super::corner_pixel_model::{CornerPattern, CornerPixelModel, EdgeSide};
+use super::edge_spread::Edge;
 use super::pixel_sums::PixelSums;
 use super::profile::Profile;
 use super::strip::{EdgeModel, EdgeStrip, StripSums, strip_sums};
@@ -33,12 +34,16 @@ struct Ready {
     tangents: [DVec2; 2],
     /// What blur and pixel add to the distance from an edge that is bent, or lies in light that is not even, in px.
     shifts_px: [f64; 2],
-    /// [`Model::step_px`]
-    step_px: f64,
+    /// [`Model::steps_px`]
+    steps_px: [f64; 2],
+    /// Whether the profiles are not alike to both sides of an edge.
+    uneven: bool,
+    /// Whether the smaller squares are bright, 1, or dark, -1.
+    smaller: f64,
 }
 
 impl Ready {
-    fn new(model: &Model) -> Self {
+    fn new(model: &Model, profiles: &[Profile; 2]) -> Self {
         let normals = model.normal_rad.map(|angle| {
             let (sin, cos) = libm::sincos(angle);
             DVec2::new(cos, sin)
@@ -52,33 +57,69 @@ impl Ready {
             let spread = PIXEL_VARIANCE + if model.light_is_blurred { blur } else { 0.0 };
             0.5 * model.curvature[k] * (blur + PIXEL_VARIANCE) + spread * share.dot(normals[k])
         });
-        Self { normals, tangents: normals.map(DVec2::perp), shifts_px, step_px: model.step_px() }
+        let uneven = profiles.iter().any(|profile| !profile.is_even());
+        let smaller = -model.leans_px[0].signum();
+        Self { normals, tangents: normals.map(DVec2::perp), shifts_px, steps_px: model.steps_px(), uneven, smaller }
     }
 
-    /// Edge `k` as a pixel `r` from the corner sees it, and the derivatives of its distance by the corner and by its angle.
+    /// Edge `k` as a pixel `r` from the corner sees it without its lean, the derivatives of its distance by the corner and by its
+    /// angle, and by what share the lean has grown there.
     #[inline(always)]
-    fn edge_at(&self, model: &Model, profiles: &[Profile; 2], k: usize, r: DVec2) -> (EdgeSide, DVec2, f64) {
+    fn edge_at(&self, model: &Model, profiles: &[Profile; 2], k: usize, r: DVec2) -> (EdgeSide, DVec2, f64, f64) {
         let (normal, tangent) = (self.normals[k], self.tangents[k]);
         let (along, across) = (tangent.dot(r), normal.dot(r));
         let bend = model.curvature[k] * along;
         let distance = across + 0.5 * bend * along + self.shifts_px[k];
         let by_corner = -(normal + tangent * bend);
-        let side = EdgeSide { edge: profiles[k].at(distance), distance, normal: -by_corner };
-        (side, by_corner, along - bend * across)
+        let side = EdgeSide { edge: self.seen(&profiles[k], distance), distance, normal: -by_corner };
+        (side, by_corner, along - bend * across, along * model.lean_rates[k])
     }
 
-    /// The pattern, and its derivatives by the two distances.
+    /// What couples each edge's bend with the other's blur: E over a Gaussian x of x^2 sign(d + x) is s^2 E + s^4 E'', of which the
+    /// mean shift leaves out the second part where the other edge is near. (For a sharp picture s^4 is nothing.)
+    fn couplings(&self, model: &Model) -> [f64; 2] {
+        let cross = self.normals[0].perp_dot(self.normals[1]);
+        let [s0, s1] = model.sigma_px;
+        [
+            0.5 * model.curvature[0] * cross * cross * s1 * s1 * s1 * s1,
+            0.5 * model.curvature[1] * cross * cross * s0 * s0 * s0 * s0,
+        ]
+    }
+
+    /// The response to an edge at a distance, without its lean.
     #[inline(always)]
-    fn pattern(&self, profiles: &[Profile; 2], sides: &[EdgeSide; 2], crossing: &CornerPixelModel) -> CornerPattern {
-        if self.step_px == 0.0 { crossing.pattern(sides) } else { self.leaning(profiles, sides, crossing) }
+    fn seen(&self, profile: &Profile, distance: f64) -> Edge {
+        if self.uneven { profile.odd(distance) } else { profile.at(distance) }
     }
 
-    /// The pattern where both edges lean: the squares of the positive sign are larger by `step_px` on every side, or the others.
+    /// The pattern, and its derivatives by the two distances; by what share the leans have grown along the edges.
+    #[inline(always)]
+    fn pattern(
+        &self,
+        profiles: &[Profile; 2],
+        sides: &[EdgeSide; 2],
+        growth: [f64; 2],
+        crossing: &CornerPixelModel,
+    ) -> CornerPattern {
+        if self.steps_px == [0.0; 2] {
+            crossing.pattern(sides)
+        } else {
+            self.leaning(profiles, sides, growth, crossing)
+        }
+    }
+
+    /// The pattern where both edges lean: the squares of the positive sign are larger by `steps_px` at both edges, or the others.
     ///
     /// Where they are larger, the pattern is 1 but for the two squares of the other sign, each the product of its two edges. The
     /// correction where both edges are near is that of the crossing without lean.
     #[inline(never)]
-    fn leaning(&self, profiles: &[Profile; 2], sides: &[EdgeSide; 2], crossing: &CornerPixelModel) -> CornerPattern {
+    fn leaning(
+        &self,
+        profiles: &[Profile; 2],
+        sides: &[EdgeSide; 2],
+        growth: [f64; 2],
+        crossing: &CornerPixelModel,
+    ) -> CornerPattern {
         // Take the correction.
         let plain = crossing.pattern(sides);
         let [e0, e1] = [sides[0].edge, sides[1].edge];
@@ -86,13 +127,13 @@ impl Ready {
 
         // Add the share of the two squares that are smaller, and its derivatives by both distances: share and slope of one
         // edge on the side of `sign`, moved inwards.
-        let step = self.step_px.abs();
         let part = |k: usize, sign: f64| {
-            let edge = profiles[k].at(sign * sides[k].distance - step);
+            let inwards = sign * sides[k].distance - self.steps_px[k].abs() * (1.0 + growth[k]);
+            let edge = if self.uneven { profiles[k].towards(inwards, self.smaller) } else { profiles[k].at(inwards) };
             [0.5 * (1.0 + edge.value), 0.5 * sign * edge.slope]
         };
         // Where the positive sign is larger, the smaller squares have the distances' signs apart.
-        let other = if self.step_px > 0.0 { -1.0 } else { 1.0 };
+        let other = if self.steps_px[0] > 0.0 { -1.0 } else { 1.0 };
         let [a0, a1, b0, b1] = [part(0, 1.0), part(1, other), part(0, -1.0), part(1, -other)];
         let share = a0[0] * a1[0] + b0[0] * b1[0];
         let by = [a0[1] * a1[0] + b0[1] * b1[0], a0[0] * a1[1] + b0[0] * b1[1]];
@@ -106,7 +147,7 @@ impl Ready {
 /// The equations over the first `active` parameters; the others stand still.
 pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2], active: usize) -> Equations {
     // Clear the sums; parameters that stand still keep the identity.
-    let ready = Ready::new(model);
+    let ready = Ready::new(model, profiles);
     let mut sum = Equations { normal: Normal::identity(), right: Right::zeros(), squares: 0.0 };
     for i in 0..active {
         sum.normal[(i, i)] = 0.0;
@@ -140,14 +181,16 @@ pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2],
 
 /// Both edges of a model as their strips see them.
 pub(super) fn edge_models<'a>(model: &Model, profiles: &'a [Profile; 2], free_blur: bool) -> [EdgeModel<'a>; 2] {
-    let ready = Ready::new(model);
+    let ready = Ready::new(model, profiles);
     [0, 1].map(|k| EdgeModel {
         profile: &profiles[k],
         normal: ready.normals[k],
         tangent: ready.tangents[k],
         curvature: model.curvature[k],
         shift_px: ready.shifts_px[k],
-        step_px: ready.step_px,
+        step_px: ready.steps_px[k],
+        step_rate: model.lean_rates[k],
+        bright: if profiles[k].is_even() { 0.0 } else { model.light[3].signum() },
         free_blur,
     })
 }
@@ -203,28 +246,20 @@ fn differentiate(
     crossing: &CornerPixelModel,
     columns: &mut [[f64; CHUNK]; PARAMETERS + 1],
 ) {
-    let normals = &ready.normals;
-    let [s0, s1] = model.sigma_px;
-
-    // Couple each edge's bend with the other's blur: E over a Gaussian x of x^2 sign(d + x) is s^2 E + s^4 E'', of which the
-    // mean shift leaves out the second part where the other edge is near. (For a sharp picture s^4 is nothing.)
-    let cross = normals[0].perp_dot(normals[1]);
-    let bent = [
-        0.5 * model.curvature[0] * cross * cross * s1 * s1 * s1 * s1,
-        0.5 * model.curvature[1] * cross * cross * s0 * s0 * s0 * s0,
-    ];
+    let bent = ready.couplings(model);
 
     // Differentiate pixel by pixel.
     let [m0, mx, my, a0, ax, ay] = model.light;
     for (lane, pixel) in pixels.iter().enumerate() {
         // Evaluate both edges at the pixel.
         let r = DVec2::new(pixel.x, pixel.y) - model.corner;
-        let [(side0, corner0, angle0), (side1, corner1, angle1)] =
+        let [(side0, corner0, angle0, growth0), (side1, corner1, angle1, growth1)] =
             [ready.edge_at(model, profiles, 0, r), ready.edge_at(model, profiles, 1, r)];
 
         // Evaluate the pattern, and its derivatives by the two distances.
         let (e0, e1) = (side0.edge, side1.edge);
-        let CornerPattern { value, by_distance } = ready.pattern(profiles, &[side0, side1], crossing);
+        let growth = [growth0, growth1];
+        let CornerPattern { value, by_distance } = ready.pattern(profiles, &[side0, side1], growth, crossing);
         let pattern = value + bent[0] * e0.slope * e1.bend + bent[1] * e0.bend * e1.slope;
 
         // Write the derivatives by light, corner, directions and blurs, and the difference.

@@ -11,6 +11,7 @@ use super::detection::{Corner, Detection, Polarity, Reason, Rejected};
 use super::elongation::{elongation, skew};
 use super::lattice_growth::{Lattice, is_broad};
 use super::lattice_lines::Grid;
+use super::lean::Lean;
 use super::marks::holds_marks;
 use super::neighbours::{Neighbourhood, hanging};
 use super::numbering::{from_zero, normalise};
@@ -90,19 +91,16 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
     prune_kinks(&mut grid, &mut rejected);
     prune_hanging(candidates, &mut grid, &mut rejected);
 
-    // Estimate a blur far narrower than a pixel again: it shows in few pixels, and hangs on the bends, which are known
-    // now.
-    if !matches!(settings.blur, Blur::Known(_)) && start_sigma[0].max(start_sigma[1]) < MAYBE_SHARP_PX {
-        sigma_px = blur::estimate(candidates, &grid.pilots(), settings).or(sigma_px);
-        start_sigma = sigma_px.unwrap_or(start_sigma);
-    }
+    // Estimate the blur again where the bends and leans, which are known now, change it.
+    sigma_px = again(candidates, &grid, settings, sigma_px);
+    start_sigma = sigma_px.unwrap_or(start_sigma);
 
     // Fit the corners that are left in full windows, under a blur of another shape where the picture shows one; where edges
     // lean, or marks lie beside them, it is not alike to both sides of them.
     let blur = match settings.blur {
-        Blur::Common if grid.lean_px == 0.0 && !grid.marked => {
-            find_shapes(candidates, &grid.pilots(), settings, start_sigma)
-        }
+        Blur::Common if grid.marked => PictureBlur::gaussian(start_sigma),
+        Blur::Common if grid.lean.is_none() => find_shapes(candidates, &grid.pilots(), settings, start_sigma, false),
+        Blur::Common => find_shapes(candidates, &grid.sites(), settings, start_sigma, true),
         _ => PictureBlur::gaussian(start_sigma),
     };
     let mut last = Vec::new();
@@ -123,14 +121,29 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
 
     // Number the corners, and hold their covariances against the lattice.
     let mut corners = numbered(&grid, last);
-    hold_against_lattice(&mut corners, grid.lean_px != 0.0);
+    hold_against_lattice(&mut corners, !grid.lean.is_none() || blur.shapes.iter().any(|s| !s.is_gaussian()));
 
     // Take the blur's shape at a corner in the middle of those that told it.
     let some = grid.pilots();
     let elongated_blur =
         sigma_px.and_then(|sigma_px| elongation(some.get(some.len() / 2)?.normals(), sigma_px, grid.skew));
-    let Grid { lean_px, marked, .. } = grid;
-    Detection { corners, rejected, sigma_px, elongated_blur, lean_px, marked_squares: marked }
+    let (lean_px, marked_squares) = (grid.lean_px(), grid.marked);
+    Detection { corners, rejected, sigma_px, elongated_blur, lean_px, marked_squares }
+}
+
+/// The blur, estimated again where it is far narrower than a pixel, since it shows in few pixels and hangs on the bends, and where
+/// ink spread, since edges that lean look wider than they are.
+fn again(candidates: &Candidates<'_>, grid: &Grid, settings: &Settings, known: Option<[f64; 2]>) -> Option<[f64; 2]> {
+    let start = known.unwrap_or([FIRST_SIGMA_PX; 2]);
+    let (narrow, inked) = (start[0].max(start[1]) < MAYBE_SHARP_PX, matches!(grid.lean, Lean::OfSquare(_)));
+    if matches!(settings.blur, Blur::Known(_)) || !(narrow || inked) {
+        return known;
+    }
+    let pilots = grid.pilots();
+    match blur::estimate(candidates, &pilots, settings) {
+        Some(found) if inked => Some(blur::better(candidates, [&pilots, &[]], settings, [found, start])),
+        found => found.or(known),
+    }
 }
 
 /// The corners of the last fits, numbered from column and row 0.

@@ -4,10 +4,10 @@ use super::corner_fit::CornerFit;
 use super::corner_model::Model;
 use super::corner_site::CornerSite;
 use super::curvature::{
-    LatticeLine, LineCorner, Tangent, bend, bend_doubt, lean, least_power, left_by_power, line, powers_of,
+    LatticeLine, LineCorner, Tangent, bend, bend_doubt, least_power, left_by_power, line, powers_of,
 };
 use super::lattice_growth::{Lattice, NEIGHBOURS};
-use crate::num::stats::quantile;
+use super::lean::Lean;
 use glam::{DMat2, DVec2, IVec2};
 
 /// Corners on a line from which on its own bend is believed, where only their positions are known.
@@ -20,18 +20,12 @@ const MOST: usize = 9;
 const PILOTS: usize = 24;
 /// Corners whose lines choose the powers of polynomials along lines.
 const VOTERS: usize = 80;
+/// A line's bend needs a power of two.
+const LEAST_POWER: usize = 2;
 /// What is left of a step, in px, after it was taken: its square over this.
 const STEP_RANGE_PX: f64 = 0.3;
 /// A step of 1 px in the middle of an edge of 2 h turns the straight line through it by this over h.
 const STEP_TURN: f64 = 1.5;
-/// The standard error of a median of n normal deviates is this times their interquartile range over the root of n.
-const MEDIAN_ERROR: f64 = 0.93;
-/// Standard errors from which on the lean of edges is believed, lines from which on it is sought, and the least in px:
-/// below it a corner errs by less than the bend of its lines would.
-const SURE: f64 = 4.0;
-const LEAST_LINES: usize = 6;
-const LEAST_LEAN_PX: f64 = 1e-3;
-
 /// A corner as it was last fitted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FittedCorner {
@@ -54,8 +48,8 @@ pub(super) struct Grid {
     fitted: Vec<Option<FittedCorner>>,
     /// The power of the polynomial along a line of so many fitted corners.
     powers: [usize; MOST + 1],
-    /// By how many px all edges lie towards dark, from the directions along the lines; 0 where these do not tell it.
-    pub(super) lean_px: f64,
+    /// By how much all edges lie towards dark, from the directions along the lines; none where these do not tell it.
+    pub(super) lean: Lean,
     /// By how much the blurs across both families go together beyond an even blur's ([`Model::skew`]).
     pub(super) skew: f64,
     /// Whether the squares hold marks (`marks`).
@@ -65,31 +59,8 @@ pub(super) struct Grid {
 impl Grid {
     pub(super) fn new(lattice: Lattice, positions: Vec<DVec2>) -> Self {
         let powers = std::array::from_fn(|nodes| *powers_of(nodes).start());
-        Self { lattice, fitted: vec![None; positions.len()], positions, powers, lean_px: 0.0, skew: 0.0, marked: false }
-    }
-
-    /// Finds by how much all edges lean towards dark, as the lines of both families show it ([`lean`]): a straight edge
-    /// through what is a step says nothing of the line's bend, so [`Self::nodes`] turns the directions back.
-    ///
-    /// It counts where the lines agree on it: their median must be four of its own standard errors away from 0.
-    pub(super) fn find_lean(&mut self) {
-        // Take what each line says, from its first corner on, beyond what the directions were freed of already.
-        let mut leans = Vec::new();
-        for &cell in self.lattice.keys() {
-            for direction in [IVec2::X, IVec2::Y] {
-                let cell = IVec2::from_array(cell);
-                if !self.lattice.contains_key(&(cell - direction).to_array()) {
-                    leans.extend(self.nodes(cell, direction).and_then(|(nodes, own)| lean(&nodes, own)));
-                }
-            }
-        }
-
-        // Believe their median where its standard error, from the middle half, says so.
-        let [low, middle, high] = [0.25, 0.5, 0.75].map(|q| quantile(&leans, q).unwrap_or(0.0));
-        let middle = middle + self.lean_px;
-        let error = MEDIAN_ERROR * (high - low) / (leans.len().max(1) as f64).sqrt();
-        let sure = leans.len() >= LEAST_LINES && middle.abs() >= LEAST_LEAN_PX.max(SURE * error);
-        self.lean_px = if sure { middle } else { 0.0 };
+        let fitted = vec![None; positions.len()];
+        Self { lattice, fitted, positions, powers, lean: Lean::NONE, skew: 0.0, marked: false }
     }
 
     /// Chooses the powers of the polynomials along lines, from what the lines through some corners leave: alike for all
@@ -109,9 +80,9 @@ impl Grid {
         self.powers = std::array::from_fn(|nodes| powers_of(nodes).start() + least_power(&left[nodes]));
 
         // Where edges lean, part of it is left in the directions, unlike from corner to corner: no power may follow that.
-        if self.lean_px != 0.0 {
+        if !self.lean.is_none() {
             for (nodes, power) in self.powers.iter_mut().enumerate() {
-                *power = (*power).min(powers_of(nodes).start().max(&nodes.saturating_sub(1)).to_owned());
+                *power = (*power).min(LEAST_POWER.max(nodes.saturating_sub(1)));
             }
         }
     }
@@ -127,6 +98,11 @@ impl Grid {
             .collect();
         let stride = inner.len().div_ceil(PILOTS).max(1);
         inner.into_iter().step_by(stride).filter_map(|cell| self.site(cell)).collect()
+    }
+
+    /// All corners.
+    pub(super) fn sites(&self) -> Vec<CornerSite> {
+        self.lattice.keys().filter_map(|&cell| self.site(cell)).collect()
     }
 
     /// Takes over a fit in a window of `half` steps.
@@ -185,7 +161,7 @@ impl Grid {
     }
 
     /// The corners along a line around a cell, in order, and the place of the cell's own among them.
-    fn nodes(&self, cell: IVec2, direction: IVec2) -> Option<(Vec<LineCorner>, usize)> {
+    pub(super) fn nodes(&self, cell: IVec2, direction: IVec2) -> Option<(Vec<LineCorner>, usize)> {
         // Describe one corner of the line.
         let axis = usize::from(direction == IVec2::Y);
         let node = |offset: i32| {
@@ -197,8 +173,13 @@ impl Grid {
                 // diagonal is bright.
                 let side = f.normals[1 - axis].dot(normal.perp()) * f.model.light[3];
                 let turn_per_px = STEP_TURN * side.signum() / f.half_px[axis];
-                let unit = (normal.perp() - normal * ((f.model.lean_px - self.lean_px) * turn_per_px)).normalize();
-                Tangent { unit, sigma_px: variance.max(0.0).sqrt(), half_px: f.half_px[axis], turn_per_px }
+                let spacing_px = match self.lean {
+                    Lean::Even(_) => 1.0,
+                    Lean::OfSquare(_) => self.spacing_px(cell + direction * offset, axis).unwrap_or(0.0),
+                };
+                let beyond = f.model.leans_px[axis] - self.lean.at(spacing_px);
+                let unit = (normal.perp() - normal * (beyond * turn_per_px)).normalize();
+                Tangent { unit, sigma_px: variance.max(0.0).sqrt(), half_px: f.half_px[axis], turn_per_px, spacing_px }
             });
             Some(LineCorner { position: self.positions[number], tangent })
         };
@@ -309,12 +290,13 @@ impl Grid {
         let cell = IVec2::from_array(cell);
         let steps = DMat2::from_cols(self.step(cell, IVec2::X)?, self.step(cell, IVec2::Y)?);
         let lines = [self.line(cell, IVec2::X)?, self.line(cell, IVec2::Y)?];
+        let leans_px = self.leans_px(cell);
         let due_px = self.fitted[number].map(|f| {
             // An edge fitted with a wrong bend is off by a sixth of what the bend's error makes at the window's end.
             let off = |k: usize| (lines[k].curvature - f.model.curvature[k]) * f.half_px[k] * f.half_px[k] / 6.0;
             let sigma = (0.5 * (f.covariance_px2.x_axis.x + f.covariance_px2.y_axis.y)).sqrt();
             // Another lean moves the two directions, and the bends with them, by some tenth of its change.
-            let lean = 0.1 * (self.lean_px - f.model.lean_px).abs();
+            let lean = 0.1 * (DVec2::from(leans_px) - DVec2::from(f.model.leans_px)).abs().max_element();
             [off(0).abs().max(off(1).abs()).max(lean), sigma]
         });
         // Less than a square pixel of lattice, or edges that nearly coincide, hold no corner.
@@ -324,7 +306,8 @@ impl Grid {
             steps,
             lines,
             light: self.fitted[number].map_or([0.0; 6], |f| f.model.light),
-            lean_px: self.lean_px,
+            leans_px,
+            lean_rates: self.lean_rates(cell),
             skew: self.skew,
             marked: self.marked,
             due_px,

@@ -49,6 +49,8 @@ mod edge_spread;
 mod profile;
 mod corner_site;
 mod lattice_lines;
+mod lattice_lean;
+mod lean;
 mod corner_fit;
 mod fit_all;
 mod neighbours;

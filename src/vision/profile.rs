@@ -1,8 +1,6 @@
 //! An edge response prepared for many distances: the closed form of a sharp edge, and a table of a blurred one.
 
-use super::blur_shape::BlurShape;
-#[cfg(test)]
-use super::blur_shape::PictureBlur;
+use super::blur_shape::{BUMPS, BlurShape, PictureBlur};
 use super::edge_spread::{Edge, EdgeShape, SHARP_PX};
 use crate::num::gauss::Gauss;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
@@ -12,11 +10,9 @@ use glam::DVec2;
 /// of the contrast (E: twice that); at the end of the table it joins the dropped tail.
 const CELLS_PER_SIGMA: f64 = 5.0;
 
-/// The responses at many distances under a Gaussian and what is beside it, and their slopes.
+/// The responses of an edge at many distances, and their slopes.
 struct Responses<'a> {
     shape: &'a EdgeShape,
-    beside: &'a BlurShape,
-    normal: DVec2,
     distances: Lanes,
 }
 
@@ -25,19 +21,74 @@ impl Kernel for Responses<'_> {
 
     #[inline(always)]
     fn run(self) -> [Lanes; 2] {
-        let Self { shape, beside, normal, distances: d } = self;
-        let gauss = Gauss::new();
-        let plain = shape.exact_lanes(gauss, d);
+        self.shape.exact_lanes(Gauss::new(), self.distances)
+    }
+}
+
+/// Value and slope, in 1/px, at distances of 0, 1, .. `last` cells at least, so many of them a px.
+fn responses(shape: &EdgeShape, density: f64, last: usize) -> Vec<[f64; 2]> {
+    let mut nodes: Vec<[f64; 2]> = Vec::with_capacity(last + LANES);
+    while nodes.len() <= last {
+        let first = nodes.len();
+        let distances = Lanes::of(|k| (first + k) as f64 / density);
+        let [values, slopes] = widest(Responses { shape, distances });
+        nodes.extend((0..LANES).map(|k| [values.0[k], slopes.0[k]]));
+    }
+    // E is odd by construction, not only to rounding.
+    nodes[0][0] = 0.0;
+    nodes
+}
+
+/// Value and slope at a cell on either side of an edge.
+fn on_side(nodes: &[[f64; 2]], i: i64) -> [f64; 2] {
+    let [value, slope] = nodes[i.unsigned_abs() as usize];
+    [if i < 0 { -value } else { value }, slope]
+}
+
+/// The response under each pair of bumps, less `plain`, at distance `d`, from that under one bump.
+pub(super) fn bump_pairs(shape: &BlurShape, bump: &Profile, plain: Edge, d: f64) -> [f64; BUMPS] {
+    std::array::from_fn(|j| {
+        let x = j as f64 * shape.spacing_px;
+        0.5 * (bump.at(d - x).value + bump.at(d + x).value) - plain.value
+    })
+}
+
+/// What each pair that is not alike to both sides adds at distance `d` towards bright.
+pub(super) fn uneven_pairs(shape: &BlurShape, bump: &Profile, d: f64) -> [f64; BUMPS] {
+    std::array::from_fn(|j| {
+        let x = (j + 1) as f64 * shape.spacing_px;
+        0.5 * (bump.at(d - x).value - bump.at(d + x).value)
+    })
+}
+
+/// The response under a Gaussian and what the blur is beside that, at multiples of a cell: so many cells a spacing of the bumps.
+struct ShapedNodes<'a> {
+    beside: &'a BlurShape,
+    /// Value and slope under the Gaussian, and under one bump, at the cells from 0 on.
+    plain: Vec<[f64; 2]>,
+    bump: Vec<[f64; 2]>,
+    cells: i64,
+}
+
+impl<'a> ShapedNodes<'a> {
+    /// For nodes up to `half` cells away, in cells of a share of the spacing.
+    fn new(beside: &'a BlurShape, plain: &EdgeShape, normal: DVec2, (half, cells): (usize, usize)) -> Self {
+        let density = cells as f64 / beside.spacing_px;
+        let plain = responses(plain, density, half);
+        let bump = responses(&EdgeShape::new(normal, beside.bump_px()), density, half + BUMPS * cells);
+        Self { beside, plain, bump, cells: cells as i64 }
+    }
+
+    /// Value and slope at a cell.
+    fn at(&self, i: i64) -> [f64; 2] {
+        let plain = on_side(&self.plain, i);
         let mut sum = plain;
-        if !beside.is_gaussian() {
-            let bump = EdgeShape::new(normal, beside.bump_px());
-            for (j, weight) in beside.weights.iter().enumerate() {
-                let x = Lanes::splat(j as f64 * beside.spacing_px);
-                let (low, high) = (bump.exact_lanes(gauss, d - x), bump.exact_lanes(gauss, d + x));
-                for k in 0..2 {
-                    let pair = Lanes::splat(0.5) * (low[k] + high[k]) - plain[k];
-                    sum[k] += Lanes::splat(*weight) * pair;
-                }
+        for j in 0..BUMPS {
+            let away = |k: usize| [-1, 1].map(|side| on_side(&self.bump, i + side * k as i64 * self.cells));
+            let ([low, high], [before, behind]) = (away(j), away(j + 1));
+            for k in 0..2 {
+                sum[k] += self.beside.weights[j] * (0.5 * (low[k] + high[k]) - plain[k])
+                    + 0.5 * self.beside.uneven[j] * (before[k] - behind[k]);
             }
         }
         sum
@@ -57,12 +108,13 @@ pub(super) enum Profile {
         middle: f64,
         /// Per cell the cubic's coefficients in the cell's own coordinate 0..1; the first and the last cell are flat.
         cells: Vec<[f64; 4]>,
+        /// Whether it is alike to both sides of an edge: E is odd. Otherwise the distance is towards bright.
+        even: bool,
     },
 }
 
 impl Profile {
     /// The profile for a unit normal and a Gaussian blur in px.
-    #[cfg(test)]
     pub(super) fn new(normal: DVec2, sigma_px: f64) -> Self {
         Self::shaped(normal, sigma_px, &PictureBlur::gaussian([sigma_px; 2]).shapes[0])
     }
@@ -77,42 +129,78 @@ impl Profile {
 
         // Size the table to the reach of the edge.
         let plain = beside.is_gaussian();
-        let density = CELLS_PER_SIGMA / if plain { sigma_px } else { sigma_px.min(beside.bump_px()) };
+        let cells = (CELLS_PER_SIGMA * beside.spacing_px / sigma_px.min(beside.bump_px())).ceil();
+        let density = if plain { CELLS_PER_SIGMA / sigma_px } else { cells / beside.spacing_px };
         let half = (shape.reach_under(beside) * density).ceil() as usize;
 
-        // Evaluate E and its rise over a cell at distances 0, 1, .. half cells; E is odd by construction, not only to
-        // rounding.
-        let mut nodes: Vec<[f64; 2]> = Vec::with_capacity(half + LANES);
-        while nodes.len() <= half {
-            let first = nodes.len();
-            let distances = Lanes::of(|k| (first + k) as f64 / density);
-            let [values, slopes] = widest(Responses { shape: &shape, beside, normal, distances });
-            nodes.extend((0..LANES).map(|k| [values.0[k], slopes.0[k] / density]));
+        // Evaluate E and its rise over a cell at distances 0, 1, .. half cells, and interpolate.
+        if plain {
+            let nodes = responses(&shape, density, half);
+            return Self::even(density, half, |i| (nodes[i][0], nodes[i][1] / density));
         }
-        nodes[0][0] = 0.0;
-        nodes[half] = [1.0, 0.0];
-        let node = |i: usize| (nodes[i][0], nodes[i][1]);
+        let nodes = ShapedNodes::new(beside, &shape, normal, (half, cells as usize));
+        let node = |i: i64| {
+            let [value, slope] = nodes.at(i);
+            (value, slope / density)
+        };
+        if beside.is_even() {
+            Self::even(density, half, |i| if i == 0 { (0.0, node(0).1) } else { node(i as i64) })
+        } else {
+            Self::uneven(density, half, node)
+        }
+    }
 
+    /// The table of an odd response, from value and rise at 0, 1, .. `half` cells; the last is the end.
+    fn even(density: f64, half: usize, node: impl Fn(usize) -> (f64, f64)) -> Self {
         // Interpolate by cubics from node to node, both ways from the middle.
         let mut cells = vec![[0.0; 4]; 2 * half + 2];
         cells[0] = [-1.0, 0.0, 0.0, 0.0];
         cells[2 * half + 1] = [1.0, 0.0, 0.0, 0.0];
         let (mut value, mut slope) = node(0);
         for i in 0..half {
-            let (next, next_slope) = node(i + 1);
-            let rise = next - value;
-            let (second, third) = (3.0 * rise - 2.0 * slope - next_slope, slope + next_slope - 2.0 * rise);
+            let (next, next_slope) = if i + 1 == half { (1.0, 0.0) } else { node(i + 1) };
+            let [.., second, third] = cubic((value, slope), (next, next_slope));
             cells[half + 1 + i] = [value, slope, second, third];
             // The same cubic from its other end, turned about the origin.
             cells[half - i] = [-next, next_slope, -second - 3.0 * third, third];
             (value, slope) = (next, next_slope);
         }
-        Self::Table { density, middle: (half + 1) as f64, cells }
+        Self::Table { density, middle: (half + 1) as f64, cells, even: true }
+    }
+
+    /// The table of a response that is not odd, from value and rise at -`half`, .. `half` cells; the outermost are the ends.
+    fn uneven(density: f64, half: usize, node: impl Fn(i64) -> (f64, f64)) -> Self {
+        let end = half as i64;
+        let node = |i: i64| if i.abs() == end { (i.signum() as f64, 0.0) } else { node(i) };
+        let nodes: Vec<(f64, f64)> = (-end..=end).map(node).collect();
+        let inner = nodes.windows(2).map(|pair| cubic(pair[0], pair[1]));
+        let ends = [-1.0, 1.0].map(|end| [end, 0.0, 0.0, 0.0]);
+        let cells = [ends[0]].into_iter().chain(inner).chain([ends[1]]).collect();
+        Self::Table { density, middle: (half + 1) as f64, cells, even: false }
     }
 
     /// E at distance `d` from a sharp edge.
     pub(super) fn sharp(normal: DVec2, d: f64) -> f64 {
         EdgeShape::new(normal, 0.0).sharp(d).value
+    }
+
+    /// Whether the response is odd.
+    pub(super) fn is_even(&self) -> bool {
+        matches!(self, Self::Sharp(_) | Self::Table { even: true, .. })
+    }
+
+    /// The response at distance `d` of an edge that is bright on the positive side, `bright` = 1, or on the negative, -1.
+    #[inline]
+    pub(super) fn towards(&self, d: f64, bright: f64) -> Edge {
+        let edge = self.at(bright * d);
+        Edge { value: bright * edge.value, slope: edge.slope, bend: bright * edge.bend }
+    }
+
+    /// The mean response over edges that are bright on either side: odd.
+    #[inline]
+    pub(super) fn odd(&self, d: f64) -> Edge {
+        let [a, b] = [self.at(d), self.at(-d)];
+        Edge { value: 0.5 * (a.value - b.value), slope: 0.5 * (a.slope + b.slope), bend: 0.5 * (a.bend - b.bend) }
     }
 
     /// The responses at many distances: E, its slopes and its bends, as of [`Self::at`].
@@ -128,7 +216,7 @@ impl Profile {
                     (values[i], slopes[i]) = (seen.value, seen.slope);
                 }
             }
-            Self::Table { density, middle, cells } => {
+            Self::Table { density, middle, cells, .. } => {
                 // Find the cell of each, and the place in it.
                 let last = (cells.len() - 1) as f64;
                 let (mut rest, mut cell) = ([0.0; N], [0u32; N]);
@@ -164,7 +252,7 @@ impl Profile {
     pub(super) fn at(&self, d: f64) -> Edge {
         match self {
             Self::Sharp(shape) => shape.sharp(d),
-            Self::Table { density, middle, cells } => {
+            Self::Table { density, middle, cells, .. } => {
                 let place = (d * density + middle).max(0.0);
                 let index = (place as usize).min(cells.len() - 1);
                 let t = place - index as f64;
@@ -177,6 +265,12 @@ impl Profile {
             }
         }
     }
+}
+
+/// The cubic over a cell from values and rises at both ends.
+fn cubic((value, slope): (f64, f64), (next, next_slope): (f64, f64)) -> [f64; 4] {
+    let rise = next - value;
+    [value, slope, 3.0 * rise - 2.0 * slope - next_slope, slope + next_slope - 2.0 * rise]
 }
 
 #[cfg(test)]
@@ -228,8 +322,10 @@ mod tests {
 
     #[test]
     fn many_distances_go_through_as_one_does() {
-        for s in [0.0, 0.03, 0.7, 2.0] {
-            let profile = Profile::new(normal(20.0), s);
+        let mut uneven = PictureBlur::gaussian([0.7; 2]).shapes[0];
+        uneven.uneven[1] = -0.3;
+        let profiles = [0.0, 0.03, 0.7, 2.0].map(|s| (s, Profile::new(normal(20.0), s)));
+        for (s, profile) in profiles.into_iter().chain([(0.7, Profile::shaped(normal(20.0), 0.7, &uneven))]) {
             // Within the reach, at its ends, and far beyond.
             let distances: [f64; 64] = std::array::from_fn(|i| (i as f64 - 32.0) * 0.05 * (1.0 + 4.0 * s));
             let far = [0.0, -0.0, 1e9, -1e9, 1e300, -1e300, 7.0, -7.0];

@@ -5,21 +5,23 @@
 //! A picture whose Gaussian leaves no more than chance, or no more than the model's own error, keeps it.
 
 use super::blur::FIRST_MARGIN_PX;
-use super::blur_shape::{BUMPS, PictureBlur};
+use super::blur_shape::{BUMPS, BlurShape, PictureBlur};
 use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, fit, profiles};
 use super::corner_model::{Effort, Model};
 use super::corner_site::CornerSite;
-use super::edge_spread::{EdgeShape, SHARP_PX, bump_pairs};
+use super::edge_spread::{EdgeShape, SHARP_PX};
 use super::equations::edge_models;
+use super::profile::{Profile, bump_pairs, uneven_pairs};
 use super::settings::Settings;
 use super::strip::{EdgeModel, EdgeStrip};
 use super::window::{Window, gather};
-use crate::num::gauss::Gauss;
 use glam::DVec2;
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
+/// Weights of a family: of what is alike to both sides of an edge, and of what is not.
+const WEIGHTS: usize = 2 * BUMPS;
 /// Corners that the weights are found from, and rounds of fits.
 const PILOTS: usize = 12;
 const ROUNDS: usize = 3;
@@ -38,10 +40,10 @@ const HOLD: f64 = 1e-7;
 /// What the fits leave near the edges of one family.
 #[derive(Debug, Clone, Copy)]
 struct Left {
-    normal: SMatrix<f64, BUMPS, BUMPS>,
-    right: SVector<f64, BUMPS>,
+    normal: SMatrix<f64, WEIGHTS, WEIGHTS>,
+    right: SVector<f64, WEIGHTS>,
     /// Sums of w A^2 and of what is left, towards the side of the edge, times A, in steps of distance.
-    bins: [[f64; 2]; BINS],
+    bins: [[f64; 2]; 2 * BINS],
     /// Sums of what is left squared, and of the weights.
     squares: f64,
     weight: f64,
@@ -49,30 +51,50 @@ struct Left {
 
 impl Left {
     fn none() -> Self {
-        let bins = [[0.0; 2]; BINS];
+        let bins = [[0.0; 2]; 2 * BINS];
         Self { normal: SMatrix::zeros(), right: SVector::zeros(), bins, squares: 0.0, weight: 0.0 }
     }
 
-    /// Adds the pixels of a strip; the equations of the weights only where they are wanted.
-    fn add(&mut self, strip: &EdgeStrip, model: &Model, edge: &EdgeModel<'_>, k: usize, equations: bool) {
+    /// Adds the pixels of a strip for so many weights; their equations only where they are wanted.
+    fn add(
+        &mut self,
+        strip: &EdgeStrip,
+        model: &Model,
+        edge: &EdgeModel<'_>,
+        k: usize,
+        (weights, equations): (usize, bool),
+    ) {
         let shape = model.shapes[k];
-        let (gauss, under) = (Gauss::new(), EdgeShape::new(edge.normal, model.sigma_px[k]));
+        let [under, bump] = [model.sigma_px[k], shape.bump_px()].map(|sigma_px| Profile::new(edge.normal, sigma_px));
         let [m0, mx, my, a0, ax, ay] = model.light;
-        let reach = under.reach().max(shape.reach_px());
+        let reach = EdgeShape::new(edge.normal, model.sigma_px[k]).reach_under(&shape);
+        let uneven = weights > BUMPS;
         for [x, y, value, weight, sign] in strip.pixels() {
             let d = edge.distance(DVec2::new(x, y) - model.corner, sign);
             let contrast = (a0 + ax * x + ay * y) * sign;
-            let left = value - (m0 + mx * x + my * y) - contrast * edge.profile.at(d).value;
+            let left = value - (m0 + mx * x + my * y) - contrast * edge.response(d, sign).value;
             self.squares += weight * left * left;
             self.weight += weight;
-            let bin = &mut self.bins[((d.abs() / reach * BINS as f64) as usize).min(BINS - 1)];
+            let bright = sign * a0.signum();
+            let bin = ((d.abs() / reach * BINS as f64) as usize).min(BINS - 1);
+            // Both sides of an edge go together where they are alike.
+            let (bin, side) = if uneven && d * bright < 0.0 { (BINS + bin, bright) } else { (bin, d.signum()) };
+            let bin = &mut self.bins[bin];
             bin[0] += weight * contrast * contrast;
-            bin[1] += weight * contrast * left * d.signum();
+            bin[1] += weight * contrast * left * side;
             if equations && d.abs() < reach {
-                let pairs = bump_pairs(&shape, edge.normal, under.exact(gauss, d), d);
-                let column = SVector::<f64, BUMPS>::from_fn(|j, _| contrast * pairs[j].value);
-                self.normal += weight * column * column.transpose();
-                self.right += column * (weight * left);
+                let mut column = [0.0; WEIGHTS];
+                let mut write = |first: usize, by: f64, pairs: [f64; BUMPS]| {
+                    column[first..first + BUMPS].iter_mut().zip(pairs).for_each(|(c, pair)| *c = by * pair);
+                };
+                write(0, contrast, bump_pairs(&shape, &bump, under.at(d), d));
+                if uneven {
+                    write(BUMPS, contrast * bright, uneven_pairs(&shape, &bump, bright * d));
+                }
+                for i in 0..weights {
+                    (0..weights).for_each(|j| self.normal[(i, j)] += weight * column[i] * column[j]);
+                    self.right[i] += column[i] * (weight * left);
+                }
             }
         }
     }
@@ -90,36 +112,40 @@ impl Left {
 
     /// Whether what is left depends on the distance from the edge, more than by chance and more than the model's own error.
     fn is_misfit(&self) -> bool {
+        let used = self.bins.iter().filter(|b| b[0] > 0.0).count() as f64;
         let explained: f64 = self.bins.iter().filter(|b| b[0] > 0.0).map(|b| b[1] * b[1] / b[0]).sum();
         let strength: f64 = self.bins.iter().map(|b| b[0]).sum();
-        let chance = (self.squares - explained) / (self.weight - BINS as f64).max(1.0);
+        let chance = (self.squares - explained) / (self.weight - used).max(1.0);
         // A is half the contrast.
         let share = 0.5 * (explained / strength.max(f64::MIN_POSITIVE)).sqrt();
-        explained > SURE * BINS as f64 * chance && share > LEAST_MISFIT
+        explained > SURE * used * chance && share > LEAST_MISFIT
     }
 
     /// By how much the weights change.
-    fn change(&self) -> Option<SVector<f64, BUMPS>> {
+    fn change(&self) -> Option<SVector<f64, WEIGHTS>> {
         let hold = (self.squares / self.weight.max(1.0) / (PRIOR * PRIOR)).max(HOLD * self.normal.trace());
-        let normal = self.normal + SMatrix::<f64, BUMPS, BUMPS>::identity() * hold;
+        let normal = self.normal + SMatrix::<f64, WEIGHTS, WEIGHTS>::identity() * hold;
         let change = normal.cholesky()?.solve(&self.right);
         change.iter().all(|v| v.is_finite()).then_some(change)
     }
 }
 
 /// The shapes of the blur of a picture whose Gaussians are known: from some corners, and only where a Gaussian leaves clearly more.
+/// Where edges lean (`leaning`) they may be unlike to both sides of them.
 pub(super) fn find_shapes(
     candidates: &Candidates<'_>,
     sites: &[CornerSite],
     settings: &Settings,
     sigma_px: [f64; 2],
+    leaning: bool,
 ) -> PictureBlur {
     // See whether the Gaussians leave more than chance.
     let plain = PictureBlur::gaussian(sigma_px);
     let sites: Vec<CornerSite> = sites.iter().copied().step_by(sites.len().div_ceil(PILOTS).max(1)).collect();
     let fits = fit_sites(candidates, &sites, settings, &plain);
     let before = squares(&fits);
-    let misfit = left(&fits, false).map(|l| l.is_misfit());
+    let weights = if leaning { WEIGHTS } else { BUMPS };
+    let misfit = left(&fits, (weights, false)).map(|l| l.is_misfit());
     let mut shaped = [0, 1].map(|k| misfit[k] && sigma_px[k] >= SHARP_PX);
 
     // Find the weights, where they explain enough, and fit again.
@@ -128,12 +154,13 @@ pub(super) fn find_shapes(
         if shaped == [false; 2] {
             return plain;
         }
-        let left = left(&fits, true);
+        let left = left(&fits, (weights, true));
         for k in 0..2 {
             let Some(change) = left[k].change() else { return plain };
             shaped[k] &= round > 0 || change.dot(&left[k].right) > BELIEVED * left[k].squares;
             if shaped[k] {
-                blur.shapes[k].weights.iter_mut().zip(change.iter()).for_each(|(w, c)| *w += c);
+                let BlurShape { weights, uneven, .. } = &mut blur.shapes[k];
+                weights.iter_mut().chain(uneven).zip(change.iter()).for_each(|(w, c)| *w += c);
             }
         }
         fits = fit_sites(candidates, &sites, settings, &blur);
@@ -166,18 +193,45 @@ fn squares(fits: &[SiteFit]) -> f64 {
     fits.iter().flatten().map(|(_, fit)| share(fit) * share(fit)).sum()
 }
 
-/// What fits leave near the edges of both families.
-fn left(fits: &[SiteFit], equations: bool) -> [Left; 2] {
+/// What fits leave near the edges of both families, for so many weights and with or without their equations.
+fn left(fits: &[SiteFit], weights: (usize, bool)) -> [Left; 2] {
     let one = |fit: &SiteFit| {
         let mut own = [Left::none(); 2];
         if let Some((window, CornerFit { model, .. })) = fit {
             let profiles = profiles(model);
             for (k, edge) in edge_models(model, &profiles, false).iter().enumerate() {
-                own[k].add(&window.strips[k], model, edge, k, equations);
+                own[k].add(&window.strips[k], model, edge, k, weights);
             }
         }
         own
     };
     let all: Vec<[Left; 2]> = fits.par_iter().map(one).collect();
     [0, 1].map(|k| all.iter().fold(Left::none(), |sum, own| sum.sum(&own[k])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_alike_to_both_sides_is_even_towards_bright() {
+        let mut shape = PictureBlur::gaussian([1.0; 2]).shapes[0];
+        shape.uneven[1] = -0.3;
+        let normal = DVec2::from_angle(0.4);
+        let (plain, shaped) = (Profile::new(normal, 1.0), Profile::shaped(normal, 1.0, &shape));
+        let bump = Profile::new(normal, shape.bump_px());
+        for i in -40..=40 {
+            let d = f64::from(i) * 0.13;
+            // What the pair adds, by its own definition: two bumps of opposite sign, two spacings away.
+            let away = 2.0 * shape.spacing_px;
+            let expected = -0.15 * (bump.at(d - away).value - bump.at(d + away).value);
+            let added = |d: f64| shaped.at(d).value - plain.at(d).value;
+            // Tables err by 5e-6 each.
+            assert!((added(d) - expected).abs() < 2e-5, "{d}: {} for {expected}", added(d));
+            assert!((added(d) - added(-d)).abs() < 2e-5, "{d}");
+            // Bright on the other side it is the mirror image, and the mean of both is the blur alone.
+            assert_eq!(shaped.towards(d, -1.0).value, -shaped.at(-d).value);
+            assert!((shaped.odd(d).value - plain.at(d).value).abs() < 2e-5, "{d}");
+        }
+    }
 }

@@ -5,6 +5,7 @@
 //! equations of a strip follow from some thirty sums, taken over many pixels at a time.
 
 use super::corner_model::Model;
+use super::edge_spread::Edge;
 use super::pixel_sums::PixelSums;
 use super::profile::Profile;
 use crate::num::simd::{Kernel, widest};
@@ -110,15 +111,43 @@ pub(super) struct EdgeModel<'a> {
     pub(super) shift_px: f64,
     /// Added to it on the positive side of the other edge, and taken away on the negative one, in px.
     pub(super) step_px: f64,
+    /// By what share of it this grows with each px along the edge.
+    pub(super) step_rate: f64,
+    /// On which side of it the model is bright where the other edge's distance is positive, 1 or -1, and 0 where the profile is
+    /// alike to both sides.
+    pub(super) bright: f64,
     /// Whether the blur is solved for.
     pub(super) free_blur: bool,
 }
 
 impl EdgeModel<'_> {
+    /// The response at a distance, on a side of the other edge: 1 or -1.
+    pub(super) fn response(&self, distance: f64, sign: f64) -> Edge {
+        if self.bright == 0.0 { self.profile.at(distance) } else { self.profile.towards(distance, self.bright * sign) }
+    }
+
+    /// The responses at many distances on their sides of the other edge, as of [`Self::response`]: E, its slopes and its bends.
+    #[inline(always)]
+    fn responses(&self, distances: &Column, signs: &Column) -> [Column; 3] {
+        if self.bright == 0.0 {
+            return self.profile.at_all(distances);
+        }
+        let (mut bright, mut towards) = ([0.0; CHUNK], [0.0; CHUNK]);
+        for i in 0..CHUNK {
+            bright[i] = self.bright * signs[i];
+            towards[i] = bright[i] * distances[i];
+        }
+        let [values, slopes, bends] = self.profile.at_all(&towards);
+        [product(&bright, &values), slopes, product(&bright, &bends)]
+    }
+
     /// The signed distance from the edge of a place from the corner, on a side of the other edge: 1 or -1.
     pub(super) fn distance(&self, r: DVec2, sign: f64) -> f64 {
         let along = self.tangent.dot(r);
-        self.normal.dot(r) + 0.5 * self.curvature * along * along + self.shift_px + self.step_px * sign
+        self.normal.dot(r)
+            + 0.5 * self.curvature * along * along
+            + self.shift_px
+            + self.step_px * sign * (1.0 + self.step_rate * along)
     }
 }
 
@@ -221,12 +250,12 @@ impl LaneSums {
             let (dx, dy) = (x[i] - model.corner.x, y[i] - model.corner.y);
             let t = edge.tangent.x * dx + edge.tangent.y * dy;
             along[i] = t;
-            let shift = edge.shift_px + edge.step_px * sign[i];
+            let shift = edge.shift_px + edge.step_px * sign[i] * (1.0 + edge.step_rate * t);
             distance[i] = edge.normal.x * dx + edge.normal.y * dy + 0.5 * edge.curvature * t * t + shift;
         }
 
         // Evaluate the edge response, give it the sign of the other edge, and form the column T of the model's derivatives.
-        let [mut e, slope, bend] = edge.profile.at_all(&distance);
+        let [mut e, slope, bend] = edge.responses(&distance, sign);
         let [_, _, _, a0, ax, ay] = model.light;
         let (mut contrast, mut turn) = ([0.0; CHUNK], [0.0; CHUNK]);
         for i in 0..CHUNK {
@@ -269,5 +298,39 @@ impl LaneSums {
         add(&mut self.turns[k][..3], weighted, [&ONE, x, y]);
         add(&mut self.turns[k][3..6], &product(weighted, e), [&ONE, x, y]);
         add(&mut self.turns[k][6..], weighted, [value]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vision::blur_shape::PictureBlur;
+
+    #[test]
+    fn pixels_that_go_through_together_see_the_edge_as_each_alone() {
+        let mut shape = PictureBlur::gaussian([1.0; 2]).shapes[0];
+        shape.uneven[1] = -0.3;
+        let normal = DVec2::new(0.8, 0.6);
+        let profile = Profile::shaped(normal, 1.0, &shape);
+        let distances: Column = std::array::from_fn(|i| (i as f64 - 15.5) * 0.21);
+        let signs: Column = std::array::from_fn(|i| if i % 3 == 0 { 1.0 } else { -1.0 });
+        for bright in [-1.0, 0.0, 1.0] {
+            let edge = EdgeModel {
+                profile: &profile,
+                normal,
+                tangent: normal.perp(),
+                curvature: 0.0,
+                shift_px: 0.0,
+                step_px: 0.0,
+                step_rate: 0.0,
+                bright,
+                free_blur: false,
+            };
+            let [values, slopes, bends] = edge.responses(&distances, &signs);
+            for i in 0..CHUNK {
+                let Edge { value, slope, bend } = edge.response(distances[i], signs[i]);
+                assert_eq!([values[i], slopes[i], bends[i]], [value, slope, bend], "{bright} {i}");
+            }
+        }
     }
 }

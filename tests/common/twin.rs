@@ -49,6 +49,16 @@ impl Twin {
         Self { scene, ink: 0.0, kernel: Kernel::Gaussian(1.0) }
     }
 
+    /// The same board turned and tilted by other angles in deg, whole in a picture as wide as its diagonal.
+    pub fn posed(inner: [usize; 2], step: f64, roll: f64, tilt: f64) -> Self {
+        let size = DVec2::new((inner[0] + 1) as f64, (inner[1] + 1) as f64);
+        let side = ((size + 1.0).length() * step) as usize + 20;
+        let mut scene = Scene::view(side, side, step, roll, tilt, DVec2::new(3.25, -4.63));
+        scene.board_from_image = glam::DMat3::from_translation(size * 0.5) * scene.board_from_image;
+        scene.size = Some(size);
+        Self { scene, ..Self::board(inner, step) }
+    }
+
     /// The picture in linear radiance, between the scene's levels.
     pub fn render(&self) -> Raster<f32> {
         let (width, height) = (self.scene.width, self.scene.height);

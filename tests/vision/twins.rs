@@ -3,22 +3,33 @@
 use super::judge::judge;
 use crate::common::twin::{Kernel, Tone, Twin, photographed};
 use biprism::raster::Raster;
-use biprism::vision::{Detection, Settings, detect};
+use biprism::vision::{Corner, Detection, Settings, detect};
 use glam::DVec2;
+use std::collections::BTreeMap;
 
 /// Boards of the sizes that are sold: lines of three to nine corners.
 const BOARDS: [[usize; 2]; 4] = [[3, 3], [5, 4], [6, 6], [9, 6]];
 
+/// The same with its squares in px: little tilted, and turned and tilted strongly, so that near squares are a third larger than far
+/// ones.
+fn views() -> Vec<(String, Twin)> {
+    let view = |board: [usize; 2], step: f64| {
+        let tilted = Twin::posed(board, step, -12.0, 35.0);
+        [("", Twin::board(board, step)), (" tilted", tilted)]
+            .map(|(how, twin)| (format!("{board:?} of {step} px{how}"), twin))
+    };
+    BOARDS.into_iter().map(|board| (board, 32.0)).chain([([8, 6], 45.0)]).flat_map(|(b, step)| view(b, step)).collect()
+}
+
 /// Everything that a camera or a printer does to a board, by name.
-fn wrongs(board: [usize; 2]) -> Vec<(String, Twin, Raster<f32>)> {
-    let twin = Twin::board(board, 32.0);
+fn wrongs(twin: &Twin) -> Vec<(String, Twin, Raster<f32>)> {
     let light = twin.render();
     let mut all = Vec::new();
     let mut add = |name: String, twin: &Twin, picture| all.push((name, twin.clone(), picture));
-    for exposure in [1.2, 1.5, 2.0, 4.0] {
-        add(format!("exposure {exposure}"), &twin, photographed(&light, exposure, 0.0, Tone::Srgb, Tone::Srgb));
+    for exposure in [1.2, 1.5, 2.0, 3.0, 4.0] {
+        add(format!("exposure {exposure}"), twin, photographed(&light, exposure, 0.0, Tone::Srgb, Tone::Srgb));
     }
-    add("blacks clipped".to_owned(), &twin, photographed(&light, 1.0, 0.15, Tone::Srgb, Tone::Srgb));
+    add("blacks clipped".to_owned(), twin, photographed(&light, 1.0, 0.15, Tone::Srgb, Tone::Srgb));
     for (tone, read) in [
         (Tone::Linear, Tone::Srgb),
         (Tone::Srgb, Tone::Linear),
@@ -27,11 +38,11 @@ fn wrongs(board: [usize; 2]) -> Vec<(String, Twin, Raster<f32>)> {
         (Tone::Gamma(2.6), Tone::Srgb),
         (Tone::S(1.0), Tone::Srgb),
     ] {
-        add(format!("{tone:?} read as {read:?}"), &twin, photographed(&light, 1.0, 0.0, tone, read));
+        add(format!("{tone:?} read as {read:?}"), twin, photographed(&light, 1.0, 0.0, tone, read));
     }
     // What is printed or shown as its negative: codes are turned about, and read as they were.
     let codes = photographed(&light, 1.0, 0.0, Tone::Srgb, Tone::Linear);
-    add("negative".to_owned(), &twin, codes.map(|code| Tone::Srgb.decode(f64::from(1.0 - code)) as f32));
+    add("negative".to_owned(), twin, codes.map(|code| Tone::Srgb.decode(f64::from(1.0 - code)) as f32));
     for growth in [0.01, 0.02, 0.05, 0.1, -0.02, -0.05, -0.1] {
         let inked = Twin { ink: 0.5 * growth, ..twin.clone() };
         let picture = photographed(&inked.render(), 1.0, 0.0, Tone::Srgb, Tone::Srgb);
@@ -40,59 +51,83 @@ fn wrongs(board: [usize; 2]) -> Vec<(String, Twin, Raster<f32>)> {
     all
 }
 
-/// The median of the squared Mahalanobis distances over 2, over that of chi-square of two degrees of freedom.
-fn calibration(twin: &Twin, found: &Detection) -> f64 {
+/// The squared Mahalanobis distances over 2; of chi-square of two degrees of freedom their median is ln 2.
+fn distances(twin: &Twin, found: &Detection) -> Vec<f64> {
     let truth = twin.scene.corners();
-    let mut distances: Vec<f64> = found
-        .corners
-        .iter()
-        .filter_map(|corner| {
-            let at = truth.iter().map(|t| t.1).find(|at| at.distance(corner.position_px) < 2.0)?;
-            let e = corner.position_px - at;
-            Some(0.5 * e.dot(corner.covariance_px2.inverse() * e) / std::f64::consts::LN_2)
-        })
-        .collect();
-    distances.sort_by(f64::total_cmp);
-    distances[distances.len() / 2]
+    let distance = |corner: &Corner| {
+        let at = truth.iter().map(|t| t.1).find(|at| at.distance(corner.position_px) < 2.0)?;
+        let e = corner.position_px - at;
+        Some(0.5 * e.dot(corner.covariance_px2.inverse() * e))
+    };
+    found.corners.iter().filter_map(distance).collect()
+}
+
+fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut values = values.to_vec();
+    values.sort_by(f64::total_cmp);
+    values[(values.len() as f64 * share) as usize]
 }
 
 #[test]
 fn small_boards_are_measured_whatever_light_ink_or_curve_did() {
     let mut failed = Vec::new();
-    for board in BOARDS {
-        for (name, twin, picture) in wrongs(board) {
+    for (view, twin) in views() {
+        for (name, twin, picture) in wrongs(&twin) {
             let found = detect(&picture, None, &Settings::default());
             let e = judge(&twin.scene, &found);
             println!(
-                "{board:?} {name:32} found {} missing {} rms {:.4} max {:.4} lean {:+.3}",
+                "{view} {name:32} found {} missing {} rms {:.4} max {:.4} lean {:+.3}",
                 e.found, e.missing, e.rms, e.max, found.lean_px
             );
-            // 0.02 px; where squares of a colour meet in a neck, the 0.03 px that `cornerSubPix` has under exposure by 2.
-            let neck = name == "exposure 4" || name.contains("10 %");
-            let bound_px = if neck { 0.03 } else { 0.02 };
-            if e.missing + e.wrong > 0 || e.found != board[0] * board[1] || e.rms > bound_px {
-                failed.push(format!("{board:?} {name}: {e:?}"));
+            let corners = twin.scene.size.map_or(0.0, |size| (size.x - 1.0) * (size.y - 1.0));
+            if e.missing + e.wrong > 0 || e.found as f64 != corners || e.rms > 0.02 {
+                failed.push(format!("{view} {name}: {e:?}"));
             }
         }
     }
     assert!(failed.is_empty(), "{failed:#?}");
 }
 
+/// Ink that spreads by a share of a square moves edges by more px where the board is nearer, and by more at the near end of one edge
+/// than at its far end. A lean of so many px everywhere leaves up to 0.1 px of a tilted board of 5 x 4 corners; a lean that
+/// follows the squares leaves what eight bits do, as of a board without.
+#[test]
+fn ink_is_a_share_of_the_squares_as_they_are_seen() {
+    for (board, step) in [([5, 4], 32.0), ([8, 6], 45.0)] {
+        let errors = [0.0, 0.05, -0.05].map(|growth| {
+            let twin = Twin { ink: 0.5 * growth, ..Twin::posed(board, step, -12.0, 35.0) };
+            let picture = photographed(&twin.render(), 1.0, 0.0, Tone::Srgb, Tone::Srgb);
+            judge(&twin.scene, &detect(&picture, None, &Settings::default())).rms
+        });
+        println!("{board:?} of {step} px: {errors:.5?}");
+        assert!(errors.iter().all(|rms| *rms < 1.5 * errors[0]), "{board:?} {errors:?}");
+    }
+}
+
 /// Where the model does not hold, and on eight bits without noise, where rounding is alike along an edge, errors are as large as
-/// is told: within a factor of two. A lattice of some twenty corners has too few to be held against.
+/// is told: within a factor of two, over two views of a board, but for chance.
 #[test]
 fn a_covariance_knows_what_the_model_does_not() {
-    let mut failed = Vec::new();
-    for board in BOARDS.into_iter().filter(|b| b[0] * b[1] > 30) {
-        let twin = Twin::board(board, 32.0);
-        let plain = photographed(&twin.render(), 1.0, 0.0, Tone::Srgb, Tone::Srgb);
-        for (name, twin, picture) in wrongs(board).into_iter().chain([("8 bits".to_owned(), twin, plain)]) {
-            let found = detect(&picture, None, &Settings::default());
-            let ratio = calibration(&twin, &found);
-            println!("{board:?} {name:32} {ratio:.3}");
-            if !(0.25..=4.0).contains(&ratio) {
-                failed.push(format!("{board:?} {name}: {ratio:.3}"));
+    let mut all: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for board in BOARDS {
+        for twin in [Twin::board(board, 32.0), Twin::posed(board, 32.0, -12.0, 35.0)] {
+            let plain = photographed(&twin.render(), 1.0, 0.0, Tone::Srgb, Tone::Srgb);
+            for (name, twin, picture) in wrongs(&twin).into_iter().chain([("8 bits".to_owned(), twin, plain)]) {
+                let found = detect(&picture, None, &Settings::default());
+                all.entry(format!("{board:?} {name}")).or_default().extend(distances(&twin, &found));
             }
+        }
+    }
+    let mut failed = Vec::new();
+    for (name, distances) in &all {
+        let ratio = quantile(distances, 0.5) / std::f64::consts::LN_2;
+        println!("{name:44} {ratio:.3}");
+        // The median of n such distances has a standard error of 1 / sqrt(n): two of them are chance.
+        let chance = 1.0 + 2.0 / (std::f64::consts::LN_2 * (distances.len() as f64).sqrt());
+        // What is not kept (`docs/corners.md`): necks between squares on the smallest board.
+        let kept = !(name.starts_with("[3, 3]") && name.contains("10 %"));
+        if kept && !(0.25 / chance..=4.0 * chance).contains(&ratio) {
+            failed.push(format!("{name}: {ratio:.3}"));
         }
     }
     assert!(failed.is_empty(), "{failed:#?}");
