@@ -72,7 +72,7 @@ fn corners_lie_where_the_reference_has_them() {
         let aimer = Aimer::new(&reference);
         let [columns, rows] = reference.board().inner_corners();
         let mut corners = Vec::new();
-        for (column, row) in (0..columns).step_by(2).flat_map(|c| (0..rows).step_by(2).map(move |r| (c, r))) {
+        for (column, row) in (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r))) {
             let board_mm = reference.board().corner_at(column as f64, row as f64);
             for side in Side::ALL {
                 let seen = |px: &DVec2| reference.footprint(*px).ok().filter(|f| f.sight.side == side);
