@@ -112,7 +112,6 @@ def study(biprism, prism, depth_mm, pairs, folder):
     text = folder / f"{prism}.toml"
     text.write_text(scene(prism, depth_mm))
     run(biprism, "render", text, "--stereo", "--halves", "--out", folder / "a.png", "--out", folder / "a.npy")
-    run(biprism, "render", text, "--out", folder / "whole.png")
     run(biprism, "rectify", text, "--depth-mm", MAP_DEPTH_MM, "--out", folder / "maps")
 
     # As they are.
@@ -124,7 +123,7 @@ def study(biprism, prism, depth_mm, pairs, folder):
     yield "raw", figures(found, true, z_mm, disparity[..., 1], pairs[prism, "designed"]), found
 
     # After the maps.
-    picture = cv2.imread(str(folder / "whole.png"), cv2.IMREAD_GRAYSCALE)
+    picture = np.hstack([left, right])
     maps = {name: np.load(folder / "maps" / f"{name}.npy") for name in ("left_x", "left_y", "right_x", "right_y")}
     remap = lambda image, half: cv2.remap(image, maps[f"{half}_x"], maps[f"{half}_y"], cv2.INTER_LANCZOS4)
     left, right = (remap(picture, half) for half in ("left", "right"))
