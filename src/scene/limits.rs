@@ -13,6 +13,17 @@ pub(super) const OBJECTS: usize = 32;
 /// The radiance of a black and of a white square where nothing else is said.
 pub(super) const BLACK: f64 = 0.05;
 pub(super) const WHITE: f64 = 0.85;
+
+/// [`BLACK`], as the default of a key.
+pub(super) fn black() -> f64 {
+    BLACK
+}
+
+/// [`WHITE`], as the default of a key.
+pub(super) fn white() -> f64 {
+    WHITE
+}
+
 /// Squares along one side of the board.
 pub(super) const SIDE_SQUARES: usize = 100_000;
 /// The shortest focal length, distance, square or scale, in mm: a picometre.

@@ -1,7 +1,7 @@
 //! Objects beside the board: planes with a checkerboard or a texture, as they are written and what they come to.
 
 use super::document::Document;
-use super::limits::{BLACK, LONGEST_MM, RADIANCE, SHORTEST_MM, SIDE_SQUARES, TILT_DEG, WHITE};
+use super::limits::{self, LONGEST_MM, RADIANCE, SHORTEST_MM, SIDE_SQUARES, TILT_DEG};
 use super::model::{BoardSpec, ObjectSpec};
 use super::texture_keys::{self, TextureFile};
 use crate::error::Error;
@@ -37,11 +37,11 @@ pub(super) struct ObjectFile {
     /// What the object shows in place of its squares, as `board.texture`.
     pub(super) texture: Option<TextureFile>,
     /// Radiance of a black square, of full scale 1.
-    #[serde(default = "black")]
+    #[serde(default = "limits::black")]
     #[schemars(range(min = 0, max = RADIANCE))]
     pub(super) black: f64,
     /// Radiance of a white square and of the margin, of full scale 1.
-    #[serde(default = "white")]
+    #[serde(default = "limits::white")]
     #[schemars(range(min = 0, max = RADIANCE))]
     pub(super) white: f64,
 }
@@ -69,12 +69,4 @@ pub(super) fn objects(
         Ok(ObjectSpec { plate, texture: file.texture.as_ref().map(texture).transpose()? })
     };
     files.iter().enumerate().map(object).collect()
-}
-
-fn black() -> f64 {
-    BLACK
-}
-
-fn white() -> f64 {
-    WHITE
 }

@@ -194,14 +194,6 @@ pub(super) struct ExpectFile {
     pub(super) max: Option<f64>,
 }
 
-fn black() -> f64 {
-    BLACK
-}
-
-fn white() -> f64 {
-    WHITE
-}
-
 fn background() -> f64 {
     0.3
 }
