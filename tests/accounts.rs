@@ -223,7 +223,7 @@ fn a_doubtful_index_is_refused() {
         let corner = |column: i32, row: i32| {
             let at = system.board().corner_at(f64::from(column), f64::from(row)) + aside * 10.0;
             let px = camera.project(system.board().world(at)).expect("it is before the camera");
-            LatticeCorner { index: [column - 9, row - 4], position_px: px, polarity: None }
+            LatticeCorner { index: [column - 9, row - 4], position_px: px, polarity: None, covariance_px2: None }
         };
         let all = (0..40).flat_map(|column| (0..40).map(move |row| corner(column, row)));
         let seen: Vec<LatticeCorner> = all.filter(|c| frame.contains(c.position_px)).collect();

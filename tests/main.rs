@@ -44,6 +44,7 @@ mod objects;
 mod oracle;
 mod relay_oracle;
 mod own_parts;
+mod page;
 mod paper;
 mod photograph;
 mod prism_law;

@@ -9,7 +9,7 @@ use super::half_image::HalfFrame;
 use crate::num::stats::quantile;
 use crate::system::{InLight, System};
 use crate::vision::{LatticeCorner, Polarity};
-use glam::{DVec2, IVec2};
+use glam::{DMat2, DVec2, IVec2};
 
 /// A detected corner that knows its place on the board.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +18,15 @@ pub struct Found {
     pub index: [i32; 2],
     /// Position, in px from the half's own origin.
     pub position_px: DVec2,
+    /// Covariance of the position, in px^2, where the detector says.
+    pub covariance_px2: Option<DMat2>,
+}
+
+impl Found {
+    /// A corner of a lattice at the place `index` of the board.
+    pub(super) fn at(index: [i32; 2], seen: &LatticeCorner) -> Self {
+        Self { index, position_px: seen.position_px, covariance_px2: seen.covariance_px2 }
+    }
 }
 
 /// Where the corners of a lattice lie on the board.
@@ -52,7 +61,7 @@ const MOST_DOUBT: f64 = 0.3;
 /// Gives the corners of one half their places on the board; `None` as [`placement`].
 pub fn anchor(light: &InLight<'_>, frame: &HalfFrame, corners: &[LatticeCorner]) -> Option<Vec<Found>> {
     let placement = placement(light, frame, corners)?;
-    Some(corners.iter().map(|c| Found { index: placement.of(c.index), position_px: c.position_px }).collect())
+    Some(corners.iter().map(|c| Found::at(placement.of(c.index), c)).collect())
 }
 
 /// Where the lattice of one half lies on the board; `None` when the instrument cannot tell, because its rays meet the board

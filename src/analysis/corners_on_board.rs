@@ -42,6 +42,7 @@ pub fn on_board(light: &InLight<'_>, half: Half, view: CornerView) -> CornerView
         index: c.index,
         position_px: frame.own(c.position_px),
         polarity: c.quality.map(|q| q.polarity),
+        covariance_px2: c.quality.map(|q| q.covariance_px2),
     };
     let lattice = upright(&view.corners.iter().map(seen).collect::<Vec<_>>());
     let listed: BTreeMap<[u64; 2], &ListedCorner> =

@@ -42,6 +42,7 @@ pub fn lattices(file: &dyn Display, system: &System, views: &[CornerView]) -> Re
             index: c.index,
             position_px: frame.own(c.position_px),
             polarity: c.quality.map(|q| q.polarity),
+            covariance_px2: c.quality.map(|q| q.covariance_px2),
         };
         Ok(DetectedLattice {
             corners: upright(&view.corners.iter().map(seen).collect::<Vec<_>>()),

@@ -30,3 +30,4 @@ pub mod paper_claims;
 pub mod stereo_truth;
 pub mod stereo_study;
 pub mod dataset;
+pub mod epipolar_polynomial;

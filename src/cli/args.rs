@@ -99,7 +99,7 @@ pub struct CompareArgs {
     /// Scene files, `-` is stdin; without any, the design paper's scene and that of the exact prism. Of one scene with a flat
     /// or a freeform prism both are compared; of several, up to eight, each scene's own prism.
     pub scenes: Vec<PathBuf>,
-    /// Folder for the pictures, the report, cameras.yml for OpenCV, and corners.csv.
+    /// Folder for the pictures, the report as JSON and as a page to look into, cameras.yml for OpenCV, and corners.csv.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
     /// No edge or corner of the board may lie farther than this from its true place, in px: the cheapest level of
@@ -212,6 +212,9 @@ pub struct MeasureArgs {
     /// Also say where the error of each corner comes from: optics, fit, detector, effects, sampling.
     #[arg(long, requires = "own")]
     pub budget: bool,
+    /// Also write a page of HTML to look into: the picture, its corners, epipolar lines and figures.
+    #[arg(long)]
+    pub page: Option<PathBuf>,
     /// Print the report as JSON instead of the table.
     #[arg(long)]
     pub json: bool,
@@ -232,7 +235,7 @@ pub struct CheckArgs {
 pub struct CostArgs {
     /// Scene file, `-` is stdin; without it, the design paper's scene.
     pub scene: Option<PathBuf>,
-    /// Folder for cost.json, cost.csv, cost.png, cost.svg and, of a designed prism, cost_design.png and .svg.
+    /// Folder for cost.html, cost.json, cost.csv, cost.png, cost.svg and, of a designed prism, cost_design.png and .svg.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
     /// How often each setting is timed, all of them in turn.

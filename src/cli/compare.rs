@@ -4,10 +4,11 @@ use super::args::CompareArgs;
 use super::expect::expectations;
 use super::outcome::Outcome;
 use super::progress::Progress;
-use super::{accuracy, files, output};
+use super::{accuracy, files, origin, output};
 use crate::analysis::compare::{JudgeOptions, JudgedDesign, judge_design, named_apart, pixels, prisms};
 use crate::error::Error;
 use crate::report::json::{Design, Report, SchemaName, to_text};
+use crate::report::page::comparison::{self as comparison_page, PagePrism};
 use crate::report::{self, budget, cameras, comparison, corner_table, picture, table};
 use crate::scene::{Expect, Scene};
 use crate::system::doubts;
@@ -128,7 +129,26 @@ fn write_common(
     let pair = |design: &'_ Design| Some((design.name.clone(), design.cameras.clone()?));
     let pairs: Vec<_> = report.designs.iter().filter_map(pair).collect();
     files::text(&named("cameras.yml"), &cameras::opencv_text(&pairs))?;
-    files::text(&named("corners.csv"), &corner_table::text(judged))
+    files::text(&named("corners.csv"), &corner_table::text(judged))?;
+    files::text(&named("report.html"), &page(judged, report, verdict))
+}
+
+/// The page to look into.
+fn page(judged: &[JudgedDesign], report: &Report, verdict: &str) -> String {
+    let prisms = judged.iter().zip(&report.designs).map(|(design, entry)| PagePrism {
+        entry,
+        judgement: &design.judgement,
+        scene: &design.scene,
+        system: &design.system,
+        picture: Some(&design.film.radiance),
+        notes: [design.film.account.to_string()]
+            .into_iter()
+            .chain(table::warnings(entry))
+            .chain(doubts(&design.scene, &design.system))
+            .collect(),
+    });
+    let title = comparison::title(judged);
+    comparison_page::page(&title, verdict, &prisms.collect::<Vec<_>>(), &origin::origin())
 }
 
 /// Says what a reader of the table must know besides.
@@ -166,7 +186,8 @@ fn claims(judged: &[JudgedDesign], report: &Report) -> Result<Outcome, Error> {
 /// That every file of the comparison may be written to `folder`, which is made.
 fn outputs(folder: &Path, candidates: &[ToJudge]) -> Result<(), Error> {
     let pictures = candidates.iter().flat_map(|one| ["png", "exr"].map(|ending| format!("{}.{ending}", one.name)));
-    let others = ["comparison.png", "budget.png", "report.json", "cameras.yml", "corners.csv"].map(str::to_owned);
+    let others =
+        ["comparison.png", "budget.png", "report.json", "cameras.yml", "corners.csv", "report.html"].map(str::to_owned);
     let names: Vec<String> = pictures.chain(others).collect();
     files::outputs(folder, &names.iter().map(String::as_str).collect::<Vec<_>>()).map(drop)
 }

@@ -4,17 +4,18 @@ use super::args::CostArgs;
 use super::machine::machine;
 use super::outcome::Outcome;
 use super::progress::Progress;
-use super::{files, output};
+use super::{files, origin, output};
 use crate::analysis::cost::{CostSettings, cost};
 use crate::error::Error;
 use crate::report::cost::{CostReport, csv, table};
 use crate::report::figures::cost;
+use crate::report::page;
 use std::path::Path;
 
 pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
     let scene = files::scene(args.scene.as_deref())?;
     files::checkerboard(&scene, args.scene.as_deref().unwrap_or(Path::new("")))?;
-    let names = ["cost.json", "cost.csv", "cost.png", "cost.svg", "cost_design.png", "cost_design.svg"];
+    let names = ["cost.html", "cost.json", "cost.csv", "cost.png", "cost.svg", "cost_design.png", "cost_design.svg"];
     files::outputs(&args.out, &names)?;
     let preset = if args.quick { CostSettings::quick() } else { CostSettings::default() };
     let settings = CostSettings { repetitions: usize::from(args.repetitions), ..preset };
@@ -26,11 +27,13 @@ pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
 
     let machine = machine();
     let json = CostReport::new(&scene.name, &machine, &study).to_json();
-    let mut written = vec![args.out.join("cost.json"), args.out.join("cost.csv")];
+    let mut written = ["cost.json", "cost.csv", "cost.html"].map(|name| args.out.join(name)).to_vec();
     files::text(&written[0], &json)?;
     files::text(&written[1], &csv::text(&study))?;
+    let title = cost::title(&scene.name, &study);
+    files::text(&written[2], &page::cost::page(&title, &scene.name, &machine, &study, &origin::origin()))?;
     let drawing = cost::pictures(&scene.name, &machine, &study);
-    written.extend(files::figure(&args.out, "cost", &drawing, &cost::title(&scene.name, &study))?);
+    written.extend(files::figure(&args.out, "cost", &drawing, &title)?);
     if !study.designs.is_empty() {
         let drawing = cost::designs(&scene.name, &machine, &study);
         written.extend(files::figure(&args.out, "cost_design", &drawing, &cost::design_title(&scene.name))?);

@@ -1,6 +1,6 @@
 //! Input and output files that the verbs share.
 
-use super::output;
+use super::{origin, output};
 use crate::error::Error;
 use crate::io::{Notes, atomic, inputs, png};
 use crate::plot::canvas;
@@ -43,6 +43,7 @@ pub(super) fn load_with_text(path: &Path) -> Result<(Scene, String), Error> {
     } else {
         (scene::text(path)?, path.parent())
     };
+    origin::note(&shown(path), &text);
     Ok((scene::parse(&text, &shown(path), folder)?, text))
 }
 
@@ -62,13 +63,18 @@ pub(super) fn note_stdin() {
 pub(super) fn scene(path: Option<&Path>) -> Result<Scene, Error> {
     match path {
         Some(path) => load(path),
-        None => scene::parse(PAPER, "scenes/paper.toml (embedded)", None),
+        None => embedded("scenes/paper.toml (embedded)", PAPER),
     }
 }
 
 /// The scene of the exact prism.
 pub(super) fn exact_scene() -> Result<Scene, Error> {
-    scene::parse(EXACT, "scenes/exact.toml (embedded)", None)
+    embedded("scenes/exact.toml (embedded)", EXACT)
+}
+
+fn embedded(name: &str, text: &str) -> Result<Scene, Error> {
+    origin::note(name, text);
+    scene::parse(text, name, None)
 }
 
 /// Refuses the scene in `path` where its board has no checkerboard, whose corners are looked for.

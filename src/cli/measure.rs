@@ -5,7 +5,7 @@ use super::expect::expectations;
 use super::light::Light;
 use super::outcome::Outcome;
 use super::progress::Progress;
-use super::{files, light, output};
+use super::{files, light, origin, output};
 use crate::analysis::budget;
 use crate::analysis::fit_shift::fit_shifts;
 use crate::analysis::judge::measure;
@@ -14,8 +14,10 @@ use crate::analysis::photograph::photograph;
 use crate::analysis::view::{detect, place};
 use crate::error::Error;
 use crate::io::corners::{self, CornerFormat};
+use crate::io::inputs;
 use crate::raster::Raster;
 use crate::report::identity::{self, Likeness};
+use crate::report::page::comparison::{self, PagePrism};
 use crate::report::{self, design, json, table};
 use crate::scene::Scene;
 use crate::system::{System, doubts};
@@ -29,6 +31,7 @@ enum Input {
 }
 
 pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
+    inputs::check_outputs(args.page.as_slice())?;
     let scene = files::load(&args.scene)?;
     files::checkerboard(&scene, &args.scene)?;
     let input = input(args, &scene)?;
@@ -68,6 +71,15 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
     entry.surface_fits = fit_shifts(&scene, &system).map(|fits| report::fit::entry(&fits));
     let report = json::Report { schema: json::SchemaName::V1, scene: scene.name.clone(), designs: vec![entry] };
     let outcome = expectations(&scene, &report)?;
+    if let Some(path) = &args.page {
+        let picture = if let Input::Picture(picture, _) = &input { Some(picture) } else { None };
+        let entry = &report.designs[0];
+        let notes = table::warnings(entry).into_iter().chain(doubts(&scene, &system)).collect();
+        let prism = PagePrism { entry, judgement: &judgement, scene: &scene, system: &system, picture, notes };
+        let title = format!("{} measured as scene {}", args.picture.display(), scene.name);
+        files::text(path, &comparison::page(&title, &table::verdict(&report.designs), &[prism], &origin::origin()))?;
+        output::stderr(&format!("wrote {}", path.display()));
+    }
     let words = || format!("{}\n\n{}\n", table::text(&report.designs), table::verdict(&report.designs));
     output::stdout(&if args.json { json::to_text(&report) } else { words() })?;
     report.designs.iter().for_each(|design| told(design, &scene, &system));

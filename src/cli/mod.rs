@@ -36,6 +36,7 @@ mod render;
 mod study;
 mod trace;
 mod output;
+mod origin;
 mod outcome;
 
 use crate::error::{Error, printable};

@@ -20,5 +20,7 @@ pub mod cameras;
 pub mod rectify;
 pub mod dataset;
 pub mod corner_table;
+pub mod metric_meaning;
+pub mod page;
 mod truth;
 mod stereo_file;

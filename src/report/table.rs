@@ -24,6 +24,8 @@ pub struct Shown {
     /// The one number for each design where there is room for one: the measured one; for Table 1, whose grid reaches
     /// beyond the corners, the exact one.
     pub short: Vec<String>,
+    /// The figure behind each design's value, with its definition; of a word none.
+    pub figures: Vec<Option<Figure>>,
 }
 
 const ROWS: [TableRow; 27] = [
@@ -101,11 +103,13 @@ pub fn rows(designs: &[Design]) -> Vec<Shown> {
             short_label: format!("{}{}", row.label, if exact { ", true" } else { "" }),
             values: designs.iter().map(both).collect(),
             short: designs.iter().map(one).collect(),
+            figures: designs.iter().map(|d| (row.of)(d).cloned()).collect(),
         }
     };
     let of_word = |label: &str, word: &dyn Fn(&Design) -> String| {
         let values: Vec<String> = designs.iter().map(word).collect();
-        Shown { label: label.to_owned(), short_label: label.to_owned(), short: values.clone(), values }
+        let figures = vec![None; designs.len()];
+        Shown { label: label.to_owned(), short_label: label.to_owned(), short: values.clone(), values, figures }
     };
     let mut rows: Vec<Shown> = ROWS.iter().map(of_row).collect();
     rows.push(of_word("corners found/fully visible + cut, false", &|d| match d.corners.visible {

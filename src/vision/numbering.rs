@@ -13,11 +13,18 @@ pub struct LatticeCorner {
     pub position_px: DVec2,
     /// Which diagonal is bright, where the detector says.
     pub polarity: Option<Polarity>,
+    /// Covariance of the position, in px^2, where the detector says.
+    pub covariance_px2: Option<DMat2>,
 }
 
 impl From<&Corner> for LatticeCorner {
     fn from(corner: &Corner) -> Self {
-        Self { index: corner.index, position_px: corner.position_px, polarity: Some(corner.polarity) }
+        Self {
+            index: corner.index,
+            position_px: corner.position_px,
+            polarity: Some(corner.polarity),
+            covariance_px2: Some(corner.covariance_px2),
+        }
     }
 }
 

@@ -170,7 +170,7 @@ fn a_tilt_that_noise_hides_is_named() {
             let at = system.board().world(system.board().corner_at(f64::from(column), f64::from(row)));
             let off = DVec2::new(f64::from(noise.data()[2 * k as usize]), f64::from(noise.data()[2 * k as usize + 1]));
             let position_px = camera.project(at).expect("it is in front") + off * sigma_px;
-            LatticeCorner { index: [column, row], position_px, polarity: None }
+            LatticeCorner { index: [column, row], position_px, polarity: None, covariance_px2: None }
         };
         let corners = (0..64).map(corner).collect();
         let lattices = [DetectedLattice { corners, ..DetectedLattice::default() }, DetectedLattice::default()];
@@ -198,7 +198,7 @@ fn a_telecentric_camera_is_matched_by_the_stated_pose() {
         let seen = truth::corners(&system, &aimer, &frame).expect("few enough").into_iter().map(|(index, corner)| {
             let dark_main = (index[0] + index[1]) % 2 == 0;
             let polarity = Some(if dark_main { Polarity::Anti } else { Polarity::Main });
-            LatticeCorner { index, position_px: corner.position_px, polarity }
+            LatticeCorner { index, position_px: corner.position_px, polarity, covariance_px2: None }
         });
         DetectedLattice { corners: seen.collect(), ..DetectedLattice::default() }
     });

@@ -144,7 +144,7 @@ fn placed(lattice: &DetectedLattice, k: usize, joint: &JointLattice<'_>, placeme
     };
     let place = |seen: &crate::vision::LatticeCorner| {
         let index = placement.index(in_joint(IVec2::from_array(seen.index))?).to_array();
-        Some(Found { index, position_px: seen.position_px })
+        Some(Found::at(index, seen))
     };
     lattice.corners.iter().filter_map(place).collect()
 }

@@ -6,9 +6,10 @@ use crate::cli::compare::{ToJudge, candidates};
 use crate::cli::outcome::Outcome;
 use crate::cli::prisms_args::{LensArgs, PrismsArgs};
 use crate::cli::progress::{Progress, Watch};
-use crate::cli::{files, output};
+use crate::cli::{files, origin, output};
 use crate::error::Error;
 use crate::progress::Observer;
+use crate::report::page::study::StudyPage;
 use crate::report::study::convergences::MarchRow;
 use crate::report::study::document::StudyDocument;
 use crate::scene::Scene;
@@ -56,31 +57,35 @@ impl StudiedPrism {
     }
 }
 
-/// Writes the sheets and figures of a study, and prints it.
+/// Writes the sheets, the figures and the page of a study, and prints it.
 pub(super) fn write(args: &PrismsArgs, document: &StudyDocument) -> Result<Outcome, Error> {
-    write_with(&args.out, args.json, document, &[])
+    write_into(&args.out, args.json, document)
 }
 
-/// [`write`] into the folder `out`, printed as JSON where `as_json`, with more files of text, each by its name.
-pub(super) fn write_with(
-    out: &Path,
-    as_json: bool,
-    document: &StudyDocument,
-    more: &[(&str, String)],
-) -> Result<Outcome, Error> {
+/// [`write`] into the folder `out`, printed as JSON where `as_json`.
+pub(super) fn write_into(out: &Path, as_json: bool, document: &StudyDocument) -> Result<Outcome, Error> {
+    let title = document.sheets.first().map_or(document.name, |sheet| &sheet.heading);
+    let page = StudyPage {
+        title,
+        introduction: "",
+        sheets: &document.sheets,
+        figures: vec![("", document.figures.iter().collect())],
+    };
+    write_with(out, as_json, document, &page.html(&origin::origin()))
+}
+
+/// The same with this page.
+pub(super) fn write_with(out: &Path, as_json: bool, document: &StudyDocument, page: &str) -> Result<Outcome, Error> {
     let figures = document.figures.iter().flat_map(|figure| ["png", "svg"].map(|end| format!("{}.{end}", figure.name)));
     let tables = document.sheets.iter().map(|sheet| format!("{}.csv", sheet.name));
-    let texts = more.iter().map(|(name, _)| (*name).to_owned());
-    let json = format!("{}.json", document.name);
-    let names: Vec<String> = texts.chain([json]).chain(tables).chain(figures).collect();
+    let texts = ["html", "json"].map(|end| format!("{}.{end}", document.name));
+    let names: Vec<String> = texts.into_iter().chain(tables).chain(figures).collect();
     let paths = files::outputs(out, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
 
     let json = document.json();
     let mut free = paths.iter();
     let mut next = || free.next().expect("there is a path for every file");
-    for (_, text) in more {
-        files::text(next(), text)?;
-    }
+    files::text(next(), page)?;
     files::text(next(), &json)?;
     for sheet in &document.sheets {
         files::text(next(), &sheet.csv())?;

@@ -1,6 +1,6 @@
 //! `biprism analyse reprojection`, `convergence`, `surface` and `layout`.
 
-use super::common::{marches, prisms, settings, write, write_with};
+use super::common::{marches, prisms, settings, write, write_into};
 use crate::analysis::convergence::plans;
 use crate::analysis::cutter;
 use crate::analysis::half_image::HalfFrame;
@@ -54,7 +54,7 @@ pub(crate) fn convergence(args: &ConvergenceArgs) -> Result<Outcome, Error> {
     ]);
     let (sheets, figures) = (vec![convergences::sheet(&rows)], convergences::figures(&scene.name, &rows));
     let document = StudyDocument { name: "convergence", settings, sheets, figures };
-    write_with(&args.out, args.json, &document, &[])
+    write_into(&args.out, args.json, &document)
 }
 
 pub(crate) fn surface(args: &PrismsArgs) -> Result<Outcome, Error> {

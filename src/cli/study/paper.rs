@@ -12,6 +12,7 @@ use crate::analysis::tolerance::probe::{Criterion, Probe};
 use crate::analysis::tolerance::sensitivity::{OperandSensitivity, sensitivities};
 use crate::analysis::{cutter, layout};
 use crate::cli::compare::paper_prisms;
+use crate::cli::origin;
 use crate::cli::outcome::Outcome;
 use crate::cli::progress::Progress;
 use crate::cli::study_args::{PAPER_STEP_UM, PaperArgs};
@@ -99,11 +100,11 @@ pub(crate) fn paper(args: &PaperArgs) -> Result<Outcome, Error> {
     drop(progress);
 
     // Write the page, and its figures also by themselves.
-    let page = paper_page::html(&found, &parts);
+    let page = paper_page::html(&found, &parts, &origin::origin());
     let settings = settings([("finest_um", json!(args.finest_um))]);
     let figures = parts.into_iter().flat_map(|part| part.figures).collect();
     let document = StudyDocument { name: "paper", settings, sheets: vec![paper_page::sheet(&found)], figures };
-    write_with(&args.out, args.json, &document, &[("paper.html", page)])
+    write_with(&args.out, args.json, &document, &page)
 }
 
 /// What each error of Table 2 costs the freeform prism.

@@ -1,6 +1,6 @@
 //! `biprism analyse tolerance` and `biprism merge`.
 
-use super::common::{StudiedPrism, lens, lens_words, prisms, write, write_with};
+use super::common::{StudiedPrism, lens, lens_words, prisms, write, write_into};
 use super::trial_file::{TrialFile, read_whole};
 use crate::analysis::tolerance::operand::Operand;
 use crate::analysis::tolerance::probe::{Criterion, Probe};
@@ -188,5 +188,5 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<Outcome, Error> {
     let path = &crate::cli::files::outputs(&args.out, &[WHOLE])?[0];
     crate::cli::files::text(path, &(line(&run) + &lines.iter().map(line).collect::<String>()))?;
     output::stderr(&format!("wrote {}", path.display()));
-    write_with(&args.out, args.json, &document(&run, &lines, &budgets), &[])
+    write_into(&args.out, args.json, &document(&run, &lines, &budgets))
 }

@@ -10,6 +10,7 @@ pub use write::{
 };
 
 pub(super) use read::read_from;
+pub(super) use write::srgb_levels16;
 
 /// The first bytes of every PNG file.
 pub(super) const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";

@@ -135,6 +135,11 @@ fn levels(light: &[f32], transfer: Transfer) -> Vec<u8> {
     pieces.concat()
 }
 
+/// The bytes of the nearest 16-bit levels of sRGB, the larger byte first.
+pub(in crate::io) fn srgb_levels16(light: &[f32]) -> Vec<u8> {
+    levels(light, Transfer::Srgb)
+}
+
 /// What the samples of a file mean.
 #[derive(Clone, Copy)]
 struct SampleForm {

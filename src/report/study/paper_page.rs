@@ -6,13 +6,12 @@ use crate::geom::Rect;
 use crate::plot::colour::INK;
 use crate::plot::drawing::{Drawing, Item};
 use crate::plot::picture;
-use crate::plot::svg::{self, escaped};
 use crate::plot::text::{Align, Font};
 use crate::raster::Raster;
-use crate::report::number::number;
+use crate::report::page::origin::PageOrigin;
+use crate::report::page::study::StudyPage;
 use crate::report::sheet::StudySheet;
 use glam::DVec2;
-use std::fmt::Write;
 
 /// Pixels of a picture that are drawn as one, along each side.
 const BIN: usize = 4;
@@ -92,49 +91,21 @@ fn binned(picture: &Raster<f32>) -> Raster<f32> {
     Raster::from_data(width, height, (0..width * height).map(|k| mean(k % width, k / width)).collect())
 }
 
-const HEAD: &str = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-    <title>The design paper, figure by figure</title>\n<style>\n\
-    body{font-family:'DejaVu Sans',Verdana,sans-serif;max-width:80em;margin:2em auto;padding:0 1em;color:#222}\n\
-    table{border-collapse:collapse;width:100%}\nth,td{border:1px solid #bbb;padding:.3em .6em;text-align:left;vertical-align:top}\n\
-    td.n{text-align:right;white-space:nowrap}\ntr.reproduced td.s{background:#dff0df}\ntr.other td.s{background:#f6ead6}\n\
-    code{white-space:nowrap}\nfigure{margin:1em 0}\nsvg{max-width:100%;height:auto;border:1px solid #ddd}\n\
-    figcaption{color:#555}\n</style>\n</head>\n<body>\n<h1>The design paper, figure by figure</h1>\n\
-    <p>What \"freeform prism for single-lens stereovision\" prints, what biprism finds, and what can be said of it. \
-    <b>Reproduced</b> is what agrees within 1 % or to the printed digits. The paper does not give the distance of the ridge and \
-    the thickness of the glass: both are chosen so that the flat row of Table 1 comes out. Nor does it give its lens: here it is an \
-    ideal telecentric one, behind which a point at the camera's pinhole is seen backwards through one half of the prism.</p>\n";
+/// What stands before the table.
+const INTRODUCTION: &str = "What \"freeform prism for single-lens stereovision\" prints, what biprism finds, and what can be \
+    said of it. Reproduced is what agrees within 1 % or to the printed digits. The paper does not give the distance of the ridge \
+    and the thickness of the glass: both are chosen so that the flat row of Table 1 comes out. Nor does it give its lens: here it \
+    is an ideal telecentric one, behind which a point at the camera's pinhole is seen backwards through one half of the prism.";
 
 /// The page by itself: HTML with its figures in it.
-pub fn html(claims: &[PaperClaim], figures: &[ItemFigures]) -> String {
-    let mut page = HEAD.to_owned();
-    page += "<table>\n<tr><th>item</th><th>quantity</th><th>paper</th><th>here</th><th>off</th><th>status</th>\
-             <th>how to see it</th></tr>\n";
-    for claim in claims {
-        let reproduced = claim.status == crate::analysis::paper_claims::ClaimStatus::Reproduced;
-        let off = off_percent(claim).map_or(String::new(), |percent| format!("{percent:+.1} %"));
-        let here = claim.here.map_or(String::new(), |value| number(Some(value)));
-        let why = if claim.why.is_empty() { String::new() } else { format!("<br>{}", escaped(claim.why)) };
-        let _ = writeln!(
-            page,
-            "<tr class=\"{}\"><td>{}</td><td>{}</td><td class=\"n\">{}</td><td class=\"n\">{here}</td><td class=\"n\">{off}</td>\
-             <td class=\"s\">{}{why}</td><td><code>{}</code></td></tr>",
-            if reproduced { "reproduced" } else { "other" },
-            escaped(claim.item),
-            escaped(&claim.quantity),
-            escaped(claim.printed),
-            claim.status.words(),
-            escaped(claim.command),
-        );
-    }
-    page += "</table>\n";
-    for part in figures {
-        let _ = writeln!(page, "<h2>{}</h2>", escaped(part.item));
-        for figure in &part.figures {
-            let drawing = svg::write(&figure.drawing, &figure.title);
-            let _ = writeln!(page, "<figure>\n{drawing}<figcaption>{}</figcaption>\n</figure>", escaped(&figure.title));
-        }
-    }
-    page + "</body>\n</html>\n"
+pub fn html(claims: &[PaperClaim], figures: &[ItemFigures], origin: &PageOrigin) -> String {
+    let page = StudyPage {
+        title: "The design paper, figure by figure",
+        introduction: INTRODUCTION,
+        sheets: &[sheet(claims)],
+        figures: figures.iter().map(|part| (part.item, part.figures.iter().collect())).collect(),
+    };
+    page.html(origin)
 }
 
 #[cfg(test)]
@@ -161,8 +132,9 @@ mod tests {
             command: "biprism",
         };
         let picture = pictures(&[("flat".to_owned(), Raster::filled(8, 8, 0.5))]);
-        let page = html(&[claim], &[ItemFigures { item: "Fig. 1", figures: vec![picture] }]);
-        assert!(page.contains("flat &lt;b&gt;, mm") && page.contains("+14.9 %") && page.contains("a &amp; b"));
+        let origin = PageOrigin::new(&["biprism".to_owned()], Vec::new());
+        let page = html(&[claim], &[ItemFigures { item: "Fig. 1", figures: vec![picture] }], &origin);
+        assert!(page.contains("flat &lt;b&gt;, mm") && page.contains("14.925") && page.contains("a &amp; b"));
         assert!(page.contains("not reproduced: source inconsistent") && page.matches("<svg").count() == 1);
         // Nothing is fetched from elsewhere.
         assert!(!page.contains("src=") && !page.contains("href="));

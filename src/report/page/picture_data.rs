@@ -1,0 +1,66 @@
+//! Pictures inside a page.
+
+use crate::io::embedded_picture::{jpeg_bytes, png_bytes, srgb8};
+use crate::plot::picture;
+use crate::raster::Raster;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde::Serialize;
+
+/// Bytes that the pictures of a page take together at most, before they are written as text, which takes a third more.
+const BUDGET: usize = 1_000_000;
+/// Pixels of a picture of a page at most.
+const MOST_PIXELS: usize = 8_000_000;
+/// Qualities of JPEG that are tried where a picture without loss is too large, best first.
+const QUALITIES: [u8; 6] = [95, 88, 78, 65, 45, 20];
+
+/// A picture inside a page.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub(super) struct PictureData {
+    /// The file, as an address.
+    address: String,
+    /// The quality where it is a JPEG; otherwise every 8-bit level is right.
+    jpeg_quality: Option<u8>,
+    /// Pixels that are drawn as one, along each side.
+    step: usize,
+}
+
+/// `light` (linear, 1 is white) as 8-bit sRGB, one picture of `count` in its page; `None` of one without pixels.
+pub(super) fn picture_data(light: &Raster<f32>, count: usize) -> Option<PictureData> {
+    // Reduce what no page can hold.
+    let pixels = light.width() * light.height();
+    let step = (1..).find(|step| pixels / (step * step) <= MOST_PIXELS).unwrap_or(1);
+    let reduced =
+        (step > 1).then(|| picture::area_averaged(light, light.width().div_ceil(step), light.height().div_ceil(step)));
+    let levels = srgb8(reduced.as_ref().unwrap_or(light));
+
+    // Take the best quality that fits.
+    let most = BUDGET / count.max(1);
+    let address = |kind: &str, bytes: &[u8]| format!("data:image/{kind};base64,{}", STANDARD.encode(bytes));
+    let whole = png_bytes(&levels)?;
+    if whole.len() <= most {
+        return Some(PictureData { address: address("png", &whole), jpeg_quality: None, step });
+    }
+    let last = QUALITIES[QUALITIES.len() - 1];
+    QUALITIES.into_iter().find_map(|quality| {
+        let bytes = jpeg_bytes(&levels, quality)?;
+        let fits = bytes.len() <= most || quality == last;
+        fits.then(|| PictureData { address: address("jpeg", &bytes), jpeg_quality: Some(quality), step })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_board_is_kept_without_loss_and_noise_within_the_budget() {
+        let board = Raster::from_data(400, 300, (0..120_000).map(|k| f32::from(u8::from(k / 20 % 2 == 0))).collect());
+        let kept = picture_data(&board, 3).unwrap();
+        assert!(kept.jpeg_quality.is_none() && kept.address.starts_with("data:image/png;base64,iVBOR"));
+        let noise = |k: u32| (k.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0;
+        let noisy = Raster::from_data(1920, 1080, (0..1920 * 1080).map(noise).collect());
+        let squeezed = picture_data(&noisy, 3).unwrap();
+        assert!(squeezed.jpeg_quality.is_some() && squeezed.address.len() < BUDGET / 2, "{}", squeezed.address.len());
+    }
+}
