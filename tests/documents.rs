@@ -15,6 +15,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+#[path = "../examples/maintainers/metrics_page.rs"]
+mod metrics_page;
 #[path = "../examples/maintainers/scene_page.rs"]
 mod scene_page;
 
@@ -79,6 +81,14 @@ fn page_of_the_scene_is_current() {
     let text = fs::read_to_string(&path).unwrap_or_default();
     let command = "cargo run --release --example scene_page";
     assert!(text == scene_page::page(), "{} is not as the schema has it: `{command}` writes it anew", path.display());
+}
+
+#[test]
+fn page_of_the_metrics_is_current() {
+    let path = repository("docs/metrics.md");
+    let text = fs::read_to_string(&path).unwrap_or_default();
+    let command = "cargo run --release --example metrics_page";
+    assert!(text == metrics_page::page(), "{} is not as the meanings say: `{command}` writes it anew", path.display());
 }
 
 #[test]

@@ -70,7 +70,7 @@ fn judge_all(prisms: Vec<(String, Scene)>, observer: &dyn Observer) -> Result<Co
 /// Scenes of one comparison, at most.
 pub const MOST_SCENES: usize = 8;
 /// Names of files of a comparison that no prism may have.
-const TAKEN: [&str; 4] = ["comparison", "budget", "report", "cameras"];
+const TAKEN: [&str; 5] = ["comparison", "overview", "budget", "report", "cameras"];
 
 /// Several scenes with the names of their prisms: those of the scenes, where no two are alike, else `fallbacks`, and what is
 /// still alike, or the name of another file of the comparison, with its number behind it.

@@ -25,12 +25,12 @@ pub(super) fn told(name: &str, account: &AccuracyReport, counts: &Counts) -> Out
     }
     let mut outcome = Outcome::Done;
     if let Some(target_px) = account.target_px.filter(|_| !account.keeps_to_target()) {
-        output::stderr(&format!("{name}: not kept to {target_px:.0e} px, as was asked for"));
+        output::unmet(&format!("{name}: not kept to {target_px:.0e} px, as was asked for"));
         outcome = Outcome::Unmet;
     }
     if let Some(target) = account.noise_target.filter(|_| !account.keeps_to_noise()) {
         let reached = account.noise.map_or("not told".to_owned(), |noise| format!("{noise:.1e}"));
-        output::stderr(&format!(
+        output::unmet(&format!(
             "{name}: the standard error in the worst block is {reached}, and `quadrature.noise` asks for {target:.1e}: give \
              more `replicates` or `points`"
         ));

@@ -2,6 +2,7 @@
 
 use super::dataset_args::DatasetArgs;
 use super::design_args::DesignArgs;
+use super::new_args::NewArgs;
 use super::rectify_args::RectifyArgs;
 use super::study_args::AnalyseArgs;
 use super::tolerance_args::MergeArgs;
@@ -19,6 +20,34 @@ pub struct Args {
     /// What to do.
     #[command(subcommand)]
     pub verb: Option<Verb>,
+    /// How much is said on stderr, and in which colours.
+    #[command(flatten)]
+    pub words: WordsArgs,
+}
+
+/// How much is said on stderr, and in which colours.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub struct WordsArgs {
+    /// Say nothing on stderr but errors and why the exit code is 1.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Say on stderr how long each stage took.
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+    /// Colours of errors and of this help; `auto` has them on a terminal, unless `NO_COLOR` is set.
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    pub color: ColorArg,
+}
+
+/// When there are colours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ColorArg {
+    /// On a terminal.
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
 }
 
 /// What to do.
@@ -27,6 +56,8 @@ pub enum Verb {
     /// Design, render, detect and measure: the flat prism of a scene against its freeform prism, and without a scene the exact
     /// one beside the design paper's.
     Compare(CompareArgs),
+    /// Write a scene to begin with, from a sensor, a lens, a prism and a distance.
+    New(NewArgs),
     /// Render the picture of a scene, with ground truth through the prism in the EXR and the NPY.
     Render(RenderArgs),
     /// Detect the corners of a checkerboard in both halves of any picture.
@@ -235,7 +266,7 @@ pub struct CheckArgs {
 pub struct CostArgs {
     /// Scene file, `-` is stdin; without it, the design paper's scene.
     pub scene: Option<PathBuf>,
-    /// Folder for cost.html, cost.json, cost.csv, cost.png, cost.svg and, of a designed prism, cost_design.png and .svg.
+    /// Folder for cost.html, cost.json, cost.csv, cost.png, cost.svg, cost_mesh.png and .svg and, of a designed prism, cost_design.png and .svg.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
     /// How often each setting is timed, all of them in turn.

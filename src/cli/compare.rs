@@ -116,15 +116,22 @@ fn write_common(
     verdict: &str,
     written: &mut Vec<PathBuf>,
 ) -> Result<(), Error> {
+    let title = comparison::title(judged);
+    written.extend(files::figure(
+        &args.out,
+        "comparison",
+        &comparison::figure(judged, &report.designs, verdict),
+        &title,
+    )?);
+    written.extend(files::figure(&args.out, "overview", &comparison::overview(judged), &title)?);
+    let title = format!("{}: where the error of a corner comes from", report.scene);
+    if let Some(figure) = args.budget.then(|| budget::figure(title.clone(), judged)).flatten() {
+        written.extend(files::figure(&args.out, "budget", &figure, &title)?);
+    }
     let mut named = |name: &str| {
         written.push(args.out.join(name));
         args.out.join(name)
     };
-    files::drawing(&named("comparison.png"), &comparison::figure(judged, &report.designs, verdict))?;
-    let title = format!("{}: where the error of a corner comes from", report.scene);
-    if let Some(figure) = args.budget.then(|| budget::figure(title, judged)).flatten() {
-        files::drawing(&named("budget.png"), &figure)?;
-    }
     files::text(&named("report.json"), &to_text(report))?;
     let pair = |design: &'_ Design| Some((design.name.clone(), design.cameras.clone()?));
     let pairs: Vec<_> = report.designs.iter().filter_map(pair).collect();
@@ -186,8 +193,10 @@ fn claims(judged: &[JudgedDesign], report: &Report) -> Result<Outcome, Error> {
 /// That every file of the comparison may be written to `folder`, which is made.
 fn outputs(folder: &Path, candidates: &[ToJudge]) -> Result<(), Error> {
     let pictures = candidates.iter().flat_map(|one| ["png", "exr"].map(|ending| format!("{}.{ending}", one.name)));
-    let others =
-        ["comparison.png", "budget.png", "report.json", "cameras.yml", "corners.csv", "report.html"].map(str::to_owned);
-    let names: Vec<String> = pictures.chain(others).collect();
+    let figures = ["comparison", "overview", "budget"]
+        .into_iter()
+        .flat_map(|name| ["png", "svg"].map(|end| format!("{name}.{end}")));
+    let others = ["report.json", "cameras.yml", "corners.csv", "report.html"].map(str::to_owned);
+    let names: Vec<String> = pictures.chain(figures).chain(others).collect();
     files::outputs(folder, &names.iter().map(String::as_str).collect::<Vec<_>>()).map(drop)
 }

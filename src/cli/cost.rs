@@ -15,7 +15,17 @@ use std::path::Path;
 pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
     let scene = files::scene(args.scene.as_deref())?;
     files::checkerboard(&scene, args.scene.as_deref().unwrap_or(Path::new("")))?;
-    let names = ["cost.html", "cost.json", "cost.csv", "cost.png", "cost.svg", "cost_design.png", "cost_design.svg"];
+    let names = [
+        "cost.html",
+        "cost.json",
+        "cost.csv",
+        "cost.png",
+        "cost.svg",
+        "cost_design.png",
+        "cost_design.svg",
+        "cost_mesh.png",
+        "cost_mesh.svg",
+    ];
     files::outputs(&args.out, &names)?;
     let preset = if args.quick { CostSettings::quick() } else { CostSettings::default() };
     let settings = CostSettings { repetitions: usize::from(args.repetitions), ..preset };
@@ -34,6 +44,10 @@ pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
     files::text(&written[2], &page::cost::page(&title, &scene.name, &machine, &study, &origin::origin()))?;
     let drawing = cost::pictures(&scene.name, &machine, &study);
     written.extend(files::figure(&args.out, "cost", &drawing, &title)?);
+    if !study.meshes.is_empty() {
+        let drawing = cost::meshes(&scene.name, &machine, &study);
+        written.extend(files::figure(&args.out, "cost_mesh", &drawing, &cost::mesh_title(&scene.name))?);
+    }
     if !study.designs.is_empty() {
         let drawing = cost::designs(&scene.name, &machine, &study);
         written.extend(files::figure(&args.out, "cost_design", &drawing, &cost::design_title(&scene.name))?);

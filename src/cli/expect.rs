@@ -11,7 +11,7 @@ use crate::scene::Scene;
 pub(super) fn expectations(scene: &Scene, report: &Report) -> Result<Outcome, Error> {
     let mut outcome = Outcome::Done;
     for sentence in unmet(scene, report) {
-        output::stderr(&sentence?);
+        output::unmet(&sentence?);
         outcome = Outcome::Unmet;
     }
     Ok(outcome)

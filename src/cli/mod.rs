@@ -8,6 +8,7 @@ mod accuracy;
 mod analyse;
 pub mod args;
 pub mod design_args;
+pub mod new_args;
 pub mod prisms_args;
 pub mod dataset_args;
 pub mod rectify_args;
@@ -30,6 +31,7 @@ mod golden;
 mod light;
 mod machine;
 mod measure;
+mod new;
 mod progress;
 mod rectify;
 mod render;
@@ -42,7 +44,7 @@ mod outcome;
 use crate::error::{Error, printable};
 use crate::io::inputs;
 use args::{Args, Verb};
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 use outcome::Outcome;
 use std::borrow::Cow;
 use std::process::ExitCode;
@@ -60,6 +62,7 @@ pub fn run(started: Started) -> ExitCode {
         Ok(args) => args,
         Err(code) => return code,
     };
+    output::set_up(args.words);
     if !started.stdout_is_open {
         output::stdout_is_closed();
     }
@@ -76,7 +79,8 @@ pub fn run(started: Started) -> ExitCode {
 
 /// The arguments, or the exit code where they are told to be wrong or help was asked for.
 fn arguments() -> Result<Args, ExitCode> {
-    Args::try_parse().map_err(|error| {
+    let parsed = Args::command().color(output::color_of_help()).try_get_matches();
+    parsed.and_then(|matches| Args::from_arg_matches(&matches)).map_err(|error| {
         let obeyed = |arg: std::ffi::OsString| matches!(printable(&arg.to_string_lossy()), Cow::Owned(_));
         if std::env::args_os().any(obeyed) {
             // The library would hand them on to the terminal.
@@ -90,6 +94,7 @@ fn arguments() -> Result<Args, ExitCode> {
 fn verb(args: Args) -> Result<Outcome, Error> {
     match args.verb.unwrap_or_else(Verb::main_job) {
         Verb::Compare(args) => compare::run(&args),
+        Verb::New(args) => new::run(&args),
         Verb::Render(args) => render::run(&args),
         Verb::Corners(args) => corners::run(&args),
         Verb::Measure(args) => measure::run(&args),

@@ -1,8 +1,10 @@
 //! Output helpers: data to stdout, words to stderr, and no panic when either is closed or full.
 
+use super::args::{ColorArg, WordsArgs};
 use crate::error::{Error, printable};
+use clap::ColorChoice;
 use std::io::{ErrorKind, Write};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 /// Whether stdout was closed when the command began: by then the system library has put a device in its place that swallows
 /// everything.
@@ -27,15 +29,68 @@ pub(super) fn stdout(text: &str) -> Result<(), Error> {
     }
 }
 
-/// Says something to the person. Where stderr is closed, nobody listens, and that is no error.
+/// How much is said on stderr.
+static LOUDNESS: AtomicU8 = AtomicU8::new(USUAL);
+const QUIET: u8 = 0;
+const USUAL: u8 = 1;
+const VERBOSE: u8 = 2;
+
+/// Whether errors have colours where `--color` says so; otherwise by what stderr is.
+static COLOR: AtomicU8 = AtomicU8::new(ColorArg::Auto as u8);
+
+/// Takes how much is to be said, and in which colours.
+pub(super) fn set_up(words: WordsArgs) {
+    let loudness = match words {
+        WordsArgs { quiet: true, .. } => QUIET,
+        WordsArgs { verbose: true, .. } => VERBOSE,
+        _ => USUAL,
+    };
+    LOUDNESS.store(loudness, Ordering::Relaxed);
+    COLOR.store(words.color as u8, Ordering::Relaxed);
+}
+
+/// The colours of help and of wrong arguments, which are told before the arguments are known.
+pub(super) fn color_of_help() -> ColorChoice {
+    let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+    let after = words.iter().position(|word| word == "--color").and_then(|at| words.get(at + 1));
+    let joined = words.iter().find_map(|word| word.strip_prefix("--color="));
+    match after.map(String::as_str).or(joined) {
+        Some("always") => ColorChoice::Always,
+        Some("never") => ColorChoice::Never,
+        _ => ColorChoice::Auto,
+    }
+}
+
+/// Says something to the person, unless they want quiet. Where stderr is closed, nobody listens, and that is no error.
 pub(super) fn stderr(text: &str) {
+    if LOUDNESS.load(Ordering::Relaxed) != QUIET {
+        unmet(text);
+    }
+}
+
+/// Says why the exit code is 1, in any case.
+pub(super) fn unmet(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}", printable(text));
+}
+
+/// Whether the person wants to know how long each stage took.
+pub(super) fn is_verbose() -> bool {
+    LOUDNESS.load(Ordering::Relaxed) == VERBOSE
+}
+
+/// Whether progress is shown.
+pub(super) fn is_quiet() -> bool {
+    LOUDNESS.load(Ordering::Relaxed) == QUIET
 }
 
 /// Says what is wrong. Where stderr is closed, nobody listens, and that is no error.
 pub(super) fn complain(problem: &Error) {
     use std::io::IsTerminal;
     let mut err = std::io::stderr();
-    let colour = err.is_terminal();
+    let colour = match COLOR.load(Ordering::Relaxed) {
+        always if always == ColorArg::Always as u8 => true,
+        never if never == ColorArg::Never as u8 => false,
+        _ => err.is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()),
+    };
     let _ = writeln!(err, "{}", problem.render(colour));
 }

@@ -1,10 +1,14 @@
 //! A progress bar on a terminal, nothing in a pipe; and the time of each step.
 
+use super::output;
 use crate::progress::Observer;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// How often the bar is drawn while nothing is heard.
+const TICK: Duration = Duration::from_millis(200);
 
 /// The bar and the clock of one job.
 pub(super) struct Progress {
@@ -15,6 +19,8 @@ pub(super) struct Progress {
 /// The stage that runs, and the seconds of those that have ended.
 #[derive(Default)]
 struct Clock {
+    /// What it works on.
+    what: String,
     started: Option<(&'static str, Instant)>,
     seconds: BTreeMap<String, f64>,
 }
@@ -31,8 +37,9 @@ impl Observer for Watch<'_> {
     }
 
     fn stage_of(&self, name: &'static str, steps: usize) {
+        self.progress.bar.set_style(style(Some("")));
         self.progress.bar.set_length(steps as u64);
-        self.progress.bar.set_position(0);
+        self.progress.bar.reset();
         self.progress.begin(self.what, name);
     }
 
@@ -44,9 +51,11 @@ impl Observer for Watch<'_> {
 impl Progress {
     /// A bar for `total` pixels. It is drawn on stderr and only on a terminal.
     pub(super) fn new(total: u64) -> Self {
-        let bar = ProgressBar::new(total);
-        let style = ProgressStyle::with_template("{msg:28} {wide_bar} {percent:>3} %");
-        bar.set_style(style.expect("the template is well formed"));
+        let bar = if output::is_quiet() { ProgressBar::hidden() } else { ProgressBar::new(total) };
+        bar.set_style(style(if total > 0 { Some("px") } else { None }));
+        if !bar.is_hidden() {
+            bar.enable_steady_tick(TICK);
+        }
         Self { bar, clock: Mutex::default() }
     }
 
@@ -58,15 +67,23 @@ impl Progress {
     /// The stage `name` begins, and the one before it ends.
     pub(super) fn begin(&self, what: &str, name: &'static str) {
         let mut clock = self.clock();
-        clock.end();
+        self.tell(clock.end());
         self.bar.set_message(format!("{what}: {name}"));
+        clock.what = what.to_owned();
         clock.started = Some((name, Instant::now()));
+    }
+
+    /// Says how long a stage took, where the person wants to know.
+    fn tell(&self, ended: Option<(String, f64)>) {
+        if let Some((stage, seconds)) = ended.filter(|_| output::is_verbose()) {
+            self.bar.suspend(|| output::stderr(&format!("{stage}: {seconds:.3} s")));
+        }
     }
 
     /// Seconds by stage since the last call.
     pub(super) fn take_seconds(&self) -> BTreeMap<String, f64> {
         let mut clock = self.clock();
-        clock.end();
+        self.tell(clock.end());
         std::mem::take(&mut clock.seconds)
     }
 
@@ -76,15 +93,35 @@ impl Progress {
 }
 
 impl Clock {
-    fn end(&mut self) {
-        if let Some((name, at)) = self.started.take() {
-            *self.seconds.entry(name.to_owned()).or_insert(0.0) += at.elapsed().as_secs_f64();
-        }
+    /// Ends the stage that runs: its name, and its seconds.
+    fn end(&mut self) -> Option<(String, f64)> {
+        let (name, at) = self.started.take()?;
+        let seconds = at.elapsed().as_secs_f64();
+        *self.seconds.entry(name.to_owned()).or_insert(0.0) += seconds;
+        Some((format!("{}: {name}", self.what), seconds))
     }
+}
+
+/// The looks of a bar that counts in `unit`, with its rate and the time left; without one, of work whose end is not known.
+fn style(unit: Option<&'static str>) -> ProgressStyle {
+    let template = match unit {
+        Some(_) => "{msg:28} {wide_bar} {percent:>3} %  {rate}  {eta} left",
+        None => "{spinner} {msg:28} {elapsed}",
+    };
+    let rate = move |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+        let per_s = state.per_sec();
+        let _ = match unit {
+            Some("px") => write!(out, "{:.1} Mpx/s", per_s / 1e6),
+            _ => write!(out, "{per_s:.1}/s"),
+        };
+    };
+    ProgressStyle::with_template(template).expect("the template is well formed").with_key("rate", rate)
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
+        let ended = self.clock().end();
+        self.tell(ended);
         self.bar.finish_and_clear();
     }
 }

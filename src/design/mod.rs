@@ -14,6 +14,7 @@ pub mod misfit;
 pub mod text;
 
 pub mod point_grid;
+pub mod starter;
 mod axial;
 mod designed_law;
 mod revolved;

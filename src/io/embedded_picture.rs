@@ -16,19 +16,28 @@ pub fn srgb8(light: &Raster<f32>) -> Raster<u8> {
 
 /// The bytes of a PNG of grey levels of sRGB; `None` of a picture without pixels, or of too many for the format.
 pub fn png_bytes(grey: &Raster<u8>) -> Option<Vec<u8>> {
-    let size = [grey.width(), grey.height()].map(u32::try_from);
-    let [Ok(width), Ok(height)] = size else { return None };
+    // Much of a picture of a board is of two levels in runs, and each row like the one above.
+    encoded([grey.width(), grey.height()], ColorType::Grayscale, Filter::Up, grey.data())
+}
+
+/// The same of red, green and blue.
+pub fn rgb_png_bytes(colours: &Raster<[u8; 3]>) -> Option<Vec<u8>> {
+    let data = colours.data().as_flattened();
+    encoded([colours.width(), colours.height()], ColorType::Rgb, Filter::Adaptive, data)
+}
+
+fn encoded(size_px: [usize; 2], color: ColorType, filter: Filter, samples: &[u8]) -> Option<Vec<u8>> {
+    let [Ok(width), Ok(height)] = size_px.map(u32::try_from) else { return None };
     let mut bytes = Vec::new();
     let mut encode = || -> Result<(), EncodingError> {
         let mut encoder = Encoder::new(&mut bytes, width, height);
-        encoder.set_color(ColorType::Grayscale);
+        encoder.set_color(color);
         encoder.set_depth(BitDepth::Eight);
         encoder.set_compression(Compression::Balanced);
-        // Much of a picture of a board is of two levels in runs.
-        encoder.set_filter(Filter::Up);
+        encoder.set_filter(filter);
         encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(grey.data())?;
+        writer.write_image_data(samples)?;
         writer.finish()
     };
     encode().ok()?;

@@ -7,7 +7,10 @@ use super::drawing::{Drawing, Item, Label, Stroke};
 use super::glyphs::Weight;
 use super::text::{Align, Direction};
 use crate::geom::Rect;
+use crate::io::embedded_picture::rgb_png_bytes;
 use crate::raster::Raster;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use glam::DVec2;
 use std::fmt::Write;
 
@@ -101,8 +104,20 @@ fn text(label: &Label) -> Option<String> {
     ))
 }
 
-/// A rectangle for each run of one colour in a row.
+/// Runs of one colour in a row from which on a picture stands in the figure as a file of its own.
+const MOST_RUNS: usize = 4096;
+
+/// A rectangle for each run of one colour in a row; of a picture of many runs the picture itself, each pixel a square.
 fn picture(rect: &Rect, pixels: &Raster<Rgb>) -> Option<String> {
+    let runs: usize = (0..pixels.height()).map(|j| pixels.row(j).chunk_by(|a, b| a == b).count()).sum();
+    if runs > MOST_RUNS {
+        let file = STANDARD.encode(rgb_png_bytes(pixels)?);
+        let place = area(rect)?;
+        return Some(format!(
+            "<image {place} preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\" \
+             href=\"data:image/png;base64,{file}\"/>\n"
+        ));
+    }
     let step = rect.size() / DVec2::new(pixels.width() as f64, pixels.height() as f64);
     let mut group = "<g shape-rendering=\"crispEdges\">\n".to_owned();
     for j in 0..pixels.height() {

@@ -37,8 +37,22 @@ pub fn entry(judged: &JudgedDesign, timing_s: BTreeMap<String, f64>) -> Design {
     }
 }
 
-/// `comparison.png`: prisms side by side, with their `entries` in the report and the sentence that judges them.
+/// `overview.png`: prisms side by side, and what a matcher would see of them, without a table.
+pub fn overview(judged: &[JudgedDesign]) -> Drawing {
+    drawn(judged, Vec::new(), String::new())
+}
+
+/// `comparison.png`: the same with the table of the `entries` in the report and the sentence that judges them.
 pub fn figure(judged: &[JudgedDesign], entries: &[Design], verdict: &str) -> Drawing {
+    let row = |row: table::Shown| FigureRow { label: row.short_label, values: row.short };
+    let verdict = match table::depths(entries) {
+        Some(depths) => format!("{verdict} ({depths}.)"),
+        None => verdict.to_owned(),
+    };
+    drawn(judged, table::rows(entries).into_iter().map(row).collect(), verdict)
+}
+
+fn drawn(judged: &[JudgedDesign], figures: Vec<FigureRow>, verdict: String) -> Drawing {
     let marks: Vec<Vec<CornerMark>> = judged.iter().map(|design| corner_marks(&design.judgement)).collect();
     let panels = judged.iter().zip(&marks).map(|(design, corners)| Panel {
         name: format!("{} prism", design.name),
@@ -47,16 +61,12 @@ pub fn figure(judged: &[JudgedDesign], entries: &[Design], verdict: &str) -> Dra
         seam_px: 0.5 * design.scene.camera.width_px as f64,
     });
     let panels: Vec<Panel> = panels.collect();
-    let row = |row: table::Shown| FigureRow { label: row.short_label, values: row.short };
     comparison::draw(&ComparisonInput {
         title: title(judged),
         arrow_gain: comparison::suitable_gain(&panels),
         panels,
-        figures: table::rows(entries).into_iter().map(row).collect(),
-        verdict: match table::depths(entries) {
-            Some(depths) => format!("{verdict} ({depths}.)"),
-            None => verdict.to_owned(),
-        },
+        figures,
+        verdict,
         width_px: 2000,
     })
 }

@@ -16,7 +16,7 @@ pub struct MetricMeaning {
     pub source: &'static str,
 }
 
-const HARTLEY: &str = "R. Hartley, A. Zisserman, Multiple View Geometry in Computer Vision, 2nd ed.";
+const HARTLEY: &str = "R. Hartley, A. Zisserman, Multiple View Geometry in Computer Vision, 2nd ed";
 const PAPER: &str = "freeform prism for single-lens stereovision, Table 1";
 
 const OWN: &str = "biprism";

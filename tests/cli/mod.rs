@@ -10,3 +10,4 @@ mod stereo_study;
 mod studies;
 mod tolerance;
 mod trace;
+mod words;

@@ -4,13 +4,16 @@ use super::input::{ChartSeries, Look, Point};
 use super::marks::front_steps;
 use crate::geom::Rect;
 use crate::plot::colour::{INK, SERIES, WHITE, mixed};
-use crate::plot::drawing::{Drawing, Item, clipped};
+use crate::plot::drawing::{Drawing, Item, Stroke, clipped};
 use crate::plot::frame::PlotFrame;
 use crate::plot::text::{self, Align, CAP_HEIGHT, Direction, Font};
 use glam::DVec2;
 
 /// Half the room that a marker takes, in em.
 const MARKER: f64 = 0.45;
+
+/// From this distance on a thin line leads from a label to its point, in em.
+const LEADER: f64 = 0.95;
 
 /// Draws the labels of all series, in their order: each where it crosses fewest lines among the places around its point
 /// at which it covers neither a marker nor other words nor the frame; the steps of the `front` are lines too. The paper
@@ -48,6 +51,11 @@ pub(super) fn draw(drawing: &mut Drawing, frame: &PlotFrame, em: f64, series: &[
             };
             let bounds = text::bounds(label, font, anchor, align, Direction::Right);
             taken.push(bounds);
+            // Lead from a word that is not close by to its point.
+            let nearest = at.clamp(bounds.min, bounds.max);
+            if nearest.distance(at) > LEADER * em {
+                drawing.line(at, nearest, Stroke::solid(colour, 0.07 * em));
+            }
             drawing.push(Item::Fill(bounds, WHITE));
             drawing.text(label.clone(), font, colour, anchor, align);
         }

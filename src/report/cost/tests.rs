@@ -124,5 +124,7 @@ fn table_and_chart_name_the_machine_and_each_setting() {
         }
     }
     assert!(table.contains("4 x 4*") && !table.contains("3 x 3*"), "{table}");
-    assert!(chart.contains("Pareto front") && chart.contains("10³ triangles"), "{chart}");
+    assert!(chart.contains("Pareto front") && !chart.contains("triangles"), "lines and corners share no axis: {chart}");
+    let meshes = svg::write(&chart::meshes("paper", &machine, &study), &chart::mesh_title("paper"));
+    assert!(meshes.contains("10³ triangles") && !meshes.contains("Pareto front"), "{meshes}");
 }

@@ -52,7 +52,10 @@ pub struct BudgetInput {
     pub width_px: u32,
 }
 
-/// Lays the figure out, with one logarithmic scale of colours for all panels.
+/// Decades of a step's colours at most: smaller lengths have the colour of the smallest.
+const DECADES: f64 = 1e3;
+
+/// Lays the figure out, with a logarithmic scale of colours for each step, the same for all designs.
 pub fn draw(input: &BudgetInput) -> Drawing {
     let width_px = input.width_px.clamp(600, 4000);
     let width = f64::from(width_px);
@@ -65,8 +68,7 @@ pub fn draw(input: &BudgetInput) -> Drawing {
     let columns = input.rows.iter().map(|row| row.panels.len()).max().unwrap_or(0).max(1);
     let gap = 2.2 * em;
     let side = (width - 2.0 * em - gap * (columns - 1) as f64) / columns as f64;
-    let all = || input.rows.iter().flat_map(|row| &row.panels).flat_map(|panel| &panel.dots).map(|dot| dot.size);
-    let colours = Axis::around(Scale::Log, all().filter(|v| v.is_finite()));
+    let scales: Vec<Option<Axis>> = (0..columns).map(|k| scale_of(input, k)).collect();
     let mut y = 2.0 * em + title.size_px;
     for row in &input.rows {
         let shape = row.picture_px.max(DVec2::ONE);
@@ -90,18 +92,39 @@ pub fn draw(input: &BudgetInput) -> Drawing {
                 min - DVec2::new(0.0, 0.4 * em),
                 Align::Start,
             );
-            draw_panel(&mut drawing, row, panel, &area, &colours, em);
+            draw_panel(&mut drawing, row, panel, &area, scales[k].as_ref(), em);
         }
         y += size.y + 2.0 * em;
     }
     y += 0.8 * em;
-    let bar = Rect { min: DVec2::new(0.25 * width, y).round(), max: DVec2::new(0.75 * width, y + 0.9 * em).round() };
-    let caption = "length of the step at each corner, px (all panels); grey: 0";
-    let end = colour_bar::draw(&mut drawing, &bar, &colours, Map::Marks, caption, values);
+    let mut end = y;
+    for (k, scale) in scales.iter().enumerate() {
+        let Some(scale) = scale else { continue };
+        // Narrower than the panels: the words under its ends are centred there.
+        let min = DVec2::new(em + k as f64 * (side + gap) + 0.14 * side, y).round();
+        let bar = Rect { min, max: (min + DVec2::new(0.72 * side, 0.9 * em)).round() };
+        let small = Font::regular(0.8 * em);
+        end = end.max(colour_bar::draw(&mut drawing, &bar, scale, Map::Marks, "length of this step, px", small));
+    }
     drawing.with_height(libm::ceil(end + em) as u32)
 }
 
-fn draw_panel(drawing: &mut Drawing, row: &BudgetRow, panel: &BudgetPanel, area: &Rect, colours: &Axis, em: f64) {
+/// The colours of the step in column `k` over all designs, three decades at most; `None` where no design has such a step.
+fn scale_of(input: &BudgetInput, k: usize) -> Option<Axis> {
+    let dots = || input.rows.iter().filter_map(|row| row.panels.get(k)).flat_map(|panel| &panel.dots);
+    let sizes = || dots().map(|dot| dot.size).filter(|size| size.is_finite() && *size > 0.0);
+    let largest = sizes().fold(0.0, f64::max);
+    (largest > 0.0).then(|| Axis::around(Scale::Log, sizes().map(|size| size.max(largest / DECADES))))
+}
+
+fn draw_panel(
+    drawing: &mut Drawing,
+    row: &BudgetRow,
+    panel: &BudgetPanel,
+    area: &Rect,
+    colours: Option<&Axis>,
+    em: f64,
+) {
     let line = Stroke::solid(PALE, 0.1 * em);
     let place = |at: DVec2| area.min + at / row.picture_px.max(DVec2::ONE) * area.size();
     let seam = place(DVec2::new(row.seam_px, 0.0)).x;
@@ -110,7 +133,8 @@ fn draw_panel(drawing: &mut Drawing, row: &BudgetRow, panel: &BudgetPanel, area:
     for dot in &panel.dots {
         let at = place(dot.at);
         if area.contains(at) {
-            let colour = colours.share(dot.size).map_or(PALE, |share| Map::Marks.colour(share));
+            let share = colours.and_then(|colours| colours.share(dot.size));
+            let colour = share.map_or(PALE, |share| Map::Marks.colour(share.clamp(0.0, 1.0)));
             drawing.push(Item::Disc(at, 0.26 * em, colour));
         }
     }

@@ -20,8 +20,12 @@ pub fn design_title(scene: &str) -> String {
     format!("What the design costs: scene {scene}, method and step")
 }
 
-/// Largest shift of a line of the board over the time of a picture, for every setting of the simulator, and the shift of
-/// corners through the prism as a mesh.
+/// The title of [`meshes`].
+pub fn mesh_title(scene: &str) -> String {
+    format!("What a mesh costs: scene {scene}, one ray a pixel")
+}
+
+/// Largest shift of a line of the board over the time of a picture, for every setting of the simulator.
 pub fn pictures(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
     let of = |knob: &str| study.pictures.iter().filter(|s| s.knob == knob).collect::<Vec<&Setting>>();
     let named = |name: &str, knob: &str, look: Look, word: &dyn Fn(&Setting) -> String| {
@@ -40,8 +44,6 @@ pub fn pictures(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
         named("levels", "level", Look::MarkersAndLine, &value),
         named("samples on a grid", "samples, grid", Look::MarkersAndLine, &value),
         named("samples, jittered", "samples, jittered", Look::MarkersAndLine, &value),
-        mesh_series("mesh, flat: corners", "flat", &study.meshes),
-        mesh_series("mesh, smooth: corners", "smooth", &study.meshes),
         named("arithmetic of the map", "arithmetic", Look::Markers, &value),
         named("degree of the map", "map_degree", Look::Markers, &value),
         named("patches of degree 3, px", "patch_px, degree 3", Look::Markers, &value),
@@ -52,9 +54,25 @@ pub fn pictures(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
         title: title(scene, study),
         note: note(machine, study),
         x: axis("CPU time of a picture on one thread, ms"),
-        y: axis("largest shift of lines (meshes: of corners), px"),
+        y: axis("largest shift of lines, px"),
         series: series.into_iter().filter(|s| !s.points.is_empty()).collect(),
         front: Front::SmallIsGood,
+        size_px: SIZE_PX,
+    })
+}
+
+/// Largest shift of a corner over the time of one ray a pixel, through the prism as triangles.
+pub fn meshes(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
+    chart::draw(&ChartInput {
+        title: mesh_title(scene),
+        note: note(machine, study),
+        x: axis("CPU time of one ray a pixel on one thread, ms"),
+        y: axis("largest shift of corners, px"),
+        series: vec![
+            mesh_series("normals of the triangles", "flat", &study.meshes),
+            mesh_series("normals of the vertices", "smooth", &study.meshes),
+        ],
+        front: Front::None,
         size_px: SIZE_PX,
     })
 }

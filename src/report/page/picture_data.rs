@@ -58,7 +58,10 @@ mod tests {
         let board = Raster::from_data(400, 300, (0..120_000).map(|k| f32::from(u8::from(k / 20 % 2 == 0))).collect());
         let kept = picture_data(&board, 3).unwrap();
         assert!(kept.jpeg_quality.is_none() && kept.address.starts_with("data:image/png;base64,iVBOR"));
-        let noise = |k: u32| (k.wrapping_mul(2_654_435_761) >> 8) as f32 / 16_777_216.0;
+        let noise = |k: u32| {
+            let mixed = (k ^ (k >> 7)).wrapping_mul(2_654_435_761);
+            ((mixed ^ (mixed >> 15)).wrapping_mul(2_246_822_519) >> 8) as f32 / 16_777_216.0
+        };
         let noisy = Raster::from_data(1920, 1080, (0..1920 * 1080).map(noise).collect());
         let squeezed = picture_data(&noisy, 3).unwrap();
         assert!(squeezed.jpeg_quality.is_some() && squeezed.address.len() < BUDGET / 2, "{}", squeezed.address.len());

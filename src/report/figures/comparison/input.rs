@@ -1,10 +1,11 @@
 //! The input of the comparison figure.
 
-use super::bend::bends;
 use super::corner_mark::CornerMark;
 use crate::num::stats;
 use crate::plot::axis;
 use crate::raster::Raster;
+use glam::DVec2;
+use std::collections::BTreeMap;
 
 /// One prism: its picture and the corners in it.
 #[derive(Debug, Clone)]
@@ -33,7 +34,7 @@ pub struct FigureRow {
 pub struct ComparisonInput<'a> {
     /// Heading.
     pub title: String,
-    /// The prisms, two in a row; the zoom is placed where the first bends a line most.
+    /// The prisms, two in a row; the corner with the largest vertical disparity in the first is enlarged.
     pub panels: Vec<Panel<'a>>,
     /// How many times its length an error arrow is drawn; see [`suitable_gain`].
     pub arrow_gain: f64,
@@ -45,19 +46,28 @@ pub struct ComparisonInput<'a> {
     pub width_px: u32,
 }
 
-/// A gain of 1, 2 or 5 times a power of ten with which the longer arrows of the worst panel are about as long as two
-/// squares of the board are wide; 1 when there is nothing to go by.
+/// A gain of 1, 2 or 5 times a power of ten with which the longer arrows of the worst panel are at most about as long as a
+/// square of the board is wide; 1 when there is nothing to go by.
 pub fn suitable_gain(panels: &[Panel]) -> f64 {
-    let steps: Vec<f64> = (panels.first().map(|first| bends(first.corners, first.seam_px)).unwrap_or_default())
-        .values()
-        .flat_map(|bend| bend.corners_px.windows(2).map(|pair| pair[0].distance(pair[1])))
-        .collect();
+    let steps = panels.first().map(steps_px).unwrap_or_default();
     let long = |panel: &Panel| stats::quantile(&sizes(panel), 0.9).unwrap_or(0.0);
     let longest = panels.iter().map(long).fold(0.0, f64::max);
     match stats::quantile(&steps, 0.5) {
-        Some(step) if longest > 0.0 => axis::round_below(2.0 * step / longest).max(1.0),
+        Some(step) if longest > 0.0 => axis::round_below(1.2 * step / longest).max(1.0),
         _ => 1.0,
     }
+}
+
+/// Distances from corners to their neighbours in the next column or row of their half, in px.
+fn steps_px(panel: &Panel) -> Vec<f64> {
+    let right = |corner: &CornerMark| corner.position_px.x >= panel.seam_px;
+    let known: BTreeMap<(bool, [i32; 2]), DVec2> =
+        panel.corners.iter().filter(|c| drawable(c)).map(|c| ((right(c), c.index), c.position_px)).collect();
+    let step = |(&(right, [column, row]), px): (&(bool, [i32; 2]), &DVec2)| {
+        let next = [[column.saturating_add(1), row], [column, row.saturating_add(1)]];
+        next.map(|index| Some(known.get(&(right, index))?.distance(*px))).into_iter().flatten().collect::<Vec<_>>()
+    };
+    known.iter().flat_map(step).collect()
 }
 
 /// Sizes of all errors of a panel that are numbers, in px.

@@ -1,6 +1,5 @@
 //! `comparison.png`: what prisms do to a board, side by side.
 
-mod bend;
 mod layout;
 mod overview;
 mod zoom;
@@ -18,19 +17,17 @@ use input::sizes;
 pub use input::{ComparisonInput, FigureRow, Panel, suitable_gain};
 use layout::Layout;
 
-pub use bend::{Bend, LineDirection, LineName, bends, worst};
-
 /// The conclusion stands beside the table where there is this much room, as a share of a column.
 const LEAST_BESIDE: f64 = 0.5;
 
 /// Lays the comparison out.
 pub fn draw(input: &ComparisonInput) -> Drawing {
-    let layout = Layout::new(input.width_px);
+    let layout = Layout::new(input.width_px, input.panels.len());
     let mut drawing = Drawing::new(layout.width_px, 1);
     let errors = error_axis(input);
-    let lines: Vec<_> = input.panels.iter().map(|panel| bends(panel.corners, panel.seam_px)).collect();
-    let zoom = zoom::Zoom::of(&lines, &input.panels);
-    let rows = || (0..input.panels.len()).step_by(2).map(|first| first..(first + 2).min(input.panels.len()));
+    let zoom = zoom::Zoom::of(&input.panels);
+    let (panels, columns) = (input.panels.len(), layout.left.len());
+    let rows = || (0..panels).step_by(columns).map(|first| first..(first + columns).min(panels));
 
     let mut y = layout.margin + layout.title.size_px;
     let title = text::shortened(&input.title, layout.title, layout.right_edge() - layout.margin);
@@ -47,16 +44,17 @@ pub fn draw(input: &ComparisonInput) -> Drawing {
         for row in rows() {
             let top = y + layout.gap;
             for k in row {
-                let line = lines[k].get(&zoom.line);
-                y = y.max(zoom.draw(&mut drawing, &layout, &input.panels[k], k, top, line));
+                y = y.max(zoom.draw(&mut drawing, &layout, &input.panels[k], k, top));
             }
         }
         y = zoom::Zoom::key(&mut drawing, &layout, y);
     }
     let top = y + layout.gap;
-    let end = table(&mut drawing, &layout, input, top);
-    let beside = (end.x + layout.margin).max(layout.left[1]);
-    y = if layout.right_edge() - beside > LEAST_BESIDE * layout.column {
+    let end = if input.figures.is_empty() { DVec2::new(0.0, y) } else { table(&mut drawing, &layout, input, top) };
+    let beside = (end.x + layout.margin).max(layout.right_half);
+    y = if input.figures.is_empty() {
+        verdict(&mut drawing, &layout, input, layout.left[0], y + 0.5 * layout.gap)
+    } else if layout.right_edge() - beside > LEAST_BESIDE * layout.half {
         end.y.max(verdict(&mut drawing, &layout, input, beside, top))
     } else {
         verdict(&mut drawing, &layout, input, layout.left[0], end.y + 0.5 * layout.gap)
@@ -86,13 +84,13 @@ fn table(drawing: &mut Drawing, layout: &Layout, input: &ComparisonInput, top: f
     let (left, font, em) = (layout.left[0], layout.body, layout.body.size_px);
     let rows = &input.figures[..input.figures.len().min(LARGEST_ROWS)];
     let widest = |words: &mut dyn Iterator<Item = f64>, room: f64| words.fold(0.0, f64::max).min(room);
-    let labels = widest(&mut rows.iter().map(|row| text::width(&row.label, font)), 0.65 * layout.column);
+    let labels = widest(&mut rows.iter().map(|row| text::width(&row.label, font)), 0.65 * layout.half);
     let panels = input.panels.len();
     let room = (layout.right_edge() - left - labels) / panels as f64 - 1.5 * em;
     let values = (0..panels).map(|k| {
         let name = text::width(&input.panels[k].name, layout.strong);
         let values = rows.iter().map(|row| text::width(&row.values[k], font));
-        widest(&mut values.chain([name]), room.min(0.45 * layout.column))
+        widest(&mut values.chain([name]), room.min(0.45 * layout.half))
     });
     let columns: Vec<(f64, f64)> = values
         .scan(left + labels, |end, width| {
@@ -128,10 +126,10 @@ fn table(drawing: &mut Drawing, layout: &Layout, input: &ComparisonInput, top: f
 
 /// The conclusion in what is left of the page beside the table; ends with its lower edge.
 fn verdict(drawing: &mut Drawing, layout: &Layout, input: &ComparisonInput, left: f64, top: f64) -> f64 {
-    let mut y = top + layout.head.size_px;
     if input.verdict.trim().is_empty() {
-        return y;
+        return top;
     }
+    let mut y = top + layout.head.size_px;
     drawing.text("Verdict", layout.strong, GREY, DVec2::new(left, y), Align::Start);
     for line in text::wrapped(&input.verdict, layout.head_regular(), layout.right_edge() - left, 24) {
         y += LINE_HEIGHT * layout.head.size_px;

@@ -1,5 +1,6 @@
 //! The upper half of the comparison: the whole pictures with their corners and errors, and the key below.
 
+use super::corner_mark::CornerMark;
 use super::input::{ComparisonInput, Panel, drawable, sizes};
 use super::layout::Layout;
 use super::zoom::Zoom;
@@ -7,8 +8,8 @@ use crate::geom::Rect;
 use crate::num::stats;
 use crate::plot::axis::Axis;
 use crate::plot::colour::{ACCENT, GREY, INK, MISSING, Map, Rgb, WHITE};
-use crate::plot::drawing::{Drawing, Item, Stroke, clipped};
-use crate::plot::text::{Align, CAP_HEIGHT};
+use crate::plot::drawing::{Drawing, Item, Stroke};
+use crate::plot::text::{Align, CAP_HEIGHT, LINE_HEIGHT};
 use crate::plot::{axis, colour, colour_bar, picture, text};
 use glam::DVec2;
 
@@ -23,12 +24,28 @@ const DOT: f64 = 3.2;
 const SHAFT: f64 = 2.0;
 const HEAD: f64 = 10.0;
 
+/// The room that arrows beyond a picture's border take at most, as a share of the picture's width.
+const MOST_BEYOND: f64 = 0.25;
+
+/// How far the longest arrows reach beyond the pictures, as a share of their width; no arrow is cut.
+fn beyond(input: &ComparisonInput) -> f64 {
+    let of_panel = |panel: &Panel| {
+        let size = DVec2::new(panel.picture.width() as f64, panel.picture.height() as f64).max(DVec2::ONE);
+        let tip = |corner: &CornerMark| corner.position_px + corner.error_px * input.arrow_gain;
+        let over = |tip: DVec2| (-tip).max(tip - size).max_element() / size.x;
+        panel.corners.iter().filter(|c| drawable(c)).map(tip).map(over).fold(0.0, f64::max)
+    };
+    input.panels.iter().map(of_panel).fold(0.0, f64::max).min(MOST_BEYOND)
+}
+
 /// Where a panel's picture stands in the figure.
 struct PanelPlace {
     /// Whole px.
     area: Rect,
     /// Px of the figure for one px of the picture.
     scale: f64,
+    /// Room for arrows below the picture, in px of the figure.
+    below: f64,
 }
 
 impl PanelPlace {
@@ -40,10 +57,12 @@ impl PanelPlace {
             (0, _) | (_, 0) => DVec2::new(16.0, 9.0),
             (width, height) => DVec2::new(width as f64, height as f64),
         };
-        let scale = (layout.column / size.x).min(1.2 * layout.column / size.y);
+        let room = beyond(input) * size.x;
+        let scale = (layout.column / (size.x + 2.0 * room)).min(1.2 * layout.column / size.y);
         let shown = (size * scale).round().max(DVec2::ONE);
-        let min = DVec2::new(layout.left[k % 2] + (0.5 * (layout.column - shown.x)).floor(), top);
-        Self { area: Rect { min, max: min + shown }, scale }
+        let left = layout.left[k % layout.left.len()] + (0.5 * (layout.column - shown.x)).floor();
+        let min = DVec2::new(left, (top + room * scale).round());
+        Self { area: Rect { min, max: min + shown }, scale, below: (room * scale).round() }
     }
 
     fn of_px(&self, picture_px: DVec2) -> DVec2 {
@@ -61,13 +80,13 @@ pub(super) fn draw(
     errors: &Axis,
     zoom: Option<&Zoom>,
 ) -> f64 {
-    let (panel, left, unit) = (&input.panels[k], layout.left[k % 2], layout.unit);
+    let (panel, left, unit) = (&input.panels[k], layout.left[k % layout.left.len()], layout.unit);
     let y = top + layout.head.size_px;
-    let count = summary(panel);
-    drawing.text(&count, layout.small, GREY, DVec2::new(left + layout.column, y), Align::End);
-    let room = layout.column - text::width(&count, layout.small) - layout.small.size_px;
-    let name = text::shortened(&format!("({}) {}", letter(k), panel.name), layout.head, room);
+    let name = text::shortened(&format!("({}) {}", letter(k), panel.name), layout.head, layout.column);
     drawing.text(name, layout.head, INK, DVec2::new(left, y), Align::Start);
+    let y = y + LINE_HEIGHT * layout.small.size_px;
+    let count = text::shortened(&summary(panel), layout.small, layout.column);
+    drawing.text(count, layout.small, GREY, DVec2::new(left, y), Align::Start);
 
     let place = PanelPlace::of(input, layout, k, (y + 0.6 * layout.head.size_px).round());
     let pixels = (place.area.size().x as usize, place.area.size().y as usize);
@@ -86,9 +105,7 @@ pub(super) fn draw(
         let colour = Map::Marks.colour(errors.share(corner.error_px.length()).unwrap_or(0.0));
         if from.distance(to) <= DOT * unit {
             // Hidden under the dot.
-        } else if let Some(&[from, to]) =
-            clipped(&place.area.grown(-3.0 * unit), &[from, to]).first().map(Vec::as_slice)
-        {
+        } else if place.area.grown(place.below + HEAD * unit).contains(to) {
             error_arrow(drawing, from, to, colour, unit);
         }
         if place.area.contains(from) {
@@ -96,14 +113,15 @@ pub(super) fn draw(
         }
     }
     if let Some(zoom) = zoom {
-        let window = zoom.windows[k];
-        let area = Rect { min: place.of_px(window.min), max: place.of_px(window.max) };
-        drawing.frame(&area, Stroke::solid(WHITE, 6.0 * unit));
-        drawing.frame(&area, Stroke::solid(ACCENT, 3.0 * unit));
+        for window in zoom.windows(k) {
+            let area = Rect { min: place.of_px(window.min), max: place.of_px(window.max) };
+            drawing.frame(&area, Stroke::solid(WHITE, 6.0 * unit));
+            drawing.frame(&area, Stroke::solid(ACCENT, 3.0 * unit));
+        }
     }
     halves(drawing, layout, &place, panel.seam_px);
     drawing.frame(&place.area, Stroke::solid(GREY, unit));
-    place.area.max.y
+    place.area.max.y + place.below
 }
 
 /// The letter of panel `k`.
@@ -137,8 +155,8 @@ pub(super) fn key(
     let (unit, font) = (layout.unit, layout.small);
     let errors_of_all = input.panels.iter().map(sizes).collect::<Vec<_>>().concat();
     let bar = Rect {
-        min: DVec2::new(layout.left[1] + 0.1 * layout.column, top).round(),
-        max: DVec2::new(layout.left[1] + 0.9 * layout.column, top + 20.0 * unit).round(),
+        min: DVec2::new(layout.right_half + 0.1 * layout.half, top).round(),
+        max: DVec2::new(layout.right_half + 0.9 * layout.half, top + 20.0 * unit).round(),
     };
     let caption = match input.panels.len() {
         0 | 1 => "length of the corner error, px",
@@ -181,7 +199,7 @@ pub(super) fn key(
         error_arrow(drawing, DVec2::new(left, y), tip, Map::Marks.colour(share), unit);
         let x = words(drawing, tip.x + 0.4 * font.size_px, y, &format!("error of {} px", axis::short(sample)))
             - 34.0 * unit;
-        let drawn = format!(", drawn {} × as long, to the border at most", axis::short(input.arrow_gain));
+        let drawn = format!(", drawn {} × as long", axis::short(input.arrow_gain));
         words(drawing, x, y, &drawn);
     }
     let y = y + 1.7 * font.size_px;

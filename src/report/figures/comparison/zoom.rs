@@ -1,154 +1,184 @@
-//! The lower half of the comparison: the line that the first picture bends most, in both pictures, enlarged across the
-//! line but not along it, as if one looked along the line, so that a bend of a pixel shows.
+//! The lower half of the comparison: the corner of the board with the largest vertical disparity in the first picture, enlarged
+//! from both halves of each picture beside one another, row by row, so that a pair that a matcher can use shows no step.
 
-use super::bend::{Bend, LineDirection, LineName, worst};
-use super::input::Panel;
+use super::corner_mark::CornerMark;
+use super::input::{Panel, drawable};
 use super::layout::Layout;
 use crate::geom::Rect;
 use crate::plot::colour::{ACCENT, GREY, INK, SERIES, WHITE};
 use crate::plot::drawing::{Drawing, Item, Stroke};
-use crate::plot::text::{Align, CAP_HEIGHT};
+use crate::plot::text::{Align, CAP_HEIGHT, LINE_HEIGHT};
 use crate::plot::{axis, picture, text};
 use glam::DVec2;
 use std::collections::BTreeMap;
 
-/// Height of a window in the figure over its width.
-const PROPORTION: f64 = 0.45;
-/// Width of the window across the line, in sizes of the bend, and its least width in px of the picture.
-const ACROSS: f64 = 8.0;
-const LEAST_ACROSS_PX: f64 = 12.0;
-/// The measured line's colour.
-const MEASURED: [u8; 3] = SERIES[0];
+/// Height of a window in the figure over the width of a column.
+const PROPORTION: f64 = 0.36;
+/// Height of the window in disparities of the first picture, and its least and largest height in px of the picture.
+const HEIGHT: f64 = 4.0;
+const LEAST_HEIGHT_PX: f64 = 16.0;
+const LARGEST_HEIGHT_PX: f64 = 400.0;
 
-/// A window for each panel, of one size: as long as the line, and so narrow that its bend shows.
+/// A corner of the board in both halves, in px of the whole picture: left, right.
+pub(super) type SeenTwice = [DVec2; 2];
+
+/// The corners that both halves show, by column and row; the halves meet at the panel's seam.
+pub(super) fn seen_twice(panel: &Panel) -> BTreeMap<[i32; 2], SeenTwice> {
+    let of = |right: bool| {
+        let own = move |corner: &&CornerMark| drawable(corner) && (corner.position_px.x >= panel.seam_px) == right;
+        panel.corners.iter().filter(own).map(|corner| (corner.index, corner.position_px))
+    };
+    let right: BTreeMap<[i32; 2], DVec2> = of(true).collect();
+    of(false).filter_map(|(index, left)| Some((index, [left, *right.get(&index)?]))).collect()
+}
+
+/// How much lower the right half shows a corner, in px.
+fn lower_px([left, right]: &SeenTwice) -> f64 {
+    right.y - left.y
+}
+
+/// One corner of the board, and its windows in each panel.
 pub(super) struct Zoom {
-    /// The line that the first panel bends most.
-    pub(super) line: LineName,
-    /// The windows in px of the pictures, each around the panel's own line; whole px.
-    pub(super) windows: Vec<Rect>,
+    /// Column and row.
+    index: [i32; 2],
+    /// Columns and rows of a window, whole px of the picture.
+    size: DVec2,
+    /// In each panel where the corner is and the windows around it, of the left and of the right half; `None` where it does not show
+    /// it twice.
+    places: Vec<Option<(SeenTwice, [Rect; 2])>>,
 }
 
 impl Zoom {
-    /// The windows; `None` when the first panel has no line, or a picture has no pixels.
-    pub(super) fn of(lines: &[BTreeMap<LineName, Bend>], panels: &[Panel]) -> Option<Self> {
-        let first = worst(lines.first()?)?;
-        let [start, end] = first.ends_px();
-        let step = start.distance(end) / (first.corners_px.len() - 1) as f64;
-        let across = (ACROSS * first.size_px()).max(LEAST_ACROSS_PX);
-        let margin = match first.line.along {
-            LineDirection::Row => DVec2::new(step, across),
-            LineDirection::Column => DVec2::new(across, step),
+    /// The corner with the largest vertical disparity in the first panel; `None` where that shows none twice.
+    pub(super) fn of(panels: &[Panel]) -> Option<Self> {
+        let first = seen_twice(panels.first()?);
+        let worst = first.iter().max_by(|a, b| lower_px(a.1).abs().total_cmp(&lower_px(b.1).abs()))?;
+        let height = libm::ceil((HEIGHT * lower_px(worst.1).abs()).clamp(LEAST_HEIGHT_PX, LARGEST_HEIGHT_PX));
+        let size = DVec2::new(libm::ceil(0.5 * height / PROPORTION), height);
+        let place = |panel: &Panel| {
+            let pair = *seen_twice(panel).get(worst.0)?;
+            let whole = DVec2::new(panel.picture.width() as f64, panel.picture.height() as f64);
+            if whole.cmplt(size).any() {
+                return None;
+            }
+            // Both windows hold the same rows.
+            let middle = 0.5 * (pair[0].y + pair[1].y);
+            let window = |px: DVec2| {
+                let min = (DVec2::new(px.x, middle) - 0.5 * size).round().clamp(DVec2::ZERO, whole - size);
+                Rect { min, max: min + size }
+            };
+            Some((pair, pair.map(window)))
         };
-        let whole = |k: usize| DVec2::new(panels[k].picture.width() as f64, panels[k].picture.height() as f64);
-        let size = (0..panels.len()).map(whole).fold(((end - start).abs() + margin).ceil(), DVec2::min);
-        let window = |k: usize| {
-            let [start, end] = lines[k].get(&first.line).unwrap_or(first).ends_px();
-            let min = (0.5 * (start + end - size)).round().clamp(DVec2::ZERO, whole(k) - size);
-            Rect { min, max: min + size }
-        };
-        (size.min_element() >= 1.0).then(|| Self { line: first.line, windows: (0..panels.len()).map(window).collect() })
+        Some(Self { index: *worst.0, size, places: panels.iter().map(place).collect() })
     }
 
-    /// Draws the window of panel `k` from `top` on; ends with its lower edge.
-    pub(super) fn draw(
+    /// The windows of panel `k` in px of its picture.
+    pub(super) fn windows(&self, k: usize) -> impl Iterator<Item = Rect> {
+        self.places.get(k).copied().flatten().into_iter().flat_map(|(_, windows)| windows)
+    }
+
+    /// Draws the windows of panel `k` from `top` on; ends with its lower edge.
+    pub(super) fn draw(&self, drawing: &mut Drawing, layout: &Layout, panel: &Panel, k: usize, top: f64) -> f64 {
+        let (left, unit) = (layout.left[k % layout.left.len()], layout.unit);
+        let min = DVec2::new(left, top.round());
+        let area = Rect { min, max: min + DVec2::new(layout.column, (PROPORTION * layout.column).round()) };
+        let caption = match &self.places[k] {
+            Some((pair, windows)) => {
+                self.draw_pair(drawing, layout, panel, &area, (pair, windows));
+                format!("{} px of vertical disparity", axis::significant(lower_px(pair).abs(), 3))
+            }
+            None => "not found in both halves".to_owned(),
+        };
+        drawing.frame(&area, Stroke::solid(ACCENT, 3.0 * unit));
+
+        // What it shows, and where that is.
+        let times = axis::significant(area.size().y / self.size.y, 2);
+        let [column, row] = self.index.map(|n| n.to_string().replace('-', "−"));
+        let place = format!(
+            "corner in column {column}, row {row}; {} × {} px of each half, {times} ×",
+            self.size.x, self.size.y
+        );
+        let mut y = area.max.y + 1.4 * layout.strong.size_px;
+        for (words, font, colour) in [(caption, layout.strong, INK), (place, layout.small, GREY)] {
+            drawing.text(text::shortened(&words, font, area.size().x), font, colour, DVec2::new(left, y), Align::Start);
+            y += LINE_HEIGHT * layout.small.size_px;
+        }
+        y - LINE_HEIGHT * layout.small.size_px + text::DESCENT * layout.small.size_px
+    }
+
+    /// The windows of both halves beside one another, the row of the left corner across both, and the step to the right one.
+    fn draw_pair(
         &self,
         drawing: &mut Drawing,
         layout: &Layout,
         panel: &Panel,
-        k: usize,
-        top: f64,
-        bend: Option<&Bend>,
-    ) -> f64 {
-        let (left, unit, source) = (layout.left[k % 2], layout.unit, self.windows[k]);
-        let min = DVec2::new(left, top.round());
-        let area = Rect { min, max: min + DVec2::new(layout.column, (PROPORTION * layout.column).round()) };
-        let [x, y] = source.min.to_array().map(|v| v as usize);
-        let [width, height] = source.size().to_array().map(|v| v as usize);
-        let [shown_width, shown_height] = area.size().to_array().map(|v| v as usize);
-        let cut = picture::cut_out(panel.picture, x, y, width, height);
-        let shown = picture::grey(&picture::area_averaged(&cut, shown_width, shown_height));
-        drawing.push(Item::Picture(area, shown));
+        area: &Rect,
+        (pair, windows): (&SeenTwice, &[Rect; 2]),
+    ) {
+        // The pixels, each a square.
+        let (unit, font) = (layout.unit, layout.strong);
+        let width = (0.5 * area.size().x).floor();
+        let of_half = |k: usize| {
+            let min = area.min + DVec2::new(k as f64 * width, 0.0);
+            Rect { min, max: DVec2::new(if k == 0 { min.x + width } else { area.max.x }, area.max.y) }
+        };
+        let [columns, rows] = self.size.to_array().map(|n| n as usize);
+        for (k, name) in [(0, "left half"), (1, "right half")] {
+            let shown = of_half(k);
+            let [x, y] = windows[k].min.to_array().map(|v| v as usize);
+            drawing.push(Item::Picture(shown, picture::grey(&picture::cut_out(panel.picture, x, y, columns, rows))));
+            let badge = DVec2::new(text::width(name, font) + font.size_px, 1.4 * font.size_px);
+            drawing.push(Item::Fill(Rect { min: shown.min, max: shown.min + badge }, WHITE));
+            let foot = shown.min + 0.5 * badge + DVec2::new(0.0, 0.5 * CAP_HEIGHT * font.size_px);
+            drawing.text(name, font, INK, foot, Align::Middle);
+        }
+        let seam = [DVec2::new(area.min.x + width, area.min.y), DVec2::new(area.min.x + width, area.max.y)];
+        drawing.line(seam[0], seam[1], Stroke::solid(WHITE, 6.0 * unit));
+        drawing.line(seam[0], seam[1], Stroke::solid(INK, 2.0 * unit));
 
-        let caption = match bend {
-            Some(bend) => {
-                self.draw_line(drawing, layout, &area, k, bend);
-                format!("{}: up to {} px from straight", bend.line.words(), axis::significant(bend.size_px(), 3))
-            }
-            None => format!("{}: not detected here", self.line.words()),
-        };
-        drawing.frame(&area, Stroke::solid(ACCENT, 3.0 * unit));
-        let y = area.max.y + 1.5 * layout.body.size_px;
-        let times = area.size() / source.size();
-        let across = match self.line.along {
-            LineDirection::Row => times.y,
-            LineDirection::Column => times.x,
-        };
-        let scale = format!("{width} × {height} px, {} × across the line", axis::significant(across, 2));
-        drawing.text(&scale, layout.small, GREY, DVec2::new(area.max.x, y), Align::End);
-        let room = area.size().x - text::width(&scale, layout.small) - layout.small.size_px;
-        let caption = text::shortened(&caption, layout.body, room);
-        drawing.text(caption, layout.body, INK, DVec2::new(left, y), Align::Start);
-        y + text::DESCENT * layout.body.size_px
+        // The row of the left corner, and both corners.
+        let place = |k: usize| of_half(k).min + (pair[k] - windows[k].min) * (of_half(k).size() / self.size);
+        let [from, to] = [place(0), place(1)];
+        for stroke in [Stroke::solid(WHITE, 4.5 * unit), straight(unit)] {
+            drawing.line_within(area, &[from, DVec2::new(area.max.x, from.y)], stroke);
+        }
+        for corner in [from, to].into_iter().filter(|&corner| area.contains(corner)) {
+            drawing.push(Item::Disc(corner, 8.0 * unit, WHITE));
+            drawing.push(Item::Disc(corner, 6.0 * unit, SERIES[0]));
+        }
+        self.step(drawing, layout, area, [DVec2::new(to.x, from.y), to], lower_px(pair));
     }
 
-    /// The key of both windows from `top` on; ends with its lower edge.
+    /// The step from the row of the left corner to the right corner, with its size.
+    fn step(&self, drawing: &mut Drawing, layout: &Layout, area: &Rect, [from, to]: [DVec2; 2], lower_px: f64) {
+        if !(area.contains(from) && area.contains(to)) {
+            return;
+        }
+        let (unit, font) = (layout.unit, layout.strong);
+        if from.distance(to) > 16.0 * unit {
+            drawing.line(from, to, Stroke::solid(WHITE, 8.0 * unit));
+            drawing.line(from, to, Stroke::solid(INK, 4.0 * unit));
+        }
+        let words = format!("{} px", axis::significant(lower_px.abs(), 3));
+        let size = DVec2::new(text::width(&words, font) + font.size_px, 1.5 * font.size_px);
+        let middle = to + DVec2::new(0.5 * size.x + 20.0 * unit, if lower_px < 0.0 { -size.y } else { size.y });
+        let min = (middle - 0.5 * size).min(area.max - size).max(area.min);
+        drawing.push(Item::Fill(Rect { min, max: min + size }, WHITE));
+        let foot = DVec2::new(min.x + 0.5 * size.x, min.y + 0.5 * (size.y + CAP_HEIGHT * font.size_px));
+        drawing.text(words, font, INK, foot, Align::Middle);
+    }
+
+    /// The key of the windows from `top` on; ends with its lower edge.
     pub(super) fn key(drawing: &mut Drawing, layout: &Layout, top: f64) -> f64 {
         let (unit, font) = (layout.unit, layout.small);
         let y = top + 1.3 * font.size_px;
-        let mut x = layout.left[0];
-        let signs = [
-            (measured(unit), "through the detected corners of the line"),
-            (straight(unit), "straight between its end corners"),
-        ];
-        for (stroke, words) in signs {
-            let middle = y - 0.5 * CAP_HEIGHT * font.size_px;
-            drawing.line(DVec2::new(x, middle), DVec2::new(x + 58.0 * unit, middle), stroke);
-            x += 70.0 * unit;
-            drawing.text(words, font, INK, DVec2::new(x, y), Align::Start);
-            x += text::width(words, font) + 34.0 * unit;
-        }
+        let (x, middle) = (layout.left[0], y - 0.5 * CAP_HEIGHT * font.size_px);
+        drawing.line(DVec2::new(x, middle), DVec2::new(x + 58.0 * unit, middle), straight(unit));
+        let words =
+            "the row of the corner in the left half: a stereo matcher looks for it on that row of the right half";
+        drawing.text(words, font, INK, DVec2::new(x + 70.0 * unit, y), Align::Start);
         y + text::DESCENT * font.size_px
     }
-
-    /// The line through the corners, the straight line between its ends, and the distance between the two.
-    fn draw_line(&self, drawing: &mut Drawing, layout: &Layout, area: &Rect, k: usize, bend: &Bend) {
-        let (unit, source) = (layout.unit, self.windows[k]);
-        let place = |p: DVec2| area.min + (p - source.min) * (area.size() / source.size());
-        let corners: Vec<DVec2> = bend.corners_px.iter().map(|&p| place(p)).collect();
-        let ends = bend.ends_px().map(place);
-        for (line, stroke) in [(&corners[..], measured(unit)), (&ends[..], straight(unit))] {
-            drawing.line_within(area, line, Stroke::solid(WHITE, stroke.width_px + 2.0 * unit));
-            drawing.line_within(area, line, stroke);
-        }
-        for &corner in corners.iter().filter(|&&p| area.contains(p)) {
-            drawing.push(Item::Disc(corner, 6.5 * unit, WHITE));
-            drawing.push(Item::Disc(corner, 5.0 * unit, MEASURED));
-        }
-        let [from, to] = [bend.straight_px, bend.farthest_px].map(place);
-        if from.distance(to) > 24.0 * unit && area.contains(from) && area.contains(to) {
-            dimension(drawing, layout, area, bend, [from, to]);
-        }
-    }
-}
-
-/// The distance from the straight line, with its size written beside the farthest corner.
-fn dimension(drawing: &mut Drawing, layout: &Layout, area: &Rect, bend: &Bend, [from, to]: [DVec2; 2]) {
-    let (unit, font) = (layout.unit, layout.strong);
-    drawing.line(from, to, Stroke::solid(WHITE, 7.0 * unit));
-    drawing.line(from, to, Stroke::solid(INK, 3.0 * unit));
-    let words = format!("{} px", axis::significant(bend.size_px(), 3));
-    let size = DVec2::new(text::width(&words, font) + font.size_px, 1.5 * font.size_px);
-    // Away from the straight line, beyond the corner.
-    let outward = (to - from).signum();
-    let middle = to + outward * (0.5 * size + 14.0 * unit);
-    let min = (middle - 0.5 * size).min(area.max - size).max(area.min);
-    drawing.push(Item::Fill(Rect { min, max: min + size }, WHITE));
-    let foot = DVec2::new(min.x + 0.5 * size.x, min.y + 0.5 * (size.y + CAP_HEIGHT * font.size_px));
-    drawing.text(words, font, INK, foot, Align::Middle);
-}
-
-fn measured(unit: f64) -> Stroke {
-    Stroke::solid(MEASURED, 2.5 * unit)
 }
 
 fn straight(unit: f64) -> Stroke {
@@ -158,21 +188,31 @@ fn straight(unit: f64) -> Stroke {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::figures::comparison::bends;
-    use crate::report::figures::samples;
+    use crate::raster::Raster;
 
     #[test]
-    fn both_windows_hold_their_line_and_lie_in_the_picture() {
-        let boards = [20.0, 0.5].map(samples::board);
-        let panels =
-            boards.each_ref().map(|(picture, corners)| Panel { name: String::new(), picture, corners, seam_px: 960.0 });
-        let lines = panels.each_ref().map(|panel| bends(panel.corners, panel.seam_px));
-        let zoom = Zoom::of(&lines, &panels).expect("there are bent lines");
-        let whole = Rect { min: DVec2::ZERO, max: DVec2::new(1920.0, 1080.0) };
-        for (window, lines) in zoom.windows.iter().zip(&lines) {
+    fn the_windows_of_a_pair_hold_the_same_rows_of_the_picture_around_the_worst_corner() {
+        let mark = |column: i32, x: f64, y: f64| CornerMark {
+            index: [column, 4],
+            position_px: DVec2::new(x, y),
+            error_px: DVec2::ZERO,
+        };
+        // Column 7 is 6 px lower in the right half, column 8 is 2 px higher, and column 9 is seen once.
+        let corners =
+            [mark(7, 30.0, 50.0), mark(7, 130.0, 56.0), mark(8, 60.0, 50.0), mark(8, 160.0, 48.0), mark(9, 90.0, 9.0)];
+        let picture = Raster::filled(200, 100, 0.5);
+        let panel = Panel { name: String::new(), picture: &picture, corners: &corners, seam_px: 100.0 };
+        let alone = Panel { corners: &corners[2..], ..panel.clone() };
+        let zoom = Zoom::of(&[panel, alone]).expect("corners are seen twice");
+        assert_eq!(zoom.index, [7, 4]);
+        let windows: Vec<Rect> = zoom.windows(0).collect();
+        assert_eq!(windows.len(), 2);
+        assert_eq!([windows[0].min.y, windows[0].max.y], [windows[1].min.y, windows[1].max.y]);
+        let whole = Rect { min: DVec2::ZERO, max: DVec2::new(200.0, 100.0) };
+        for (window, corner) in windows.iter().zip(&corners[..2]) {
+            assert!(window.contains(corner.position_px) && window.size() == zoom.size, "{window:?}");
             assert!(whole.contains(window.min) && whole.contains(window.max), "{window:?}");
-            assert_eq!(window.size(), zoom.windows[0].size());
-            assert!(lines[&zoom.line].corners_px.iter().all(|&p| window.contains(p)), "{window:?}");
         }
+        assert_eq!(zoom.windows(1).count(), 0, "the second panel does not show the corner twice");
     }
 }
