@@ -2,6 +2,7 @@
 
 use super::dataset_args::DatasetArgs;
 use super::design_args::DesignArgs;
+use super::export_args::ExportArgs;
 use super::rectify_args::RectifyArgs;
 use super::study_args::AnalyseArgs;
 use super::tolerance_args::MergeArgs;
@@ -41,6 +42,8 @@ pub enum Verb {
     Trace(TraceArgs),
     /// Write the maps that make a rectified pair of the halves of a picture, for cv2.remap, with stereo.yml for OpenCV.
     Rectify(RectifyArgs),
+    /// Write the prism, its cameras or what its pixels see as files for other programs: CAD, optics programs, OpenCV, NumPy.
+    Export(ExportArgs),
     /// Take many pictures of a scene's board at places drawn at random or listed, with the true corners of each, cameras.yml for
     /// OpenCV, and a manifest. A stopped run goes on where it was.
     Dataset(DatasetArgs),

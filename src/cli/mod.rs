@@ -11,6 +11,7 @@ pub mod design_args;
 pub mod prisms_args;
 pub mod dataset_args;
 pub mod rectify_args;
+pub mod export_args;
 pub mod study_args;
 pub mod tolerance_args;
 mod check;
@@ -25,6 +26,7 @@ mod field_lines;
 mod appended;
 mod design;
 mod expect;
+mod export;
 mod files;
 mod golden;
 mod light;
@@ -96,6 +98,7 @@ fn verb(args: Args) -> Result<Outcome, Error> {
         Verb::Check(args) => check::run(&args),
         Verb::Trace(args) => trace::run(&args),
         Verb::Rectify(args) => rectify::run(&args),
+        Verb::Export(args) => export::run(&args),
         Verb::Dataset(args) => dataset::run(&args),
         Verb::Analyse(args) => analyse::run(&args),
         Verb::Merge(args) => study::tolerance::merge(&args),
