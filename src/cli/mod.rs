@@ -12,6 +12,7 @@ pub mod prisms_args;
 pub mod dataset_args;
 pub mod rectify_args;
 pub mod export_args;
+pub mod shell_args;
 pub mod study_args;
 pub mod tolerance_args;
 mod check;
@@ -27,6 +28,10 @@ mod appended;
 mod design;
 mod expect;
 mod export;
+mod examples;
+mod build_facts;
+mod completions;
+mod man;
 mod files;
 mod golden;
 mod light;
@@ -104,5 +109,7 @@ fn verb(args: Args) -> Result<Outcome, Error> {
         Verb::Merge(args) => study::tolerance::merge(&args),
         Verb::Cost(args) => cost::run(&args),
         Verb::Golden(args) => golden::run(&args),
+        Verb::Completions(args) => completions::run(&args),
+        Verb::Man(args) => man::run(&args),
     }
 }
