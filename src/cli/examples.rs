@@ -26,7 +26,7 @@ examples! {
     MERGE: "biprism analyse tolerance scenes/cases/prism_flat.toml --criterion vertical_px --trials 4 --shard 1/2 --out one",
         "biprism analyse tolerance scenes/cases/prism_flat.toml --criterion vertical_px --trials 4 --shard 2/2 --out two",
         "biprism merge one/tolerance_trials_*.jsonl two/tolerance_trials_*.jsonl";
-    COST: "biprism cost scenes/cases/prism_flat.toml --quick --repetitions 1";
+    COST: "biprism cost scenes/cases/sensor_tiny.toml --quick --repetitions 1";
     GOLDEN: "biprism golden --only prism_flat";
     COMPLETIONS: "biprism completions bash > biprism.bash      # then: source biprism.bash";
     MAN: "biprism man --out man                        # then: man -l man/biprism-render.1";

@@ -1,6 +1,7 @@
 //! Grid sag: exact values and derivatives, and the same prism when it is read back.
 
 use super::*;
+use biprism::io::point_cloud::read_points;
 use biprism::surface::face::Face;
 use biprism::system::Side;
 use glam::DVec2;
@@ -54,6 +55,14 @@ fn points_have_the_sag_and_the_derivatives_of_the_surface() {
                 assert!((dxy - (slope(1.0) - slope(-1.0)) / (2.0 * h)).abs() < 1e-8, "{name} {face:?} {k}");
             }
             assert_eq!(number(&figures["points"]), f64::from(count));
+
+            // Read back, a point is the surface's, bit for bit.
+            let read = read_points(&folder.path().join(["front.dat", "back.dat"][k]), face).expect("it is read");
+            assert_eq!(read.len(), count as usize);
+            for p in read {
+                let jet = surface.jet(p.x, -p.y).expect("it is there");
+                assert_eq!((p.z + vertex).to_bits(), jet.value.to_bits(), "{name} {face:?} {p}");
+            }
             assert!(number(&figures["interpolation_mm"]) <= 1e-8);
         }
     }
