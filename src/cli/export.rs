@@ -37,7 +37,7 @@ struct Exported {
 struct Export<'a> {
     args: &'a ExportArgs,
     scene: Scene,
-    /// As it is meant to be, behind the lens of the scene.
+    /// With all effects where a format is of the picture; else the prism as it is meant to be, behind the lens of the scene.
     system: System,
 }
 
@@ -46,8 +46,7 @@ pub(super) fn run(args: &ExportArgs) -> Result<Outcome, Error> {
     let paths = paths(args)?;
     let progress = Progress::new(0);
     progress.begin(&scene.name, "design");
-    let lens = Effects { lens: scene.effects.lens.clone(), ..Effects::default() };
-    let system = files::named(&args.scene, system::ideal(&scene))?.with_effects(&lens);
+    let system = files::named(&args.scene, instrument(&scene, args.format))?;
     let export = Export { args, scene, system };
     progress.begin(&export.scene.name, "export");
     let exported = files::named(&args.scene, export.written(&paths, &progress))?;
@@ -55,6 +54,14 @@ pub(super) fn run(args: &ExportArgs) -> Result<Outcome, Error> {
     output::stdout(&if args.json { json(&export.scene, args, &exported) } else { words(&exported) })?;
     exported.iter().for_each(|file| output::stderr(&format!("wrote {}", file.path.display())));
     Ok(Outcome::Done)
+}
+
+fn instrument(scene: &Scene, format: ExportFormat) -> Result<System, Error> {
+    if matches!(format, ExportFormat::CamerasYml | ExportFormat::Npy) {
+        return system::build(scene);
+    }
+    let lens = Effects { lens: scene.effects.lens, ..Effects::default() };
+    Ok(system::ideal(scene)?.with_effects(&lens))
 }
 
 /// The files to be written, none of which may be one that was read.
@@ -202,8 +209,7 @@ impl Export<'_> {
     }
 
     fn cameras(&self, path: &Path) -> Result<Vec<Exported>, Error> {
-        let system = system::build(&self.scene)?;
-        let cameras = SetCameras::of(&system, &self.scene.analysis.depths_mm).map_err(|why| {
+        let cameras = SetCameras::of(&self.system, &self.scene.analysis.depths_mm).map_err(|why| {
             Error::new("the virtual cameras", why.reason(), "`biprism compare` fits pinholes to what the halves see")
         })?;
         folder_of(path)?;
@@ -213,10 +219,9 @@ impl Export<'_> {
     }
 
     fn truth(&self, path: &Path, progress: &Progress) -> Result<Vec<Exported>, Error> {
-        let system = system::build(&self.scene)?;
         let picture = PictureFile::plain(path.to_owned());
         folder_of(path)?;
-        render_to_files(&[picture], &self.scene, &system, &progress.watch(&self.scene.name))?;
+        render_to_files(&[picture], &self.scene, &self.system, &progress.watch(&self.scene.name))?;
         let figures = vec![("size_px", json!([self.scene.camera.width_px, self.scene.camera.height_px]))];
         Ok(vec![Exported { path: path.to_owned(), figures }])
     }
