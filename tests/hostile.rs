@@ -174,6 +174,9 @@ fn point_clouds() {
         binary.extend(((k / 9) as f32).to_le_bytes());
         binary.extend((80.0 + f64::from(k)).to_le_bytes());
     }
+    let rows: String = (0..42).map(|k| format!("{:e} 0.1 -0.2 0 {}\n", 0.01 * f64::from(k * k), k / 41)).collect();
+    let sag = format!("! by hand\n6 7 0.5 0.25 0 1.5 -2\n{rows}");
+    attack(&[sag.into_bytes()], 3000, |bytes| bodies::cloud(bytes, PointFormat::GridSag));
     attack(&[xyz.into_bytes()], 3000, |bytes| bodies::cloud(bytes, PointFormat::Xyz));
     attack(&[csv.into_bytes(), both.into()], 3000, |bytes| bodies::cloud(bytes, PointFormat::Csv));
     attack(&[ascii.into_bytes(), binary], 6000, |bytes| bodies::cloud(bytes, PointFormat::Ply));

@@ -72,6 +72,9 @@ fn every_key_of_every_verb_stands_on_the_page() {
     hold("trace", run("trace scene.toml --json", "20,30\n200,100\n1e9,1e9\n", "0"));
     hold("trace", run("trace scene.toml --back --json", "left,10,20\nright,1e9,1e9\n", "0"));
     hold("rectify", run("rectify scene.toml --json", "", "0"));
+    for format in ["stl", "zemax-grid", "zemax-extended", "optiland", "cameras-yml", "npy"] {
+        hold("export", run(&format!("export scene.toml --format {format} --out export --json"), "", "0"));
+    }
     hold(
         "dataset",
         run("dataset scene.toml --poses 1 --tilt-deg 0:5 --detect --noise 0:0.01 --out set --json", "", "0"),

@@ -27,6 +27,7 @@ mod stereo;
 mod optimised_prism;
 mod effects;
 mod effects_told;
+mod export;
 mod exr_page;
 mod film;
 mod hard_cases;

@@ -197,8 +197,8 @@ fn the_command_writes_the_surfaces_and_the_body() {
     let (exact, polynomials) = (seen("prism.toml"), seen("prism_polynomial.toml"));
     // 1e-6 px of degree 7, at the border thrice that, of 33 um and 35 mm, at 1 m.
     assert!(exact != polynomials && (exact - polynomials).length() < 3e-6, "{exact} {polynomials}");
-    let (code, told) = run(&[&design[..], &["--solid", "body.obj"]].concat());
-    assert!(code == Some(2) && told.contains("stl or ply"), "{told}");
+    let (code, told) = run(&[&design[..], &["--solid", "body.step"]].concat());
+    assert!(code == Some(2) && told.contains("stl, ply or obj"), "{told}");
     let (code, told) = run(&["design", "scene.toml", "--surface", "revolved"]);
     assert!(code == Some(2) && told.contains("prism.design.surface"), "{told}");
 }

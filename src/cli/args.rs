@@ -1,9 +1,13 @@
 //! The arguments, as clap reads them.
 
+use super::build_facts::LONG_VERSION;
 use super::dataset_args::DatasetArgs;
 use super::design_args::DesignArgs;
+use super::examples;
+use super::export_args::ExportArgs;
 use super::new_args::NewArgs;
 use super::rectify_args::RectifyArgs;
+use super::shell_args::{CompletionsArgs, ManArgs};
 use super::study_args::AnalyseArgs;
 use super::tolerance_args::MergeArgs;
 use crate::accuracy::COARSEST_TARGET_PX;
@@ -15,7 +19,7 @@ use std::path::PathBuf;
 ///
 /// Without a verb it runs `compare` on the design paper's scene and on that of the exact prism.
 #[derive(Debug, Parser)]
-#[command(name = "biprism", version)]
+#[command(name = "biprism", version, long_version = LONG_VERSION.as_str(), after_help = examples::MAIN)]
 pub struct Args {
     /// What to do.
     #[command(subcommand)]
@@ -55,35 +59,58 @@ pub enum ColorArg {
 pub enum Verb {
     /// Design, render, detect and measure: the flat prism of a scene against its freeform prism, and without a scene the exact
     /// one beside the design paper's.
+    #[command(after_help = examples::COMPARE)]
     Compare(CompareArgs),
     /// Write a scene to begin with, from a sensor, a lens, a prism and a distance.
+    #[command(after_help = examples::NEW)]
     New(NewArgs),
     /// Render the picture of a scene, with ground truth through the prism in the EXR and the NPY.
+    #[command(after_help = examples::RENDER)]
     Render(RenderArgs),
     /// Detect the corners of a checkerboard in both halves of any picture.
+    #[command(after_help = examples::CORNERS)]
     Corners(CornersArgs),
     /// Measure the stereo pair in a picture: vertical disparity, epipolar lines, deviation from a pinhole.
+    #[command(after_help = examples::MEASURE)]
     Measure(MeasureArgs),
     /// Design the freeform prism of a scene and write it as scene text and as point clouds.
+    #[command(after_help = examples::DESIGN)]
     Design(DesignArgs),
     /// Check a scene without rendering it, and say what it holds.
+    #[command(after_help = examples::CHECK)]
     Check(CheckArgs),
     /// Trace given pixels to the board, or board points back to pixels, at full precision.
+    #[command(after_help = examples::TRACE)]
     Trace(TraceArgs),
     /// Write the maps that make a rectified pair of the halves of a picture, for cv2.remap, with stereo.yml for OpenCV.
+    #[command(after_help = examples::RECTIFY)]
     Rectify(RectifyArgs),
+    /// Write the prism, its cameras or what its pixels see as files for other programs: CAD, optics programs, OpenCV, NumPy.
+    #[command(after_help = examples::EXPORT)]
+    Export(ExportArgs),
     /// Take many pictures of a scene's board at places drawn at random or listed, with the true corners of each, cameras.yml for
     /// OpenCV, and a manifest. A stopped run goes on where it was.
+    #[command(after_help = examples::DATASET)]
     Dataset(DatasetArgs),
     /// Study the program or an instrument.
+    #[command(after_help = examples::ANALYSE)]
     Analyse(AnalyseArgs),
     /// Make one of the trials of several machines: the parts of an `analyse tolerance --trials --shard`.
+    #[command(after_help = examples::MERGE)]
     Merge(MergeArgs),
     /// Measure what accuracy costs in time: every knob turned, against the reference, as table, JSON, CSV and charts.
+    #[command(after_help = examples::COST)]
     Cost(CostArgs),
     /// Compare scenes with their goldens: pictures, corners, residuals, fates and counts. UPDATE_GOLDEN=1 rewrites
     /// those that fail, --bless NAME one.
+    #[command(after_help = examples::GOLDEN)]
     Golden(GoldenArgs),
+    /// Print what a shell needs to complete verbs and options.
+    #[command(after_help = examples::COMPLETIONS)]
+    Completions(CompletionsArgs),
+    /// Print the page of the manual, or write the pages of all verbs.
+    #[command(after_help = examples::MAN)]
+    Man(ManArgs),
 }
 
 impl Verb {

@@ -10,26 +10,19 @@ use crate::error::Error;
 use crate::io::atomic::write_atomically;
 use crate::io::inputs::check_outputs;
 use crate::io::point_grid::{write_csv, write_ply};
-use crate::io::solid;
+use crate::io::solid::SolidFormat;
 use crate::plot::svg;
 use crate::report::cutter::{CutterReport, law_json};
 use crate::report::figures;
 use crate::scene::{DESIGN_DEGREE, DesignSettings, DesignedSurface, GlassSpec, MarchOrder, PrismLaw, PrismSpec, Scene};
 use crate::surface::face::Face;
 use crate::system::crossing::Crossing;
-use crate::system::{self, System, revolved_with_room, with_room_for};
+use crate::system::{self, revolved_with_room, with_room_for};
 use glam::DVec2;
 use std::path::{Path, PathBuf};
 
 /// What a cutter asks of a design, and whether two degrees more would leave less.
 type Looked = (CutterSheet, Option<Floor>);
-
-/// How a body is written.
-#[derive(Clone, Copy)]
-enum BodyFormat {
-    Stl,
-    Ply,
-}
 
 pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let scene = files::load(&args.scene)?;
@@ -37,7 +30,7 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let scene = Scene { prism: PrismSpec::Freeform(input.prism, input.settings), ..scene };
     scene.check()?;
     let body = match args.solid.as_deref() {
-        Some(path) => Some((path, body_format(path)?)),
+        Some(path) => Some((path, SolidFormat::of(path)?)),
         None => None,
     };
     let revolved = input.settings.surface == DesignedSurface::Revolved;
@@ -71,7 +64,7 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     let (made_name, half_px) = (scene.name.clone(), half_px(&scene));
     let made = system::ideal(&Scene { prism, ..scene })?;
     if let Some((path, format)) = body {
-        write_body(&made, path, format)?;
+        format.write(path, &system::solid::solid(&made, system::solid::CELLS)?)?;
         paths.push(path.to_owned());
     }
     if let (Some(path), Some((sheet, _))) = (&args.figure, &looked) {
@@ -131,27 +124,6 @@ fn texts(
     let mut revolved = revolved_with_room(input, &scene.effects)?;
     revolved.body = GlassSpec { solid: Some(is_solid), ..body };
     Ok(vec![(text::scene_revolved(&revolved), PrismSpec::Revolved(revolved)), polynomials])
-}
-
-fn body_format(path: &Path) -> Result<BodyFormat, Error> {
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    match extension.as_str() {
-        "stl" => Ok(BodyFormat::Stl),
-        "ply" => Ok(BodyFormat::Ply),
-        _ => Err(Error::new(
-            path.display(),
-            format!("the extension is {extension:?}, and a body's must be stl or ply"),
-            "write --solid body.ply, whose numbers are f64, or body.stl, whose numbers are f32",
-        )),
-    }
-}
-
-fn write_body(system: &System, path: &Path, format: BodyFormat) -> Result<(), Error> {
-    let body = system::solid::solid(system, system::solid::CELLS)?;
-    write_atomically(path, |out| match format {
-        BodyFormat::Stl => solid::write_stl(&body, out),
-        BodyFormat::Ply => solid::write_ply(&body, out),
-    })
 }
 
 /// What a cutter asks of the design, and whether two degrees more would leave less; nothing, and why, where its rays do not tell.

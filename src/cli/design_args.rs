@@ -93,7 +93,7 @@ pub struct DesignArgs {
     /// What the design becomes, instead of what the scene says: polynomials, or its surfaces of revolution themselves.
     #[arg(long)]
     pub surface: Option<SurfaceArg>,
-    /// Also write the prism as one watertight body, .stl or .ply, in cells of 1/128 of a half's width. Read back as `body` it is the
+    /// Also write the prism as one watertight body, .stl, .ply or .obj, in cells of 1/128 of a half's width. Read back as `body` it is the
     /// same prism to 2e-4 px RMS from PLY, and to 0.1 px from STL, whose numbers are f32, of the design paper's camera; beside the
     /// ridge, where two backs that meet at less than 1 deg are taken for one, to the width of two cells.
     #[arg(long, value_name = "FILE")]

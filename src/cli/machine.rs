@@ -20,7 +20,8 @@ fn processor() -> Option<String> {
     (!name.is_empty()).then_some(name)
 }
 
-fn vectors() -> &'static str {
+/// The widest vectors that are used on this machine.
+pub(super) fn vectors() -> &'static str {
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         return "AVX2";

@@ -12,6 +12,8 @@ pub mod new_args;
 pub mod prisms_args;
 pub mod dataset_args;
 pub mod rectify_args;
+pub mod export_args;
+pub mod shell_args;
 pub mod study_args;
 pub mod tolerance_args;
 mod check;
@@ -26,6 +28,11 @@ mod field_lines;
 mod appended;
 mod design;
 mod expect;
+mod export;
+mod examples;
+mod build_facts;
+mod completions;
+mod man;
 mod files;
 mod golden;
 mod light;
@@ -102,10 +109,13 @@ fn verb(args: Args) -> Result<Outcome, Error> {
         Verb::Check(args) => check::run(&args),
         Verb::Trace(args) => trace::run(&args),
         Verb::Rectify(args) => rectify::run(&args),
+        Verb::Export(args) => export::run(&args),
         Verb::Dataset(args) => dataset::run(&args),
         Verb::Analyse(args) => analyse::run(&args),
         Verb::Merge(args) => study::tolerance::merge(&args),
         Verb::Cost(args) => cost::run(&args),
         Verb::Golden(args) => golden::run(&args),
+        Verb::Completions(args) => completions::run(&args),
+        Verb::Man(args) => man::run(&args),
     }
 }

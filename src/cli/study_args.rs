@@ -1,5 +1,6 @@
 //! The arguments of `analyse`.
 
+use super::examples;
 use super::prisms_args::{LensArgs, PrismsArgs, depth_mm, finite, positive};
 use super::tolerance_args::ToleranceArgs;
 use crate::scene::DESIGN_DEGREE;
@@ -32,35 +33,46 @@ pub struct AnalyseArgs {
 #[derive(Debug, Subcommand)]
 pub enum Study {
     /// Run the catalogue of hard cases: error against an independent oracle, fates, residual and time of each.
+    #[command(after_help = examples::STABILITY)]
     Stability(StabilityArgs),
     /// The spot that an ideal lens behind the prism makes of the camera's pinhole, seen backwards through each half (the design
     /// paper's Fig. 7): through focus and over the field.
+    #[command(after_help = examples::SPOT)]
     Spot(RelayArgs),
     /// Where close neighbours of each pixel's ray meet it (the design paper's Fig. 8): tangential and sagittal foci, distortion.
+    #[command(after_help = examples::FIELD_CURVATURE)]
     FieldCurvature(RelayArgs),
     /// The contrast of sinusoidal patterns through the prism and an ideal lens (the design paper's Fig. 9): by diffraction and by
     /// rays, over frequency, through focus and over the field.
+    #[command(after_help = examples::MTF)]
     Mtf(RelayArgs),
     /// Where the rays behind the prism pierce a plane, less where those of the virtual camera would (the design paper's Table 1 and
     /// Fig. 5).
+    #[command(after_help = examples::REPROJECTION)]
     Reprojection(ReprojectionArgs),
     /// How far from the virtual camera's centre the rays of the designed prism meet its axis, over the step of the design (the design
     /// paper's Fig. 4b), with the time of each.
+    #[command(after_help = examples::CONVERGENCE)]
     Convergence(ConvergenceArgs),
     /// What each error of making the prism costs (the design paper's Table 2), one by one, how large it may be, or by trials with all
     /// of them at once: in spots, vertical disparity and deviation from a pinhole.
+    #[command(after_help = examples::TOLERANCE)]
     Tolerance(ToleranceArgs),
     /// Sag, departure, slope and curvature of both surfaces of each prism, and what polynomials leave of the points that they are
     /// fitted to, over the degree (the design paper's Fig. 4a).
+    #[command(after_help = examples::SURFACE)]
     Surface(PrismsArgs),
     /// All figures and tables of the design paper on its own instrument: what it says, what is found, and what can be said of each, as
     /// one page of HTML with the figures in it.
+    #[command(after_help = examples::PAPER)]
     Paper(PaperArgs),
     /// What is left for stereo of the halves as they are, after one warp a half (the rival in software), after the maps of `biprism
     /// rectify` and, of the exact prism, after its row shift: residuals, and the error of depth of a perfect matcher, at several
     /// depths and on a tilted board. Of one scene with a flat or a freeform prism the exact one of the same glass is studied too.
+    #[command(after_help = examples::STEREO)]
     Stereo(StereoArgs),
     /// Draw the instrument to scale, from above and from the side, with traced rays of both halves (the design paper's Fig. 6).
+    #[command(after_help = examples::LAYOUT)]
     Layout(PrismsArgs),
 }
 

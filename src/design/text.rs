@@ -16,6 +16,27 @@ pub fn scene_revolved(prism: &RevolvedSpec) -> String {
     head("revolved", body) + &revolved("prism.front", front) + &revolved("prism.back", back)
 }
 
+/// A surface as a file of sag over a grid, y up and z from the vertex.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GridSagText {
+    /// The file, beside the scene.
+    pub file: String,
+    /// Total degree of the polynomial that is fitted to it.
+    pub degree: usize,
+    /// z of the vertex in the prism's frame, in mm.
+    pub vertex_mm: f64,
+}
+
+/// The same tables for a prism of two surfaces in such files.
+pub fn scene_grid_sag(front: &GridSagText, back: &GridSagText, body: &GlassSpec) -> String {
+    let cloud = |name: &str, GridSagText { file, degree, vertex_mm }: &GridSagText| {
+        format!(
+            "\n[prism.{name}]\nfile = {file:?}\ndegree = {degree}\nflip = \"y\"\noffset_mm = [0.0, 0.0, {vertex_mm:?}]\n"
+        )
+    };
+    head("point_cloud", body) + &cloud("front", front) + &cloud("back", back)
+}
+
 fn head(kind: &str, body: &GlassSpec) -> String {
     let mut text =
         format!("[prism]\nkind = \"{kind}\"\nindex = {:?}\nouter_index = {:?}\n", body.index, body.outer_index);

@@ -23,6 +23,7 @@ mod stl;
 pub mod solid;
 pub mod point_cloud;
 pub mod point_grid;
+pub mod grid_sag;
 pub(crate) mod file_storage;
 pub mod corners;
 pub mod calibration;

@@ -1,5 +1,6 @@
-//! A point cloud from a file: CSV with named columns, PLY, or XYZ.
+//! A point cloud from a file: CSV with named columns, PLY, XYZ, or grid sag.
 
+use super::grid_sag;
 use super::inputs;
 use super::lines::TextLines;
 use super::ply::Ply;
@@ -22,9 +23,11 @@ pub enum PointFormat {
     Ply,
     /// x y z in the first three columns of every line, between blanks, tabs or commas.
     Xyz,
+    /// Sag over a grid, in mm: [`crate::io::grid_sag`].
+    GridSag,
 }
 
-/// The points of the file at `path`, in mm, in its order; the format follows from the extension (.csv, .ply, .xyz, .txt). A
+/// The points of the file at `path`, in mm, in its order; the format follows from the extension (.csv, .ply, .xyz, .txt, .dat, .grd). A
 /// CSV that holds both surfaces of a design gives those of `face`.
 ///
 /// # Errors
@@ -36,8 +39,10 @@ pub fn read_points(path: &Path, face: Face) -> Result<Vec<DVec3>, Error> {
         "csv" => PointFormat::Csv,
         "ply" => PointFormat::Ply,
         "xyz" | "txt" => PointFormat::Xyz,
+        "dat" | "grd" => PointFormat::GridSag,
         _ => {
-            let rule = format!("the extension is {extension:?}, and a point cloud's must be csv, ply, xyz or txt");
+            let rule =
+                format!("the extension is {extension:?}, and a point cloud's must be csv, ply, xyz, txt, dat or grd");
             let help = match extension.as_str() {
                 "stl" | "obj" => "its triangles are read as they are by kind = \"mesh\"",
                 _ => "save the points as CSV with the columns x_mm,y_mm,z_mm, or as XYZ",
@@ -80,6 +85,7 @@ fn parse_at_most(
         PointFormat::Csv => csv(&mut lines, face),
         PointFormat::Xyz => xyz(&mut lines),
         PointFormat::Ply => ply_points(&mut lines, bytes),
+        PointFormat::GridSag => grid_sag::read(&mut lines),
     }
 }
 

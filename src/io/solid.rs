@@ -1,7 +1,53 @@
-//! A closed body of triangles to a file: STL or PLY, both binary.
+//! A closed body of triangles to a file: STL or PLY, both binary, or OBJ.
 
+use super::atomic::write_atomically;
+use crate::error::Error;
 use crate::surface::solid::Solid;
 use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+/// How a body is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SolidFormat {
+    /// [`write_stl`].
+    Stl,
+    /// [`write_ply`].
+    Ply,
+    /// [`write_obj`].
+    Obj,
+}
+
+impl SolidFormat {
+    /// The format that the ending of `path` names.
+    ///
+    /// # Errors
+    /// Another ending.
+    pub fn of(path: &Path) -> Result<Self, Error> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        match extension.as_str() {
+            "stl" => Ok(Self::Stl),
+            "ply" => Ok(Self::Ply),
+            "obj" => Ok(Self::Obj),
+            _ => Err(Error::new(
+                path.display(),
+                format!("the extension is {extension:?}, and a body's must be stl, ply or obj"),
+                "name a .ply or a .obj, whose numbers are f64, or a .stl, whose numbers are f32",
+            )),
+        }
+    }
+
+    /// Writes `solid` to `path`, whole or not at all.
+    ///
+    /// # Errors
+    /// As [`write_atomically`].
+    pub fn write(self, path: &Path, solid: &Solid) -> Result<(), Error> {
+        write_atomically(path, |out| match self {
+            Self::Stl => write_stl(solid, out),
+            Self::Ply => write_ply(solid, out),
+            Self::Obj => write_obj(solid, out),
+        })
+    }
+}
 
 /// The header of a binary STL file.
 const STL_HEADER: &[u8; 80] = b"biprism: a closed body of glass, mm, pinhole at the origin, +z to the scene     ";
@@ -58,6 +104,23 @@ pub fn write_ply(solid: &Solid, out: impl Write) -> io::Result<()> {
     out.flush()
 }
 
+/// The body as Wavefront OBJ, a text: `v x y z` in mm, each number such that it reads back as the same f64, and `f` with the numbers
+/// of three corners from 1. `out` is buffered here.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_obj(solid: &Solid, out: impl Write) -> io::Result<()> {
+    let mut out = BufWriter::new(out);
+    writeln!(out, "# biprism: a closed body of glass, mm, pinhole at the origin, +z to the scene, +y down")?;
+    for p in &solid.points_mm {
+        writeln!(out, "v {:?} {:?} {:?}", p.x, p.y, p.z)?;
+    }
+    for [a, b, c] in &solid.triangles {
+        writeln!(out, "f {} {} {}", u64::from(*a) + 1, u64::from(*b) + 1, u64::from(*c) + 1)?;
+    }
+    out.flush()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -72,10 +135,13 @@ mod tests {
     #[test]
     fn what_is_written_is_read_again() {
         let solid = tetrahedron();
-        let mut bytes = Vec::new();
-        write_ply(&solid, &mut bytes).expect("memory takes it");
-        let read = parse_mesh("solid.ply", MeshFormat::Ply, &bytes[..], bytes.len() as u64).expect("it is PLY");
-        assert_eq!((read.points, read.triangles), (solid.points_mm.clone(), solid.triangles.clone()));
+        let (mut ply, mut obj) = (Vec::new(), Vec::new());
+        write_ply(&solid, &mut ply).expect("memory takes it");
+        write_obj(&solid, &mut obj).expect("memory takes it");
+        for (format, bytes) in [(MeshFormat::Ply, ply), (MeshFormat::Obj, obj)] {
+            let read = parse_mesh("solid", format, &bytes[..], bytes.len() as u64).expect("it is of the format");
+            assert_eq!((read.points, read.triangles), (solid.points_mm.clone(), solid.triangles.clone()));
+        }
 
         let mut bytes = Vec::new();
         write_stl(&solid, &mut bytes).expect("memory takes it");

@@ -47,6 +47,42 @@ impl Poly2 {
         Self { degree, centre, inverse_scale: [1.0 / scale[0], 1.0 / scale[1]], scale, coefficients }
     }
 
+    /// The same polynomial about another centre, with one scale for both axes: p = sum of c_ij ((x - x0)/s)^i ((y - y0)/s)^j.
+    ///
+    /// # Panics
+    /// As [`Poly2::new`].
+    #[must_use]
+    pub fn about(&self, centre: [f64; 2], scale: f64) -> Self {
+        // Of X = a + b X' every power, as a polynomial in X'.
+        let powers = |axis: usize| {
+            let a = (centre[axis] - self.centre[axis]) / self.scale[axis];
+            let b = scale / self.scale[axis];
+            let mut all = vec![vec![1.0]];
+            for m in 0..self.degree {
+                let next = |i: usize| {
+                    let below = i.checked_sub(1).map_or(0.0, |k| b * all[m][k]);
+                    below + all[m].get(i).map_or(0.0, |c| a * c)
+                };
+                let row = (0..=m + 1).map(next).collect();
+                all.push(row);
+            }
+            all
+        };
+        let [along_x, along_y] = [powers(0), powers(1)];
+        let coefficient = |i: usize, j: usize| {
+            let higher = self.terms().filter(|(m, n, _)| *m >= i && *n >= j);
+            higher.map(|(m, n, c)| c * along_x[m][i] * along_y[n][j]).sum()
+        };
+        Self::new(self.degree, centre, [scale; 2], coefficient)
+    }
+
+    /// The mirror image p(-x, y).
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        let coefficients = self.terms().map(|(m, _, c)| if m % 2 == 0 { c } else { -c }).collect();
+        Self { centre: [-self.centre[0], self.centre[1]], coefficients, ..self.clone() }
+    }
+
     /// Total degree.
     pub fn degree(&self) -> usize {
         self.degree
@@ -186,6 +222,19 @@ mod tests {
             let s = k as f64 / 16.0;
             let at = |k: usize| from[k] + (to[k] - from[k]) * s;
             assert!((along.value(s) - p.value(at(0), at(1))).abs() < 1e-13, "{s}");
+        }
+    }
+
+    #[test]
+    fn about_another_centre_and_mirrored_it_is_itself() {
+        let p = sample();
+        let (moved, mirrored) = (p.about([0.25, 0.0], 4.0), p.mirrored());
+        assert_eq!((moved.centre(), moved.scale()), ([0.25, 0.0], [4.0, 4.0]));
+        for k in 0..=16 {
+            let (x, y) = (-1.0 + 0.3 * k as f64, -2.4 + 0.05 * k as f64);
+            // Terms about (0.25, 0) reach 4^5 here, of 16 digits.
+            assert!((moved.value(x, y) - p.value(x, y)).abs() < 1e-12, "{x} {y}");
+            assert_eq!(mirrored.value(-x, y), p.value(x, y));
         }
     }
 

@@ -17,6 +17,7 @@ pub mod sheet;
 pub mod study;
 pub mod table;
 pub mod cameras;
+pub mod export;
 pub mod rectify;
 pub mod dataset;
 pub mod corner_table;

@@ -65,7 +65,7 @@ pub(super) struct PoseFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields)]
 pub(super) struct CloudFile {
-    /// File of points x, y, z, CSV, PLY or XYZ, relative to the scene file.
+    /// File of points x, y, z, CSV, PLY or XYZ, or of sag over a grid, Zemax .dat or .grd, relative to the scene file.
     #[schemars(length(min = 1, max = PATH_CHARS))]
     pub(super) file: String,
     /// Total degree of the fitted polynomial.

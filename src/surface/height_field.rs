@@ -26,7 +26,7 @@ impl Surface {
         self.jet(x, y).map_or_else(met, |jet| jet.value)
     }
 
-    /// z over (x, y), in mm; beyond where the surface is given it goes on as straight as it ends there. `None` of triangles and of
+    /// z over (x, y), in mm; beyond where the surface is given it goes on as straight as it ends there. `None` beside triangles, and of
     /// what is moved or out of figure.
     pub fn continued_mm(&self, x: f64, y: f64) -> Option<f64> {
         match self {
@@ -39,7 +39,8 @@ impl Surface {
                 Some(z + DVec2::new(dx, dy).dot(at - end))
             }
             Self::Revolved(part) => part.continued_mm(x, y),
-            Self::Mesh { .. } | Self::Flawed { .. } | Self::Moved { .. } => None,
+            Self::Mesh { mesh, mirrored } => mesh.height_mm(if *mirrored { -x } else { x }, y),
+            Self::Flawed { .. } | Self::Moved { .. } => None,
         }
     }
 

@@ -140,6 +140,19 @@ impl Mesh {
         self.own.triangles.len()
     }
 
+    /// The smallest rectangle over x and y that holds all corners, in mm.
+    pub fn extent(&self) -> Rect {
+        let nothing = Rect { min: DVec2::INFINITY, max: DVec2::NEG_INFINITY };
+        let places = self.own.points_mm.iter().map(|p| p.truncate());
+        places.fold(nothing, |all, p| Rect { min: all.min.min(p), max: all.max.max(p) })
+    }
+
+    /// The lowest z over (x, y), in mm; `None` beside the mesh.
+    pub fn height_mm(&self, x: f64, y: f64) -> Option<f64> {
+        let below = Ray { origin: DVec3::new(x, y, self.first_z), direction: DVec3::Z };
+        self.intersect(&below).ok().map(|hit| below.at(hit.t_mm).z)
+    }
+
     /// Where the ray first meets the mesh at a positive distance; of two triangles at one distance, the first.
     ///
     /// # Errors

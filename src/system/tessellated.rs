@@ -83,8 +83,9 @@ impl<'a> Tessellated<'a> {
     }
 }
 
-/// Where the rays of the right half's outline meet front and back, in the prism's frame.
-pub(super) fn used_part(system: &System) -> Option<[Rect; 2]> {
+/// The rectangles that hold where the rays of the right half's outline meet front and back, in the prism's frame, and a little more;
+/// `None` without a prism, or where one of these rays ends.
+pub fn used_part(system: &System) -> Option<[Rect; 2]> {
     let prism = system.prism()?;
     let [width, height] = system.camera().size_px().map(|n| n as f64);
     let place = |k: usize| k as f64 / (PROBES - 1) as f64;
@@ -104,4 +105,10 @@ pub(super) fn used_part(system: &System) -> Option<[Rect; 2]> {
         }
     }
     Some(used.map(|part| Rect { min: part.min - MARGIN * part.size(), max: part.max + MARGIN * part.size() }))
+}
+
+/// A rectangle of [`used_part`] without what it holds besides.
+pub(super) fn within_margin(part: &Rect) -> Rect {
+    let margin = part.size() * (MARGIN / (1.0 + 2.0 * MARGIN));
+    Rect { min: part.min + margin, max: part.max - margin }
 }

@@ -4,6 +4,7 @@ mod compare;
 mod compare_scenes;
 mod corners;
 mod dataset;
+mod help;
 mod rectify;
 mod render;
 mod stereo_study;

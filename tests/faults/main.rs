@@ -114,6 +114,9 @@ fn a_stdout_or_stderr_that_fails_is_no_panic() {
         &["design", "scene.toml", "--out", "out"],
         &["compare", "scene.toml", "--out", "out"],
         &["compare", "scene.toml", "--out", "out", "--json"],
+        &["export", "scene.toml", "--format", "stl", "--out", "out", "--json"],
+        &["completions", "bash"],
+        &["man"],
         &["trace", "scene.toml"],
         &["analyse", "stability", "--only", "parallel"],
     ] {
@@ -305,6 +308,8 @@ fn folders_that_cannot_be_written_are_sentences() {
             &["render", "scene.toml", "--out", &files[0]][..],
             &["corners", "picture.png", "--out", &files[1]],
             &["design", "scene.toml", "--out", folder],
+            &["export", "scene.toml", "--format", "obj", "--out", folder],
+            &["man", "--out", folder],
             &["compare", "scene.toml", "--out", folder],
         ] {
             let nobody = everywhere && folder == "shut";

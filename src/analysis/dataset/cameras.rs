@@ -46,7 +46,14 @@ impl SetCameras {
     /// # Errors
     /// [`NoPinhole`].
     pub fn new(scene: &Scene, set: &Dataset) -> Result<Self, NoPinhole> {
-        let system = set.system();
+        Self::of(set.system(), &set.plan().places.distances_mm(scene))
+    }
+
+    /// The cameras of an instrument, held against it at `distances_mm` from the camera along +z.
+    ///
+    /// # Errors
+    /// [`NoPinhole`].
+    pub fn of(system: &System, distances_mm: &[f64]) -> Result<Self, NoPinhole> {
         let frames = Half::BOTH.map(|half| HalfFrame::new(system, half));
         let pinholes = [virtual_camera(system, &frames[0])?, virtual_camera(system, &frames[1])?];
         let row_shifts = frames.each_ref().map(|frame| epipolar_shift(system, frame));
@@ -57,7 +64,7 @@ impl SetCameras {
             let raw = [of(0, None), of(1, None)];
             CameraResidual { distance_mm, raw, undone: [of(0, row_shifts[0]), of(1, row_shifts[1])] }
         };
-        let mut distances: Vec<f64> = set.plan().places.distances_mm(scene).to_vec();
+        let mut distances = distances_mm.to_vec();
         distances.dedup();
         let residuals = distances.into_iter().map(residual).collect();
         Ok(Self { frames, pinholes, row_shifts, residuals, rectified: !system.camera().is_plain() })

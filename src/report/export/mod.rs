@@ -1,0 +1,8 @@
+//! A prism as other optics programs take it.
+
+mod half_surface;
+pub mod grid_sag;
+pub mod optiland;
+pub mod zemax_extended;
+
+pub use half_surface::HalfSurface;
