@@ -12,7 +12,7 @@ const BUDGET: usize = 1_000_000;
 /// Pixels of a picture of a page at most.
 const MOST_PIXELS: usize = 8_000_000;
 /// Qualities of JPEG that are tried where a picture without loss is too large, best first.
-const QUALITIES: [u8; 6] = [95, 88, 78, 65, 45, 20];
+const QUALITIES: [u8; 7] = [95, 88, 78, 65, 45, 20, 8];
 
 /// A picture inside a page.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
