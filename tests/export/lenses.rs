@@ -81,6 +81,14 @@ fn optiland_files_hold_the_surfaces() {
             assert!(DVec3::new(number(&cs["x"]), number(&cs["y"]), number(&cs["z"])).distance(board) < 1e-9);
         }
     }
+    // The image plane is turned as the board is.
+    exported("board_tilted", "optiland", folder.path(), &[]);
+    let written = fs::read_to_string(folder.path().join("right.json")).expect("written");
+    let lens: Value = serde_json::from_str(&written).expect("JSON");
+    for (key, degrees) in [("rx", 20.0f64), ("ry", -30.0), ("rz", 10.0)] {
+        let turn = number(&lens["surface_group"]["surfaces"][4]["geometry"]["cs"][key]);
+        assert!((turn - degrees.to_radians()).abs() < 1e-14, "{key}: {turn}");
+    }
 }
 
 /// The parameters of a text: where each surface's vertex is, its radius, and its terms by the order that OpticStudio gives them.
