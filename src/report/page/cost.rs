@@ -2,8 +2,9 @@
 
 use super::origin::PageOrigin;
 use super::shell::{self, Scripts};
-use crate::analysis::cost::CostStudy;
+use crate::analysis::cost::{CostStudy, Setting};
 use crate::report::cost::{Machine, error_px, front, table};
+use crate::report::number::number;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -35,20 +36,21 @@ pub fn page(title: &str, scene: &str, machine: &Machine, study: &CostStudy, orig
     shell::page("cost.html", Scripts::Cost, &json!({ "charts": charts }).to_string(), &context)
 }
 
-/// The cheapest settings that keep to a tenth, a thousandth .. of a px.
+/// The cheapest settings that keep to a tenth, a thousandth .. of a px, each with the finest of these that it keeps to.
 fn verdict(study: &CostStudy) -> String {
     let front = front(&study.pictures);
-    let cheapest = |px: f64| front.iter().find(|setting| error_px(setting) <= px).map(|setting| (px, *setting));
-    let mut told: Vec<String> = Vec::new();
-    let mut last: Option<(&str, &str)> = None;
-    for (px, setting) in [1e-1, 1e-3, 1e-5, 1e-7].into_iter().filter_map(cheapest) {
-        let name = (setting.knob, setting.value.as_str());
-        if last != Some(name) {
-            told.push(format!("{px:e} px: {} {} in {:.1} ms", name.0, name.1, setting.time_ms.median));
+    let mut told: Vec<(&Setting, f64)> = Vec::new();
+    for px in [1e-1, 1e-3, 1e-5, 1e-7] {
+        let Some(cheapest) = front.iter().copied().find(|setting| error_px(setting) <= px) else { continue };
+        match told.last_mut() {
+            Some(last) if std::ptr::eq(last.0, cheapest) => last.1 = px,
+            _ => told.push((cheapest, px)),
         }
-        last = Some(name);
     }
-    format!("The cheapest setting whose lines are right to {}.", told.join("; to "))
+    let words = |(setting, px): &(&Setting, f64)| {
+        format!("{px} px: {} {} in {} ms", setting.knob, setting.value, number(Some(setting.time_ms.median)))
+    };
+    format!("The cheapest setting whose lines are right to {}.", told.iter().map(words).collect::<Vec<_>>().join("; to "))
 }
 
 fn charts(study: &CostStudy) -> Vec<Value> {
