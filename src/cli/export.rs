@@ -66,7 +66,6 @@ fn instrument(scene: &Scene, format: ExportFormat) -> Result<System, Error> {
 
 /// The files to be written, none of which may be one that was read.
 fn paths(args: &ExportArgs) -> Result<Vec<PathBuf>, Error> {
-    let refused = |rule: String, help: &str| Err(Error::new("--tolerance-mm", rule, help));
     let names: &[&str] = match args.format {
         ExportFormat::Optiland => &["left.json", "right.json"],
         ExportFormat::ZemaxGrid => &["front.dat", "back.dat", "prism.toml"],
@@ -79,7 +78,8 @@ fn paths(args: &ExportArgs) -> Result<Vec<PathBuf>, Error> {
     };
     let strays = body(args.format).is_some() || args.format == ExportFormat::ZemaxGrid;
     if args.tolerance_mm.is_some() && !strays {
-        return refused("what is written strays from nothing".to_owned(), "leave it out, or take a body or zemax-grid");
+        let help = "leave it out, or take a body or zemax-grid";
+        return Err(Error::new("--tolerance-mm", "what is written strays from nothing", help));
     }
     let ending = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match (names, ending(&args.out)) {
@@ -259,7 +259,7 @@ fn short(value: &Value) -> String {
     match value {
         Value::Array(values) => values.iter().map(short).collect::<Vec<_>>().join(" "),
         Value::Number(number) => match number.as_f64() {
-            Some(figure) if number.is_f64() && figure.abs() >= 1e-3 => format!("{figure:.4}"),
+            Some(figure) if number.is_f64() && (figure == 0.0 || figure.abs() >= 1e-3) => format!("{figure:.4}"),
             Some(figure) if number.is_f64() => format!("{figure:.1e}"),
             _ => value.to_string(),
         },

@@ -33,8 +33,6 @@ pub struct CutBody {
     /// How far along z a triangle of it lies from the surface, in mm: the largest of what is found at the middles of all triangles
     /// and of their sides. A quadratic surface is nowhere farther by more than a tenth of that.
     pub chord_mm: f64,
-    /// Cells across one half.
-    pub cells: usize,
 }
 
 /// What a body is cut from.
@@ -72,7 +70,7 @@ pub fn solid_within(system: &System, tolerance_mm: f64) -> Result<CutBody, Error
         let solid = blank.cut(cells)?;
         let chord_mm = blank.chord_mm(&solid, cells);
         if chord_mm <= tolerance_mm {
-            return Ok(CutBody { solid, chord_mm, cells });
+            return Ok(CutBody { solid, chord_mm });
         }
         // A chord strays by the square of its length, of a crease by its length.
         coarser = chord_mm;

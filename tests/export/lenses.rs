@@ -154,7 +154,7 @@ fn what_a_format_cannot_hold_is_refused() {
     for format in ["optiland", "zemax-extended"] {
         refused("prism_revolved", &["--format", format], &["of revolution", format, "take zemax-grid or a solid"]);
         refused("prism_mesh", &["--format", format], &["are triangles", "take stl, ply or obj"]);
-        refused("prism_none", &["--format", format], &["the scene has none", "a prism of two surfaces"]);
+        refused("prism_none", &["--format", format], &["the scene has no prism", "a prism of two surfaces"]);
     }
     refused("prism_mesh", &["--format", "zemax-grid"], &["no exact derivatives", "take stl, ply or obj"]);
     refused("effect_telecentric", &["--format", "optiland"], &["telecentric", "another format"]);

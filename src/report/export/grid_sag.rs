@@ -47,7 +47,7 @@ impl SampledSurface {
             Surface::Plane { .. } => (used(system)?[face as usize], Some(1)),
             Surface::Revolved(_) => (used(system)?[face as usize], None),
             _ => {
-                let rule = "its surfaces are triangles, which have no exact derivatives".to_owned();
+                let rule = "the prism's surfaces are triangles, which have no exact derivatives".to_owned();
                 return Err(no(rule, "take stl, ply or obj, or fit polynomials with `kind = \"point_cloud\"`"));
             }
         };
@@ -72,7 +72,8 @@ impl SampledSurface {
     fn over(surface: &Surface, grid: SagGrid, degree: Option<usize>) -> Result<Self, Error> {
         let middle = upright(surface, grid.middle_mm);
         let vertex_mm = middle.map(|jet| jet.value).ok_or_else(|| {
-            let rule = format!("at the middle of what its rays meet, {} mm, there is no surface", grid.middle_mm);
+            let rule =
+                format!("at the middle of what rays meet of the prism, {} mm, there is no surface", grid.middle_mm);
             no(rule, "run `biprism check` on the scene")
         })?;
         let jets: Vec<Option<Jet>> = grid.places().map(|at| upright(surface, at)).collect();

@@ -10,11 +10,11 @@ use crate::system::{Prism, Side, System};
 
 /// A surface of the right half, z(x, y) in mm in the prism's frame.
 #[derive(Debug, Clone, PartialEq)]
-pub struct HalfSurface {
+pub(super) struct HalfSurface {
     /// z(x, y).
-    pub sag: Poly2,
+    pub(super) sag: Poly2,
     /// Where it is given, or of a plane what the rays of the picture meet of it.
-    pub domain: Rect,
+    pub(super) domain: Rect,
 }
 
 impl HalfSurface {
@@ -23,7 +23,7 @@ impl HalfSurface {
     /// # Errors
     /// Without a prism, where a ray on the way of the right half ends, and of surfaces that are no polynomials, for the `format` that
     /// needs them.
-    pub fn both(system: &System, format: &str) -> Result<[Self; 2], Error> {
+    pub(super) fn both(system: &System, format: &str) -> Result<[Self; 2], Error> {
         let prism = designed(system)?;
         let used = used(system)?;
         let of = |face: Face| match prism.surface(Side::Right, face) {
@@ -35,11 +35,11 @@ impl HalfSurface {
             }
             Surface::Freeform(sheet) => Ok(Self { sag: sheet.sag().clone(), domain: sheet.domain() }),
             Surface::Revolved(_) => Err(no(
-                format!("its surfaces are of revolution, and `--format {format}` takes polynomials"),
+                format!("the prism's surfaces are of revolution, and `--format {format}` takes polynomials"),
                 "take zemax-grid or a solid, or design it with `biprism design --surface polynomial`",
             )),
             _ => Err(no(
-                format!("its surfaces are triangles, and `--format {format}` takes polynomials"),
+                format!("the prism's surfaces are triangles, and `--format {format}` takes polynomials"),
                 "take stl, ply or obj, or fit polynomials to its points with `kind = \"point_cloud\"`",
             )),
         };
@@ -49,13 +49,14 @@ impl HalfSurface {
 
 /// The prism of an instrument as it is meant to be.
 pub(super) fn designed(system: &System) -> Result<&Prism, Error> {
-    system.designed().ok_or_else(|| no("the scene has none".to_owned(), "give the scene a prism of two surfaces"))
+    system.designed().ok_or_else(|| no("the scene has no prism".to_owned(), "give the scene a prism of two surfaces"))
 }
 
 /// The rectangles that hold what the rays of the right half meet of front and back.
 pub(super) fn used(system: &System) -> Result<[Rect; 2], Error> {
-    let ends =
-        || no("a ray of the right half ends before it has passed it".to_owned(), "run `biprism check` on the scene");
+    let ends = || {
+        no("a ray of the right half ends before it has passed the prism".to_owned(), "run `biprism check` on the scene")
+    };
     used_part(system).ok_or_else(ends)
 }
 

@@ -4,5 +4,3 @@ mod half_surface;
 pub mod grid_sag;
 pub mod optiland;
 pub mod zemax_extended;
-
-pub use half_surface::HalfSurface;

@@ -32,11 +32,12 @@ impl<'a> OptilandPrism<'a> {
     /// The prism as it is meant to be, before camera and board.
     ///
     /// # Errors
-    /// As [`HalfSurface::both`], and of a telecentric camera, whose rays come from no point.
+    /// Without a prism, where a ray on the way of the right half ends, of surfaces that are no polynomials, and of a telecentric
+    /// camera, whose rays come from no point.
     pub fn new(system: &'a System) -> Result<Self, Error> {
         if system.effects().lens.telecentric().is_some() {
             let help = "take the telecentric lens out of the scene, or another format";
-            return Err(Error::new("the camera", "it is telecentric, and its rays come from no point", help));
+            return Err(Error::new("the camera", "the camera is telecentric, and its rays come from no point", help));
         }
         let right = HalfSurface::both(system, "optiland")?;
         let prism = designed(system)?;
@@ -101,7 +102,7 @@ impl<'a> OptilandPrism<'a> {
         if sine.is_finite() && sine > 0.0 {
             Ok(outer * sine)
         } else {
-            Err(no("no cone holds the rays of its half".to_owned(), "run `biprism check` on the scene"))
+            Err(no("no cone holds the rays of a half of the picture".to_owned(), "run `biprism check` on the scene"))
         }
     }
 }

@@ -47,7 +47,8 @@ impl ExtendedPolynomial {
         }
         let departure_mm = departure_mm(&sag, &surface);
         if departure_mm > MOST_DEPARTURE_MM {
-            let rule = format!("terms about its axis, in f64, depart from its surfaces by {departure_mm:.1e} mm");
+            let rule =
+                format!("terms about the axis of the prism, in f64, depart from the surfaces by {departure_mm:.1e} mm");
             return Err(no(rule, "take zemax-grid, or design it with a lower degree"));
         }
         Ok(Self { vertex_mm, radius_mm, terms, departure_mm, surface })
@@ -86,7 +87,8 @@ impl ExtendedPrism {
     /// The right half of the prism as it is meant to be.
     ///
     /// # Errors
-    /// As [`HalfSurface::both`], and where the terms of a surface, counted from the axis of the prism, lose its digits.
+    /// Without a prism, where a ray on the way of the right half ends, of surfaces that are no polynomials, and where the terms of a
+    /// surface, counted from the axis of the prism, lose its digits.
     pub fn new(system: &System) -> Result<Self, Error> {
         let [front, back] = HalfSurface::both(system, "zemax-extended")?;
         let prism = designed(system)?;
