@@ -51,6 +51,7 @@ mod corner_site;
 mod lattice_lines;
 mod lattice_lean;
 mod lean;
+mod listed;
 mod corner_fit;
 mod fit_all;
 mod neighbours;

@@ -12,11 +12,12 @@ use crate::num::simd::{Kernel, widest};
 use glam::DVec2;
 
 /// Pixels that are worked on together.
-const CHUNK: usize = 32;
+pub(super) const CHUNK: usize = 32;
 /// Lanes of a sum.
 const LANES: usize = 4;
 
-type Column = [f64; CHUNK];
+/// A number of each of them.
+pub(super) type Column = [f64; CHUNK];
 
 const ONE: Column = [1.0; CHUNK];
 
