@@ -9,7 +9,6 @@
 //! with the Gaussian phi and its integral Phi; F', F'' follow with R', R''. An edge is used as E = 2F - 1, which runs from
 //! -1 to 1. Blur is diffusion: dE/ds = s E''.
 
-use super::blur_shape::BlurShape;
 use crate::num::gauss::Gauss;
 use crate::num::simd::Lanes;
 use glam::DVec2;
@@ -57,9 +56,9 @@ impl EdgeShape {
         self.a + self.b + SHARP_MARGIN + TAIL * self.sigma
     }
 
-    /// The same with what the blur is beside the Gaussian.
-    pub(super) fn reach_under(&self, beside: &BlurShape) -> f64 {
-        self.reach().max(self.a + self.b + beside.reach_px())
+    /// The same with what the blur is beside the Gaussian, to so many px.
+    pub(super) fn reach_under(&self, beside_px: f64) -> f64 {
+        self.reach().max(self.a + self.b + beside_px)
     }
 
     /// The sum of the four corner terms of `f`, over 4ab.

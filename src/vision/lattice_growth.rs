@@ -181,12 +181,16 @@ impl<'a> GrowthField<'a> {
 
     /// Of the candidates further than `from` px (where that is not 0) from `point` and within `radius` px that `accept` takes, the nearest.
     fn nearest(&self, point: DVec2, [from, radius]: [f64; 2], accept: impl Fn(usize) -> bool) -> Option<usize> {
-        let distance = |k: usize| self.candidates[k].position.distance_squared(point);
         let within = |squared: f64| squared <= radius * radius && (from == 0.0 || squared > from * from);
-        self.buckets
-            .around(point, radius)
-            .filter(|&k| within(distance(k)) && accept(k))
-            .min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
+        // Only what is nearer than the nearest so far is asked for more than its place.
+        let mut best: Option<(f64, usize)> = None;
+        for k in self.buckets.around(point, radius) {
+            let squared = self.candidates[k].position.distance_squared(point);
+            if within(squared) && best.is_none_or(|best| (squared, k) < best) && accept(k) {
+                best = Some((squared, k));
+            }
+        }
+        best.map(|(_, k)| k)
     }
 }
 

@@ -1,7 +1,10 @@
 //! An edge response prepared for many distances: the closed form of a sharp edge, and a table of a blurred one.
 
 use super::blur_shape::{BUMPS, BlurShape, PictureBlur};
-use super::edge_spread::{Edge, EdgeShape, SHARP_PX};
+#[cfg(test)]
+use super::edge_spread::Edge;
+use super::edge_spread::{EdgeShape, SHARP_PX};
+use super::strip::{CHUNK, Column};
 use crate::num::gauss::Gauss;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
@@ -45,20 +48,25 @@ fn on_side(nodes: &[[f64; 2]], i: i64) -> [f64; 2] {
     [if i < 0 { -value } else { value }, slope]
 }
 
-/// The response under each pair of bumps, less `plain`, at distance `d`, from that under one bump.
-pub(super) fn bump_pairs(shape: &BlurShape, bump: &Profile, plain: Edge, d: f64) -> [f64; BUMPS] {
-    std::array::from_fn(|j| {
+/// What each pair of bumps adds to the response `plain` at some distances towards bright, and then each pair that is not alike to both
+/// sides, from the response under one bump; of so many pairs.
+#[inline(always)]
+pub(super) fn pairs(shape: &BlurShape, bump: &Profile, plain: &Column, d: &Column, count: usize) -> [Column; 2 * BUMPS] {
+    let mut pairs = [[0.0; CHUNK]; 2 * BUMPS];
+    for j in 0..=BUMPS {
         let x = j as f64 * shape.spacing_px;
-        0.5 * (bump.at(d - x).value + bump.at(d + x).value) - plain.value
-    })
-}
-
-/// What each pair that is not alike to both sides adds at distance `d` towards bright.
-pub(super) fn uneven_pairs(shape: &BlurShape, bump: &Profile, d: f64) -> [f64; BUMPS] {
-    std::array::from_fn(|j| {
-        let x = (j + 1) as f64 * shape.spacing_px;
-        0.5 * (bump.at(d - x).value - bump.at(d + x).value)
-    })
+        let [behind, _, _] = bump.at_all(&d.map(|d| d - x));
+        let [before, _, _] = bump.at_all(&d.map(|d| d + x));
+        for i in 0..CHUNK {
+            if j < BUMPS {
+                pairs[j][i] = 0.5 * (behind[i] + before[i]) - plain[i];
+            }
+            if j > 0 && count > BUMPS {
+                pairs[BUMPS + j - 1][i] = 0.5 * (behind[i] - before[i]);
+            }
+        }
+    }
+    pairs
 }
 
 /// The response under a Gaussian and what the blur is beside that, at multiples of a cell: so many cells a spacing of the bumps.
@@ -131,7 +139,7 @@ impl Profile {
         let plain = beside.is_gaussian();
         let cells = (CELLS_PER_SIGMA * beside.spacing_px / sigma_px.min(beside.bump_px())).ceil();
         let density = if plain { CELLS_PER_SIGMA / sigma_px } else { cells / beside.spacing_px };
-        let half = (shape.reach_under(beside) * density).ceil() as usize;
+        let half = (shape.reach_under(beside.reach_px()) * density).ceil() as usize;
 
         // Evaluate E and its rise over a cell at distances 0, 1, .. half cells, and interpolate.
         if plain {
@@ -190,14 +198,14 @@ impl Profile {
     }
 
     /// The response at distance `d` of an edge that is bright on the positive side, `bright` = 1, or on the negative, -1.
-    #[inline]
+    #[cfg(test)]
     pub(super) fn towards(&self, d: f64, bright: f64) -> Edge {
         let edge = self.at(bright * d);
         Edge { value: bright * edge.value, slope: edge.slope, bend: bright * edge.bend }
     }
 
     /// The mean response over edges that are bright on either side: odd.
-    #[inline]
+    #[cfg(test)]
     pub(super) fn odd(&self, d: f64) -> Edge {
         let [a, b] = [self.at(d), self.at(-d)];
         Edge { value: 0.5 * (a.value - b.value), slope: 0.5 * (a.slope + b.slope), bend: 0.5 * (a.bend - b.bend) }
@@ -248,7 +256,7 @@ impl Profile {
     }
 
     /// The response at distance `d`.
-    #[inline(always)]
+    #[cfg(test)]
     pub(super) fn at(&self, d: f64) -> Edge {
         match self {
             Self::Sharp(shape) => shape.sharp(d),
