@@ -28,24 +28,21 @@ impl Kernel for Responses<'_> {
     }
 }
 
-/// Value and slope, in 1/px, at distances of 0, 1, .. `last` cells at least, so many of them a px.
+/// Value and slope, in 1/px, at distances of 0, 1, .. `last` cells, so many of them a px.
 fn responses(shape: &EdgeShape, density: f64, last: usize) -> Vec<[f64; 2]> {
+    // Evaluate them where there is an edge; beyond its reach it is 1.
+    let near = last.min((shape.reach() * density) as usize + 1);
     let mut nodes: Vec<[f64; 2]> = Vec::with_capacity(last + LANES);
-    while nodes.len() <= last {
+    while nodes.len() <= near {
         let first = nodes.len();
         let distances = Lanes::of(|k| (first + k) as f64 / density);
         let [values, slopes] = widest(Responses { shape, distances });
         nodes.extend((0..LANES).map(|k| [values.0[k], slopes.0[k]]));
     }
+    nodes.resize(last + 1, [1.0, 0.0]);
     // E is odd by construction, not only to rounding.
     nodes[0][0] = 0.0;
     nodes
-}
-
-/// Value and slope at a cell on either side of an edge.
-fn on_side(nodes: &[[f64; 2]], i: i64) -> [f64; 2] {
-    let [value, slope] = nodes[i.unsigned_abs() as usize];
-    [if i < 0 { -value } else { value }, slope]
 }
 
 /// What each pair of bumps adds to the response `plain` at some distances towards bright, and then each pair that is not alike to both
@@ -69,37 +66,50 @@ pub(super) fn pairs(shape: &BlurShape, bump: &Profile, plain: &Column, d: &Colum
     pairs
 }
 
-/// The response under a Gaussian and what the blur is beside that, at multiples of a cell: so many cells a spacing of the bumps.
+/// Value and slope of the response under a Gaussian and what the blur is beside that, at -`half`, .. `half` cells, of which
+/// `cells` are a spacing of the bumps.
 struct ShapedNodes<'a> {
     beside: &'a BlurShape,
-    /// Value and slope under the Gaussian, and under one bump, at the cells from 0 on.
-    plain: Vec<[f64; 2]>,
-    bump: Vec<[f64; 2]>,
-    cells: i64,
+    plain: &'a EdgeShape,
+    normal: DVec2,
+    half: usize,
+    cells: usize,
 }
 
-impl<'a> ShapedNodes<'a> {
-    /// For nodes up to `half` cells away, in cells of a share of the spacing.
-    fn new(beside: &'a BlurShape, plain: &EdgeShape, normal: DVec2, (half, cells): (usize, usize)) -> Self {
-        let density = cells as f64 / beside.spacing_px;
-        let plain = responses(plain, density, half);
-        let bump = responses(&EdgeShape::new(normal, beside.bump_px()), density, half + BUMPS * cells);
-        Self { beside, plain, bump, cells: cells as i64 }
-    }
+/// Both sides of an edge, from one.
+#[inline(always)]
+fn both_sides(nodes: &[[f64; 2]]) -> [Vec<f64>; 2] {
+    let values = nodes.iter().rev().map(|n| -n[0]).chain(nodes[1..].iter().map(|n| n[0]));
+    let slopes = nodes.iter().rev().map(|n| n[1]).chain(nodes[1..].iter().map(|n| n[1]));
+    [values.collect(), slopes.collect()]
+}
 
-    /// Value and slope at a cell.
-    fn at(&self, i: i64) -> [f64; 2] {
-        let plain = on_side(&self.plain, i);
-        let mut sum = plain;
-        for j in 0..BUMPS {
-            let away = |k: usize| [-1, 1].map(|side| on_side(&self.bump, i + side * k as i64 * self.cells));
-            let ([low, high], [before, behind]) = (away(j), away(j + 1));
-            for k in 0..2 {
-                sum[k] += self.beside.weights[j] * (0.5 * (low[k] + high[k]) - plain[k])
-                    + 0.5 * self.beside.uneven[j] * (before[k] - behind[k]);
+impl Kernel for ShapedNodes<'_> {
+    type Out = [Vec<f64>; 2];
+
+    #[inline(always)]
+    fn run(self) -> [Vec<f64>; 2] {
+        let Self { beside, plain, normal, half, cells } = self;
+        let density = cells as f64 / beside.spacing_px;
+        let plain = both_sides(&responses(plain, density, half));
+        let last = half + BUMPS * cells;
+        let bump = both_sides(&responses(&EdgeShape::new(normal, beside.bump_px()), density, last));
+        let mut sums = plain.clone();
+        for (sum, (plain, bump)) in sums.iter_mut().zip(plain.iter().zip(&bump)) {
+            for j in 0..=BUMPS {
+                let even = beside.weights.get(j).copied().unwrap_or(0.0);
+                let uneven = if j == 0 { 0.0 } else { beside.uneven[j - 1] };
+                // Bumps that are `j` spacings before and behind.
+                let (low, high) = (&bump[(BUMPS - j) * cells..], &bump[(BUMPS + j) * cells..]);
+                if even != 0.0 || uneven != 0.0 {
+                    for (i, sum) in sum.iter_mut().enumerate() {
+                        let (low, high) = (low[i], high[i]);
+                        *sum += even * (0.5 * (low + high) - plain[i]) + 0.5 * uneven * (low - high);
+                    }
+                }
             }
         }
-        sum
+        sums
     }
 }
 
@@ -146,10 +156,10 @@ impl Profile {
             let nodes = responses(&shape, density, half);
             return Self::even(density, half, |i| (nodes[i][0], nodes[i][1] / density));
         }
-        let nodes = ShapedNodes::new(beside, &shape, normal, (half, cells as usize));
+        let [values, slopes] = widest(ShapedNodes { beside, plain: &shape, normal, half, cells: cells as usize });
         let node = |i: i64| {
-            let [value, slope] = nodes.at(i);
-            (value, slope / density)
+            let place = (i + half as i64) as usize;
+            (values[place], slopes[place] / density)
         };
         if beside.is_even() {
             Self::even(density, half, |i| if i == 0 { (0.0, node(0).1) } else { node(i as i64) })
