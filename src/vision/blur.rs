@@ -32,6 +32,9 @@ const SHARP_STEPS: usize = 20;
 /// One of two blurs leaves clearly less where the other leaves so many times as much: with noise both leave nearly the same.
 const CLEARLY: f64 = 2.0;
 
+/// Blurs that are held, and where one of them may be none.
+const HELD: Effort = Effort { free_blur: false, ..FREE };
+const SHARP: Effort = Effort { steps: SHARP_STEPS, tolerance_px: SHARP_STEP_PX, ..HELD };
 /// Free blurs.
 const FREE: Effort = Effort { free_blur: true, steps: 15, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
 
@@ -45,7 +48,18 @@ pub(super) fn estimate(candidates: &Candidates<'_>, sites: &[CornerSite], settin
         return Some(sigma);
     }
     let rest = if agree { Vec::new() } else { others(sites) };
-    Some(better(candidates, [&few, &rest], settings, [[0.0; 2], sigma]))
+    Some(better(candidates, [&few, &rest], settings, [[0.0; 2], sigma], &SHARP))
+}
+
+/// The blur again, where it is known nearly, and clearly no sharp picture's: that of the two under which the fits leave less.
+pub(super) fn estimate_again(
+    candidates: &Candidates<'_>,
+    sites: &[CornerSite],
+    settings: &Settings,
+    known: [f64; 2],
+) -> [f64; 2] {
+    let found = medians(candidates, sites, settings, known);
+    found.map_or(known, |(found, _)| better(candidates, [sites, &[]], settings, [found, known], &HELD))
 }
 
 /// The corners that are not among the first.
@@ -55,16 +69,15 @@ fn others(sites: &[CornerSite]) -> Vec<CornerSite> {
 
 /// That of two blurs under which the fits of corners leave less; the first where they leave the same. Where some corners leave far
 /// less under one of both, the rest of them are not asked.
-pub(super) fn better(
+fn better(
     candidates: &Candidates<'_>,
     [some, rest]: [&[CornerSite]; 2],
     settings: &Settings,
     [first, second]: [[f64; 2]; 2],
+    effort: &Effort,
 ) -> [f64; 2] {
-    let effort =
-        Effort { free_blur: false, steps: SHARP_STEPS, tolerance_px: SHARP_STEP_PX, most_sigma_px: f64::INFINITY };
     let squares = |sites: &[CornerSite], sigma: [f64; 2]| -> f64 {
-        let fits = fits(candidates, sites, settings, HALF_PX, [sigma, sigma], &effort);
+        let fits = fits(candidates, sites, settings, HALF_PX, [sigma, sigma], effort);
         fits.iter().flatten().map(|f| f.residual * f.residual).sum()
     };
     let [mut left, mut other] = [first, second].map(|sigma| squares(some, sigma));

@@ -6,12 +6,13 @@
 
 use super::buckets::Buckets;
 use super::candidate::Candidate;
-use super::detection::{Reason, Rejected};
+use super::detection::{Detection, Reason, Rejected};
 use super::halving::halved;
+use super::lattice_growth::NEIGHBOURS;
 use super::response::{Peak, peaks};
 use super::ring_test::{RADIUS_PX, Ring, RingTest};
 use crate::raster::Raster;
-use glam::DVec2;
+use glam::{DVec2, IVec2};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -85,6 +86,28 @@ impl Candidates<'_> {
                 let places = [DVec2::ZERO, DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
                 places.into_iter().map(|d| position + d * reach).all(|p| valid.get(p.x as usize, p.y as usize))
             })
+    }
+}
+
+impl Candidates<'_> {
+    /// Whether a column or row of a board lacks a corner that would be in sight, beside one that it has.
+    pub(super) fn misses_some(&self, found: &Detection) -> bool {
+        let at: BTreeMap<[i32; 2], DVec2> = found.corners.iter().map(|c| (c.index, c.position_px)).collect();
+        let last = at.keys().fold(IVec2::ZERO, |last, &cell| last.max(IVec2::from_array(cell)));
+        let is_missing = |cell: IVec2| {
+            let inside = cell.cmpge(IVec2::ZERO).all() && cell.cmple(last).all();
+            inside && !at.contains_key(&cell.to_array())
+        };
+        at.iter().any(|(&cell, &here)| {
+            let cell = IVec2::from_array(cell);
+            NEIGHBOURS.into_iter().filter(|direction| is_missing(cell + *direction)).any(|direction| {
+                // Carried on along the line, or as the line beside it goes.
+                let step = |to: IVec2| Some(*at.get(&(to + direction).to_array())? - *at.get(&to.to_array())?);
+                let aside = direction.perp();
+                let step = step(cell - direction).or_else(|| step(cell + aside)).or_else(|| step(cell - aside));
+                step.is_none_or(|step| self.shows(here + step, step.length()))
+            })
+        })
     }
 }
 

@@ -4,6 +4,7 @@
 //! with normals n0 and n1 the mean of sign(d0) sign(d1) is E0 E1 plus a correction, which vanishes for edges along the
 //! pixel's sides and is needed for all others: without it a slanted crossing errs by up to 0.03 px.
 
+use super::corner_model::Model;
 use super::edge_spread::{PIXEL_VARIANCE, SHARP_PX};
 use super::profile::Profile;
 use super::strip::{CHUNK, Column};
@@ -95,8 +96,17 @@ struct ExcessLattice {
 }
 
 impl CornerPixelModel {
+    /// The crossing of a model's edges.
+    pub(super) fn of(model: &Model) -> Self {
+        let normals = model.normal_rad.map(|angle| {
+            let (sin, cos) = libm::sincos(angle);
+            DVec2::new(cos, sin)
+        });
+        Self::new(normals, model.sigma_px, model.skew)
+    }
+
     /// The crossing of edges with these unit normals under these blurs, in px, with what their correlation is beyond an even blur's.
-    pub(super) fn new(normals: [DVec2; 2], sigma_px: [f64; 2], skew: f64) -> Self {
+    fn new(normals: [DVec2; 2], sigma_px: [f64; 2], skew: f64) -> Self {
         let mean_sigma = (sigma_px[0] * sigma_px[1]).sqrt();
         let pixel = match mean_sigma {
             s if s < SHARP_PX => Pixel::Sharp,

@@ -1,6 +1,7 @@
 //! The normal equations of the corner fit: pixels near both edges one by one, strips and flat parts by their sums.
 
 use super::corner_model::{LIGHT, Model, PARAMETERS, Right};
+use super::corner_pixel_model::CornerPixelModel;
 use super::listed::{ListedSums, Ready};
 use super::pixel_sums::PixelSums;
 use super::profile::Profile;
@@ -20,7 +21,12 @@ pub(super) struct Equations {
 }
 
 /// The equations over the first `active` parameters; the others stand still.
-pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2], active: usize) -> Equations {
+pub(super) fn equations(
+    window: &Window,
+    model: &Model,
+    (profiles, crossing): (&[Profile; 2], &CornerPixelModel),
+    active: usize,
+) -> Equations {
     // Clear the sums; parameters that stand still keep the identity.
     let ready = Ready::new(model, profiles);
     let mut sum = Equations { normal: Normal::identity(), right: Right::zeros(), squares: 0.0 };
@@ -29,7 +35,7 @@ pub(super) fn equations(window: &Window, model: &Model, profiles: &[Profile; 2],
     }
 
     // Add the pixels near both edges.
-    widest(ListedSums { sum: &mut sum, pixels: &window.listed, model, ready: &ready, profiles, active });
+    widest(ListedSums { sum: &mut sum, pixels: &window.listed, model, ready: &ready, profiles, crossing, active });
 
     // Add the strips and the flat parts by their sums.
     let edges = ready_models(&ready, model, profiles, active == PARAMETERS);

@@ -140,9 +140,10 @@ fn again(candidates: &Candidates<'_>, grid: &Grid, settings: &Settings, known: O
         return known;
     }
     let pilots = grid.pilots();
-    match blur::estimate(candidates, &pilots, settings) {
-        Some(found) if inked => Some(blur::better(candidates, [&pilots, &[]], settings, [found, start])),
-        found => found.or(known),
+    if narrow {
+        blur::estimate(candidates, &pilots, settings).or(known)
+    } else {
+        Some(blur::estimate_again(candidates, &pilots, settings, start))
     }
 }
 

@@ -134,6 +134,7 @@ pub(super) struct ListedSums<'a> {
     pub(super) model: &'a Model,
     pub(super) ready: &'a Ready,
     pub(super) profiles: &'a [Profile; 2],
+    pub(super) crossing: &'a CornerPixelModel,
     pub(super) active: usize,
 }
 
@@ -142,11 +143,10 @@ impl Kernel for ListedSums<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { sum, pixels, model, ready, profiles, active } = self;
-        let crossing = CornerPixelModel::new(ready.normals, model.sigma_px, model.skew);
+        let Self { sum, pixels, model, ready, profiles, crossing, active } = self;
         let bent = ready.couplings(model);
         for chunk in pixels.chunks(CHUNK) {
-            let columns = differentiate(chunk, model, ready, profiles, &crossing, bent);
+            let columns = differentiate(chunk, model, ready, profiles, crossing, bent);
             let end = chunk.len().next_multiple_of(LANES);
             let columns = columns.each_ref().map(|column| &column[..end]);
             let difference = columns[PARAMETERS];
