@@ -1,6 +1,6 @@
 //! Corner measurement on a lattice of candidates: estimate the blur, fit, prune, and fit again.
 
-use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, MAYBE_SHARP_PX};
+use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, FirstFits, MAYBE_SHARP_PX};
 use super::blur_shape::PictureBlur;
 use super::candidate::Candidate;
 use super::candidates::Candidates;
@@ -16,7 +16,7 @@ use super::marks::holds_marks;
 use super::neighbours::{Neighbourhood, hanging};
 use super::numbering::{from_zero, normalise};
 use super::pixel_sums::WindowFrame;
-use super::resolution::coarser;
+use super::resolution::{Resolution, resolution};
 use super::scatter::hold_against_lattice;
 use super::settings::{Blur, Settings};
 use super::shape_fit::find_shapes;
@@ -60,17 +60,22 @@ const LAST_ROUNDS: usize = 2;
 /// Measures the corners of one lattice. The answer turns down corners of that lattice only.
 pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, settings: &Settings) -> Detection {
     let lattice = normalise(lattice, |k| candidates.list[k].position);
-    match coarser(candidates, &lattice, settings) {
-        None => measure_upright(candidates, lattice, settings),
-        Some(picture) => {
-            let found = measure_upright(&picture.candidates(), lattice, &picture.settings(settings));
+    match resolution(candidates, &lattice, settings) {
+        Resolution::Own(first) => measure_upright(candidates, lattice, settings, first),
+        Resolution::Coarser(picture) => {
+            let found = measure_upright(&picture.candidates(), lattice, &picture.settings(settings), None);
             picture.in_picture(found)
         }
     }
 }
 
 /// Measures the corners of a lattice that is numbered upright.
-fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Settings) -> Detection {
+fn measure_upright(
+    candidates: &Candidates<'_>,
+    lattice: Lattice,
+    settings: &Settings,
+    first: Option<FirstFits>,
+) -> Detection {
     let mut rejected = Vec::new();
     let positions: Vec<DVec2> = candidates.list.iter().map(|c| c.position).collect();
     let mut grid = Grid::new(lattice, positions);
@@ -79,7 +84,13 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
     grid.marked = holds_marks(candidates, &grid.pilots(), settings);
     let mut sigma_px = match settings.blur {
         Blur::Known(sigma_px) => Some([sigma_px.max(0.0); 2]),
-        Blur::Common | Blur::PerCorner => blur::estimate(candidates, &grid.pilots(), settings),
+        Blur::Common | Blur::PerCorner => {
+            let pilots = grid.pilots();
+            // Beside marks the windows are others.
+            let first = first.filter(|_| !grid.marked);
+            let first = first.unwrap_or_else(|| blur::first_fits(candidates, &pilots, settings));
+            blur::estimate(candidates, &pilots, settings, first)
+        }
     };
     if let (Some(sigma), Blur::Common | Blur::PerCorner) = (&mut sigma_px, settings.blur) {
         (grid.skew, *sigma) = skew(candidates, &grid.pilots(), settings, *sigma);
@@ -103,10 +114,10 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
         Blur::Common => find_shapes(candidates, &grid.sites(), settings, start_sigma, true),
         _ => PictureBlur::gaussian(start_sigma),
     };
-    let mut last = Vec::new();
+    let mut last = BTreeMap::new();
     for _ in 0..LAST_ROUNDS {
         let before = rejected.len();
-        last = last_fits(candidates, &mut grid, &mut rejected, &blur, settings);
+        last_fits(candidates, &mut grid, &mut rejected, (&blur, &mut last), settings);
         prune_hanging(candidates, &mut grid, &mut rejected);
         if rejected[before..].iter().all(|r| !matches!(r.reason, Reason::Residual | Reason::OffLattice)) {
             break;
@@ -120,7 +131,7 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
     }
 
     // Number the corners, and hold their covariances against the lattice.
-    let mut corners = numbered(&grid, last);
+    let mut corners = numbered(&grid, last.into_values());
     hold_against_lattice(&mut corners, !grid.lean.is_none() || blur.shapes.iter().any(|s| !s.is_gaussian()));
 
     // Take the blur's shape at a corner in the middle of those that told it.
@@ -141,14 +152,15 @@ fn again(candidates: &Candidates<'_>, grid: &Grid, settings: &Settings, known: O
     }
     let pilots = grid.pilots();
     if narrow {
-        blur::estimate(candidates, &pilots, settings).or(known)
+        let first = blur::first_fits(candidates, &pilots, settings);
+        blur::estimate(candidates, &pilots, settings, first).or(known)
     } else {
         Some(blur::estimate_again(candidates, &pilots, settings, start))
     }
 }
 
 /// The corners of the last fits, numbered from column and row 0.
-fn numbered(grid: &Grid, last: Vec<Outcome>) -> Vec<Corner> {
+fn numbered(grid: &Grid, last: impl Iterator<Item = Outcome>) -> Vec<Corner> {
     // Add the doubt of the bends that were carried over from the lattice.
     let doubted = |cell: [i32; 2], half: f64, fit: CornerFit| {
         let doubt_px2 = grid.doubt_px2(cell, &fit.model, half);
@@ -157,7 +169,7 @@ fn numbered(grid: &Grid, last: Vec<Outcome>) -> Vec<Corner> {
 
     // Number the corners from column and row 0.
     let fits: BTreeMap<usize, CornerFit> =
-        last.into_iter().filter_map(|(cell, k, half, fit)| Some((k, doubted(cell, half, fit.ok()?)))).collect();
+        last.filter_map(|(cell, k, half, fit)| Some((k, doubted(cell, half, fit.ok()?)))).collect();
     let lattice = from_zero(&grid.lattice);
     lattice.iter().filter_map(|(&index, k)| Some(corner(index, grid.positions[*k], fits.get(k)?))).collect()
 }
@@ -204,14 +216,15 @@ fn first_fits(
     }
 }
 
-/// Last fits: full windows, with the bends from the positions of the first fits.
+/// Last fits: full windows, with the bends from the positions of the first fits; of those that are in `last` only the corners that
+/// the bends would move.
 fn last_fits(
     candidates: &Candidates<'_>,
     grid: &mut Grid,
     rejected: &mut Vec<Rejected>,
-    blur: &PictureBlur,
+    (blur, last): (&PictureBlur, &mut BTreeMap<[i32; 2], Outcome>),
     settings: &Settings,
-) -> Vec<Outcome> {
+) {
     // Choose the steps and the tolerance by the blur: free, narrow or wide.
     let free_blur = settings.blur == Blur::PerCorner;
     let narrow = blur.sigma_px[0].min(blur.sigma_px[1]) < NARROW_SIGMA_PX;
@@ -222,12 +235,12 @@ fn last_fits(
     };
 
     let due = |[shift, sigma]: [f64; 2]| shift > LAST_DUE.0.max(LAST_DUE.1 * sigma);
-    let mut last: BTreeMap<[i32; 2], Outcome> = BTreeMap::new();
+    let all = last.is_empty();
     for round in 0..ROUNDS {
         // Fit every corner, and then those that the new bends would move.
         let fitted = fit_all(candidates, grid, |site| {
             let effort = Effort { free_blur, steps, tolerance_px, most_sigma_px: 0.5 * site.step_px() };
-            (round == 0 || site.due_px.is_none_or(due)).then(|| {
+            ((all && round == 0) || site.due_px.is_none_or(due)).then(|| {
                 let half = site.half(settings.window, blur.sigma_px);
                 (site.frame(blur, half, LAST_MARGIN_PX), site.model(blur, settings.light), effort)
             })
@@ -237,7 +250,7 @@ fn last_fits(
         }
 
         // Drop the corners whose fit did not converge, moved too far, or leaves too large a residual.
-        prune(grid, rejected, (&fitted, &last), |(cell, k), fit, around| {
+        prune(grid, rejected, (&fitted, last), |(cell, k), fit, around| {
             if fit.last_step_px > 0.05 {
                 Some(Reason::NotConverged)
             } else if moved(&candidates.list[k], fit) {
@@ -252,7 +265,6 @@ fn last_fits(
         grid.find_lean();
         grid.choose_powers();
     }
-    last.into_values().collect()
 }
 
 fn corner(index: [i32; 2], position_px: DVec2, fit: &CornerFit) -> Corner {

@@ -14,7 +14,7 @@ use super::edge_spread::{EdgeShape, SHARP_PX};
 use super::equations::edge_models;
 use super::profile::{Profile, pairs};
 use super::settings::Settings;
-use super::strip::{CHUNK, Column, EdgeModel, EdgeStrip};
+use super::strip::{CHUNK, Column, EdgeModel, EdgeStrip, product};
 use super::window::{Window, gather};
 use crate::num::simd::{Kernel, widest};
 use nalgebra::{SMatrix, SVector};
@@ -31,6 +31,8 @@ const BINS: usize = 16;
 /// what is left of the model's own error is smaller.
 const SURE: f64 = 6.0;
 const LEAST_MISFIT: f64 = 5e-4;
+/// Pixels whose distances from an edge differ by less than this, in px, see much the same of a bump, which is six times as wide at least.
+const PLACE_PX: f64 = 0.05;
 /// Another shape is believed where it explains at least this share of the squares that the Gaussian leaves near the edges.
 const BELIEVED: f64 = 0.2;
 /// A weight's own standard deviation, before anything is seen of it, and the least share of the normal matrix that holds it.
@@ -62,6 +64,48 @@ impl Seen {
             bright[i] = sign[i] * a0.signum();
         }
         Self { distance, contrast, weight: *weight, left, bright }
+    }
+}
+
+/// Pixels gathered by their distances towards bright: sums of w A^2 and of w A times what is left of them, each pixel shared between
+/// the two nearest places.
+struct Gathered {
+    distance: Column,
+    squares: Column,
+    left: Column,
+}
+
+impl Gathered {
+    /// Places for the distances to `reach` px on both sides.
+    fn places(reach: f64) -> Vec<Self> {
+        let count = (2.0 * reach / PLACE_PX).ceil() as usize + 2;
+        let place = |i: usize| i as f64 * PLACE_PX - reach;
+        let chunk = |first: usize| Self {
+            distance: std::array::from_fn(|i| place(first + i)),
+            squares: [0.0; CHUNK],
+            left: [0.0; CHUNK],
+        };
+        (0..count).step_by(CHUNK).map(chunk).collect()
+    }
+
+    /// Adds some pixels; those beyond `reach` do not count.
+    #[inline(always)]
+    fn add(places: &mut [Self], seen: &Seen, reach: f64) {
+        for i in 0..CHUNK {
+            let towards = seen.bright[i] * seen.distance[i];
+            if towards.abs() < reach && seen.weight[i] > 0.0 {
+                let place = (towards + reach) / PLACE_PX;
+                let first = place as usize;
+                let part = place - first as f64;
+                let by = seen.weight[i] * seen.contrast[i];
+                let (squares, left) = (by * seen.contrast[i], by * seen.bright[i] * seen.left[i]);
+                for (at, share) in [(first, 1.0 - part), (first + 1, part)] {
+                    let chunk = &mut places[at / CHUNK];
+                    chunk.squares[at % CHUNK] += share * squares;
+                    chunk.left[at % CHUNK] += share * left;
+                }
+            }
+        }
     }
 }
 
@@ -97,12 +141,16 @@ impl Kernel for Leaving<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { sum, strip, model, edge, shape, profiles, reach, weights: (count, equations) } = self;
+        let mut places = if equations { Gathered::places(reach) } else { Vec::new() };
         for pixels in strip.chunks() {
             let seen = Seen::new(pixels, model, edge);
             sum.add_bins(&seen, reach, count > BUMPS);
             if equations {
-                sum.add_equations(&seen, reach, (shape, profiles), count);
+                Gathered::add(&mut places, &seen, reach);
             }
+        }
+        for gathered in &places {
+            sum.add_equations(gathered, (shape, profiles), count);
         }
     }
 }
@@ -143,33 +191,21 @@ impl Left {
         }
     }
 
-    /// Adds the equations of some pixels for so many weights.
+    /// Adds the equations of some pixels, gathered by their distances towards bright, for so many weights.
     #[inline(always)]
-    fn add_equations(&mut self, seen: &Seen, reach: f64, (shape, profiles): (&BlurShape, &[Profile; 2]), count: usize) {
-        // Write the columns: what each pair adds, towards bright, times the contrast; nothing beyond the reach.
-        let (mut towards, mut by) = ([0.0; CHUNK], [0.0; CHUNK]);
-        for i in 0..CHUNK {
-            towards[i] = seen.bright[i] * seen.distance[i];
-            by[i] = if towards[i].abs() < reach { seen.bright[i] * seen.contrast[i] } else { 0.0 };
-        }
-        let [under, bump] = profiles;
-        let mut columns = pairs(shape, bump, &under.at_all(&towards)[0], &towards, count);
-        for column in &mut columns[..count] {
-            for i in 0..CHUNK {
-                column[i] *= by[i];
-            }
-        }
-
-        // Sum up their products.
+    fn add_equations(
+        &mut self,
+        Gathered { distance, squares, left }: &Gathered,
+        (shape, [under, bump]): (&BlurShape, &[Profile; 2]),
+        count: usize,
+    ) {
+        let columns = pairs(shape, bump, &under.at_all(distance)[0], distance, count);
         for i in 0..count {
-            let mut weighted = [0.0; CHUNK];
-            for k in 0..CHUNK {
-                weighted[k] = seen.weight[k] * columns[i][k];
-            }
+            let weighted = product(squares, &columns[i]);
             for j in 0..=i {
                 self.normal[(i, j)] += dot(&weighted, &columns[j]);
             }
-            self.right[i] += dot(&weighted, &seen.left);
+            self.right[i] += dot(left, &columns[i]);
         }
     }
 

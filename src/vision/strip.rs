@@ -233,7 +233,7 @@ struct LaneSums {
 }
 
 #[inline(always)]
-fn product(a: &Column, b: &Column) -> Column {
+pub(super) fn product(a: &Column, b: &Column) -> Column {
     let mut out = [0.0; CHUNK];
     for i in 0..CHUNK {
         out[i] = a[i] * b[i];
