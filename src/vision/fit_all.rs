@@ -34,10 +34,11 @@ const FIRST_STEP_PX: f64 = 0.01;
 /// Rounds of first fits at most. The bend of a line follows from its fitted corners: where it turns out other than it
 /// was taken for, and this would move the corner by more than this many px and this share of its standard deviation,
 /// the corner is fitted again.
-const ROUNDS: usize = 4;
+const FIRST_ROUNDS: usize = 2;
 const DUE: (f64, f64) = (2e-4, 0.2);
-/// The last fits are made in rounds as well, again where the bends that full windows show would move a corner by more than
+/// The last fits are made in so many rounds at most, again where the bends that full windows show would move a corner by more than
 /// this many px and standard deviations.
+const ROUNDS: usize = 4;
 const LAST_DUE: (f64, f64) = (2e-4, 1.0);
 /// The last fit is done when a step is below this, in px. Steps shrink with their square over some 0.3 px, so the next
 /// would be of 1e-5 px.
@@ -188,7 +189,7 @@ fn first_fits(
     settings: &Settings,
 ) {
     let effort = Effort { free_blur: false, steps: 8, tolerance_px: FIRST_STEP_PX, most_sigma_px: f64::INFINITY };
-    for _ in 0..ROUNDS {
+    for _ in 0..FIRST_ROUNDS {
         // Fit the corners that were not fitted yet, or that the new bends would move.
         let due = |[shift, sigma]: [f64; 2]| shift > DUE.0.max(DUE.1 * sigma);
         let first = fit_all(candidates, grid, |site| {

@@ -208,8 +208,12 @@ fn cross(field: &GrowthField<'_>, used: &[bool], seed: usize) -> Option<Lattice>
     let (mut few, mut around) = (0, Vec::new());
     let mut found = [0; 4];
     for (place, &arm) in found.iter_mut().zip(&centre.ring.arms) {
-        let along = |k: usize| step(k).normalize_or_zero().dot(arm) > ARM_COSINE;
-        let accept = |k: usize| k != seed && !used[k] && along(k) && field.linked(seed, k);
+        // By squares: most candidates are asked for no more than this.
+        let along = |k: usize| {
+            let (way, step) = (step(k).dot(arm), step(k));
+            way > 0.0 && way * way > ARM_COSINE * ARM_COSINE * step.length_squared()
+        };
+        let accept = |k: usize| along(k) && !used[k] && field.linked(seed, k);
         let mut ring = |number: usize| {
             let (from, radius) = (number.checked_sub(1).map_or(0.0, |n| SEED_RADII_PX[n]), SEED_RADII_PX[number]);
             if few <= number {
