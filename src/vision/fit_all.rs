@@ -9,6 +9,7 @@ use super::corner_model::{Effort, Model};
 use super::corner_site::CornerSite;
 use super::detection::{Corner, Detection, Polarity, Reason, Rejected};
 use super::elongation::{elongation, skew};
+use super::kinks::prune_kinks;
 use super::lattice_growth::{Lattice, is_broad};
 use super::lattice_lines::Grid;
 use super::lean::Lean;
@@ -20,7 +21,7 @@ use super::resolution::{Resolution, resolution};
 use super::scatter::hold_against_lattice;
 use super::settings::{Blur, Settings};
 use super::shape_fit::find_shapes;
-use glam::{DVec2, IVec2};
+use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -52,8 +53,6 @@ const NARROW_STEP_PX: f64 = 1e-5;
 const LAST_STEPS: [usize; 3] = [6, 16, 12];
 /// A fit that ends further than this from its candidate, in pixels of the resolution that this was found in, has found something else.
 const MOST_MOVE_PX: f64 = 3.0;
-/// A second difference along a line may differ from its neighbours' by this many px or this share of a step.
-const MOST_KINK: (f64, f64) = (0.6, 0.12);
 /// The last fits are made so often at most: again without a corner that turned out to be none, since the bends of its lines were
 /// taken from it too.
 const LAST_ROUNDS: usize = 2;
@@ -360,39 +359,4 @@ pub(super) fn hanging_candidates(candidates: &Candidates<'_>, lattice: &Lattice)
     let grid = Grid::new(lattice.clone(), candidates.list.iter().map(|c| c.position).collect());
     let shows = |cell| grid.expected(cell).is_some_and(|(at, px)| candidates.shows(at, px));
     hanging(&grid.lattice, shows).len()
-}
-
-/// Drops corners that make a kink in a line: the second difference there is unlike that of the corners beside it.
-fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
-    // Take second differences along lines.
-    let second = |cell: IVec2, direction: IVec2| {
-        let at = |c: IVec2| grid.lattice.get(&c.to_array()).map(|&k| grid.positions[k]);
-        Some(at(cell - direction)? + at(cell + direction)? - 2.0 * at(cell)?)
-    };
-
-    // Compare each with those of the parallel lines beside it.
-    let kinked = |cell: IVec2| {
-        [IVec2::X, IVec2::Y].into_iter().any(|direction| {
-            let Some(own) = second(cell, direction) else { return false };
-            let beside: Vec<DVec2> = [direction.perp(), -direction.perp()]
-                .into_iter()
-                .filter_map(|aside| second(cell + aside, direction))
-                .collect();
-            if beside.is_empty() {
-                return false;
-            }
-            let expected = beside.iter().sum::<DVec2>() / beside.len() as f64;
-            let step = grid.step(cell, direction).map_or(0.0, DVec2::length);
-            // A kink of one corner by e shows as 2 e here and as e at its neighbours.
-            (own - expected).length() > 2.0 * MOST_KINK.0.max(MOST_KINK.1 * step)
-        })
-    };
-
-    // Drop the corners that differ.
-    let cells: Vec<[i32; 2]> = grid.lattice.keys().copied().filter(|&cell| kinked(IVec2::from_array(cell))).collect();
-    for cell in cells {
-        if let Some(k) = grid.lattice.remove(&cell) {
-            rejected.push(Rejected { position_px: grid.positions[k], reason: Reason::OffLattice });
-        }
-    }
 }

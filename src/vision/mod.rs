@@ -48,6 +48,7 @@ mod corner_pixel_model;
 mod edge_spread;
 mod profile;
 mod corner_site;
+mod kinks;
 mod lattice_lines;
 mod lattice_lean;
 mod lean;
