@@ -45,9 +45,11 @@ impl Gauss {
         let square = x * x;
         let (h1, h2, h3, h4) = (-x, square - 1.0, (3.0 - square) * x, (square - 6.0) * square + 3.0);
         let h5 = ((10.0 - square) * square - 15.0) * x;
-        let upper = 1.0 + t * (h1 / 2.0 + t * (h2 / 6.0 + t * (h3 / 24.0 + t * (h4 / 120.0 + t * (h5 / 720.0)))));
+        let last = h4 * (1.0 / 120.0) + t * (h5 * (1.0 / 720.0));
+        let upper = 1.0 + t * (h1 * 0.5 + t * (h2 * (1.0 / 6.0) + t * (h3 * (1.0 / 24.0) + t * last)));
         let upper = integral + density * t * upper;
-        let here = density * (1.0 + t * (h1 + t * (h2 / 2.0 + t * (h3 / 6.0 + t * (h4 / 24.0 + t * (h5 / 120.0))))));
+        let here = h3 * (1.0 / 6.0) + t * (h4 * (1.0 / 24.0) + t * (h5 * (1.0 / 120.0)));
+        let here = density * (1.0 + t * (h1 + t * (h2 * 0.5 + t * here)));
         [if z < 0.0 { 1.0 - upper } else { upper }, here]
     }
 }
@@ -75,11 +77,11 @@ impl Gauss {
         let h3 = (of(3.0) - square) * x;
         let h4 = (square - of(6.0)) * square + of(3.0);
         let h5 = ((of(10.0) - square) * square - of(15.0)) * x;
-        let last = h4 / of(120.0) + t * (h5 / of(720.0));
-        let upper = of(1.0) + t * (h1 / of(2.0) + t * (h2 / of(6.0) + t * (h3 / of(24.0) + t * last)));
+        let last = h4 * of(1.0 / 120.0) + t * (h5 * of(1.0 / 720.0));
+        let upper = of(1.0) + t * (h1 * of(0.5) + t * (h2 * of(1.0 / 6.0) + t * (h3 * of(1.0 / 24.0) + t * last)));
         let upper = Lanes(integral) + Lanes(density) * t * upper;
-        let here = h3 / of(6.0) + t * (h4 / of(24.0) + t * (h5 / of(120.0)));
-        let here = Lanes(density) * (of(1.0) + t * (h1 + t * (h2 / of(2.0) + t * here)));
+        let here = h3 * of(1.0 / 6.0) + t * (h4 * of(1.0 / 24.0) + t * (h5 * of(1.0 / 120.0)));
+        let here = Lanes(density) * (of(1.0) + t * (h1 + t * (h2 * of(0.5) + t * here)));
 
         // Turn to the side of z; beyond the end there is nothing left.
         let (none, all) = (of(0.0), of(1.0));

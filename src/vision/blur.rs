@@ -11,8 +11,10 @@ use rayon::prelude::*;
 
 /// The blur that a fit starts from, in px.
 pub(super) const FIRST_SIGMA_PX: f64 = 0.7;
-/// Of the corners that may be fitted, one of so many is at first; where these agree, as without noise, they are enough.
-const FIRST_OF: usize = 4;
+/// Of the corners that may be fitted so many are at first; where these agree, as without noise, they are enough.
+const FIRST: usize = 6;
+/// One of so many is fitted again where the blur is known nearly.
+const AGAIN_OF: usize = 2;
 /// They agree when the middle half of their blurs lies within this share of the median.
 const AGREEMENT: f64 = 0.01;
 /// Median blurs below this, in px, may come from a sharp picture; the residual decides.
@@ -32,39 +34,90 @@ const SHARP_STEPS: usize = 20;
 /// One of two blurs leaves clearly less where the other leaves so many times as much: with noise both leave nearly the same.
 const CLEARLY: f64 = 2.0;
 
+/// Blurs that are held, and where one of them may be none.
+const HELD: Effort = Effort { free_blur: false, ..FREE };
+const SHARP: Effort = Effort { steps: SHARP_STEPS, tolerance_px: SHARP_STEP_PX, ..HELD };
 /// Free blurs.
 const FREE: Effort = Effort { free_blur: true, steps: 15, tolerance_px: STEP_PX, most_sigma_px: f64::INFINITY };
 
-/// The blur across the column and the row lines, in px: medians over the corners at `sites`. `None` where no corner
-/// could be fitted.
-pub(super) fn estimate(candidates: &Candidates<'_>, sites: &[CornerSite], settings: &Settings) -> Option<[f64; 2]> {
-    let few: Vec<CornerSite> = sites.iter().copied().step_by(FIRST_OF).collect();
-    let (first, agree) = medians(candidates, &few, settings, [FIRST_SIGMA_PX; 2])?;
-    let sigma = if agree { first } else { medians(candidates, sites, settings, first)?.0 };
+/// Fits of some corners with free blurs in windows of a few px.
+pub(super) type FirstFits = Vec<Option<CornerFit>>;
+
+/// [`FirstFits`] of [`some_of`] the corners.
+pub(super) fn first_fits(candidates: &Candidates<'_>, sites: &[CornerSite], settings: &Settings) -> FirstFits {
+    fits(candidates, &some_of(sites), settings, HALF_PX, [[FIRST_SIGMA_PX; 2], [NEAR_SIGMA_PX; 2]], &FREE)
+}
+
+/// The corners that are fitted at first.
+pub(super) fn some_of(sites: &[CornerSite]) -> Vec<CornerSite> {
+    sites.iter().copied().step_by(sites.len().div_ceil(FIRST).max(1)).collect()
+}
+
+/// The corners that are not among these.
+fn others(sites: &[CornerSite]) -> Vec<CornerSite> {
+    let stride = sites.len().div_ceil(FIRST).max(1);
+    sites.iter().enumerate().filter(|(k, _)| k % stride != 0).map(|(_, site)| *site).collect()
+}
+
+/// Whether windows of a few px show the blur of these whole.
+pub(super) fn is_narrow(first: &FirstFits) -> bool {
+    summary(first).is_some_and(|(sigma, _)| sigma[0].max(sigma[1]) < NEAR_SIGMA_PX)
+}
+
+/// The blur across the column and the row lines, in px: medians over the corners at `sites`, of which [`first_fits`] were made.
+/// `None` where no corner could be fitted.
+pub(super) fn estimate(
+    candidates: &Candidates<'_>,
+    sites: &[CornerSite],
+    settings: &Settings,
+    first: FirstFits,
+) -> Option<[f64; 2]> {
+    // Where some corners agree, they are enough; where windows of a few px are, the others are fitted in these too.
+    let (few, rest) = (some_of(sites), others(sites));
+    let (told, mut agree) = summary(&first)?;
+    let sigma = if !is_narrow(&first) {
+        let (wide, alike) = medians(candidates, &few, settings, told)?;
+        agree = alike;
+        if agree { wide } else { medians(candidates, sites, settings, wide)?.0 }
+    } else if agree || rest.is_empty() {
+        told
+    } else {
+        let mut all = first;
+        all.extend(fits(candidates, &rest, settings, HALF_PX, [told, [NEAR_SIGMA_PX; 2]], &FREE));
+        if is_narrow(&all) { summary(&all)?.0 } else { medians(candidates, sites, settings, summary(&all)?.0)?.0 }
+    };
     if sigma[0].max(sigma[1]) >= MAYBE_SHARP_PX {
         return Some(sigma);
     }
-    let rest = if agree { Vec::new() } else { others(sites) };
-    Some(better(candidates, [&few, &rest], settings, [[0.0; 2], sigma]))
+
+    // See whether the picture is sharp.
+    let rest = if agree { Vec::new() } else { rest };
+    Some(better(candidates, [&few, &rest], settings, [[0.0; 2], sigma], &SHARP))
 }
 
-/// The corners that are not among the first.
-fn others(sites: &[CornerSite]) -> Vec<CornerSite> {
-    sites.iter().enumerate().filter(|(k, _)| k % FIRST_OF != 0).map(|(_, site)| *site).collect()
+/// The blur again, where it is known nearly, and clearly no sharp picture's: that of the two under which the fits leave less.
+pub(super) fn estimate_again(
+    candidates: &Candidates<'_>,
+    sites: &[CornerSite],
+    settings: &Settings,
+    known: [f64; 2],
+) -> [f64; 2] {
+    let some: Vec<CornerSite> = sites.iter().copied().step_by(AGAIN_OF).collect();
+    let found = medians(candidates, &some, settings, known);
+    found.map_or(known, |(found, _)| better(candidates, [&some, &[]], settings, [found, known], &HELD))
 }
 
 /// That of two blurs under which the fits of corners leave less; the first where they leave the same. Where some corners leave far
 /// less under one of both, the rest of them are not asked.
-pub(super) fn better(
+fn better(
     candidates: &Candidates<'_>,
     [some, rest]: [&[CornerSite]; 2],
     settings: &Settings,
     [first, second]: [[f64; 2]; 2],
+    effort: &Effort,
 ) -> [f64; 2] {
-    let effort =
-        Effort { free_blur: false, steps: SHARP_STEPS, tolerance_px: SHARP_STEP_PX, most_sigma_px: f64::INFINITY };
     let squares = |sites: &[CornerSite], sigma: [f64; 2]| -> f64 {
-        let fits = fits(candidates, sites, settings, HALF_PX, [sigma, sigma], &effort);
+        let fits = fits(candidates, sites, settings, HALF_PX, [sigma, sigma], effort);
         fits.iter().flatten().map(|f| f.residual * f.residual).sum()
     };
     let [mut left, mut other] = [first, second].map(|sigma| squares(some, sigma));
@@ -73,14 +126,6 @@ pub(super) fn better(
         other += squares(rest, second);
     }
     if left <= other { first } else { second }
-}
-
-/// Whether windows of a few px show the blur of corners whole.
-pub(super) fn is_narrow(candidates: &Candidates<'_>, sites: &[CornerSite], settings: &Settings) -> bool {
-    let start = [[FIRST_SIGMA_PX; 2], [NEAR_SIGMA_PX; 2]];
-    let fits = fits(candidates, sites, settings, HALF_PX, start, &FREE);
-    let widest: Vec<f64> = fits.iter().flatten().map(|f| f.model.sigma_px[0].max(f.model.sigma_px[1])).collect();
-    quantile(&widest, 0.5).is_some_and(|widest| widest < NEAR_SIGMA_PX)
 }
 
 /// Fits corners with free blurs from these, in their whole windows: the mean square that they leave, and the medians of their blurs.
@@ -108,7 +153,7 @@ fn fits(
     half_px: f64,
     [start, near]: [[f64; 2]; 2],
     effort: &Effort,
-) -> Vec<Option<CornerFit>> {
+) -> FirstFits {
     let run = |site: &CornerSite| {
         let half = settings.window.min(half_px / site.step_px());
         let pixels = site.window(candidates, &site.frame(&PictureBlur::gaussian(near), half, FIRST_MARGIN_PX));
@@ -119,6 +164,18 @@ fn fits(
         )
     };
     sites.par_iter().map(run).collect()
+}
+
+/// The medians of the blurs of free fits, and whether the quartiles agree with them; `None` where there is no fit.
+fn summary(fits: &FirstFits) -> Option<([f64; 2], bool)> {
+    let (mut sigma, mut agree) = ([0.0; 2], true);
+    for (k, sigma) in sigma.iter_mut().enumerate() {
+        let found: Vec<f64> = fits.iter().flatten().map(|f| f.model.sigma_px[k]).collect();
+        let [low, middle, high] = [0.25, 0.5, 0.75].map(|q| quantile(&found, q));
+        *sigma = middle?;
+        agree &= high? - low? <= AGREEMENT * *sigma;
+    }
+    Some((sigma, agree))
 }
 
 /// The medians of the blurs of free fits that start from `sigma`, and whether the fits agree.
@@ -139,14 +196,7 @@ fn medians(
         // Fit the corners with free blurs.
         let fits = fits(candidates, sites, settings, half_px, [sigma, [near_px; 2]], &FREE);
 
-        // Take the medians, and see whether the quartiles agree with them.
-        agree = true;
-        for (k, sigma) in sigma.iter_mut().enumerate() {
-            let found: Vec<f64> = fits.iter().flatten().map(|f| f.model.sigma_px[k]).collect();
-            let [low, middle, high] = [0.25, 0.5, 0.75].map(|q| quantile(&found, q));
-            *sigma = middle?;
-            agree &= high? - low? <= AGREEMENT * *sigma;
-        }
+        (sigma, agree) = summary(&fits)?;
 
         // Widen the window where the blur turns out wider than it was chosen for.
         let widest = sigma[0].max(sigma[1]);

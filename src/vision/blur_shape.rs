@@ -78,10 +78,11 @@ impl BlurShape {
 
     /// Beyond this distance from an edge, in px, there is nothing of the last bump; 0 where there is none.
     pub(super) fn reach_px(&self) -> f64 {
-        if self.is_gaussian() {
-            0.0
-        } else {
-            (BUMPS - usize::from(self.is_even())) as f64 * self.spacing_px + TAIL * self.bump_px()
-        }
+        if self.is_gaussian() { 0.0 } else { self.most_reach_px(self.is_even()) }
+    }
+
+    /// The same for any weights: of bumps that are alike to both sides of an edge, or not.
+    pub(super) fn most_reach_px(&self, even: bool) -> f64 {
+        (BUMPS - usize::from(even)) as f64 * self.spacing_px + TAIL * self.bump_px()
     }
 }

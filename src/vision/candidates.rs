@@ -6,12 +6,13 @@
 
 use super::buckets::Buckets;
 use super::candidate::Candidate;
-use super::detection::{Reason, Rejected};
+use super::detection::{Detection, Reason, Rejected};
 use super::halving::halved;
+use super::lattice_growth::NEIGHBOURS;
 use super::response::{Peak, peaks};
 use super::ring_test::{RADIUS_PX, Ring, RingTest};
 use crate::raster::Raster;
-use glam::DVec2;
+use glam::{DVec2, IVec2};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -45,6 +46,8 @@ const MOST_SHIFT_PX: f64 = 3.0;
 
 /// Peaks among which those of split crossings are sought.
 const MOST_PAIRED: usize = 4000;
+/// The strongest peaks, of which so many tell what a crossing's strength is.
+const FIRST_TESTED: usize = 400;
 /// Two peaks of one crossing are not further apart than this, in px, and the weaker has this share of the other's strength.
 const NECK_PX: f64 = 8.0;
 const ALIKE: f32 = 0.6;
@@ -83,6 +86,28 @@ impl Candidates<'_> {
                 let places = [DVec2::ZERO, DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y];
                 places.into_iter().map(|d| position + d * reach).all(|p| valid.get(p.x as usize, p.y as usize))
             })
+    }
+}
+
+impl Candidates<'_> {
+    /// Whether a column or row of a board lacks a corner that would be in sight, beside one that it has.
+    pub(super) fn misses_some(&self, found: &Detection) -> bool {
+        let at: BTreeMap<[i32; 2], DVec2> = found.corners.iter().map(|c| (c.index, c.position_px)).collect();
+        let last = at.keys().fold(IVec2::ZERO, |last, &cell| last.max(IVec2::from_array(cell)));
+        let is_missing = |cell: IVec2| {
+            let inside = cell.cmpge(IVec2::ZERO).all() && cell.cmple(last).all();
+            inside && !at.contains_key(&cell.to_array())
+        };
+        at.iter().any(|(&cell, &here)| {
+            let cell = IVec2::from_array(cell);
+            NEIGHBOURS.into_iter().filter(|direction| is_missing(cell + *direction)).any(|direction| {
+                // Carried on along the line, or as the line beside it goes.
+                let step = |to: IVec2| Some(*at.get(&(to + direction).to_array())? - *at.get(&to.to_array())?);
+                let aside = direction.perp();
+                let step = step(cell - direction).or_else(|| step(cell + aside)).or_else(|| step(cell - aside));
+                step.is_none_or(|step| self.shows(here + step, step.length()))
+            })
+        })
     }
 }
 
@@ -198,40 +223,41 @@ fn fill(row: &mut [f32], counts: &[bool]) {
     }
 }
 
-/// Puts the middle of two peaks in the place of both where the ring passes there and not at both of them.
+/// A peak, and what the ring around it shows where it passes.
+type Tested = (Peak, Option<Ring>);
+
+/// Puts the middle of two peaks in the place of both where the ring passes there and not at both of them. Strongest first, before and
+/// after.
 ///
 /// Where all edges lie some px towards dark (or bright), since light is clipped or ink spread, two squares of a colour meet in a
 /// neck: the saddle's response is as strong at either of its ends, and the corner lies between them.
-fn join_split(peaks: &mut Vec<Peak>, passes: impl Fn(DVec2) -> bool) {
+fn join_split(peaks: &mut Vec<Tested>, test: impl Fn(DVec2) -> Option<Ring>) {
     // List the strongest from left to right.
     let count = peaks.len().min(MOST_PAIRED);
     let mut order: Vec<usize> = (0..count).collect();
-    order.sort_by(|&a, &b| peaks[a].position.x.total_cmp(&peaks[b].position.x));
+    order.sort_by(|&a, &b| peaks[a].0.position.x.total_cmp(&peaks[b].0.position.x));
 
     // Join each with the first behind it that belongs to it.
     let mut joined = vec![false; peaks.len()];
     let mut middles = Vec::new();
     for (place, &a) in order.iter().enumerate() {
-        let one = peaks[a];
-        let near = order[place + 1..].iter().take_while(|&&b| peaks[b].position.x - one.position.x < NECK_PX);
-        let belongs = |&&b: &&usize| {
-            let other = peaks[b];
+        let (one, one_passes) = (peaks[a].0, peaks[a].1.is_some());
+        let near = order[place + 1..].iter().take_while(|&&b| peaks[b].0.position.x - one.position.x < NECK_PX);
+        let middle = |&b: &usize| {
+            let (other, other_passes) = (peaks[b].0, peaks[b].1.is_some());
             let alike = one.strength.min(other.strength) > ALIKE * one.strength.max(other.strength);
-            let middle = 0.5 * (one.position + other.position);
-            !joined[a]
-                && !joined[b]
-                && alike
-                && one.position.distance(other.position) < NECK_PX
-                && passes(middle)
-                && !(passes(one.position) && passes(other.position))
+            let apart = joined[a] || joined[b] || (one_passes && other_passes) || !alike;
+            if apart || one.position.distance(other.position) >= NECK_PX {
+                return None;
+            }
+            let position = 0.5 * (one.position + other.position);
+            let strength = one.strength.max(other.strength);
+            Some((b, (Peak { position, strength }, Some(test(position)?))))
         };
-        if let Some(&b) = near.clone().find(belongs) {
-            let other = peaks[b];
+        let found = near.clone().find_map(middle);
+        if let Some((b, found)) = found {
             (joined[a], joined[b]) = (true, true);
-            middles.push(Peak {
-                position: 0.5 * (one.position + other.position),
-                strength: one.strength.max(other.strength),
-            });
+            middles.push(found);
         }
     }
 
@@ -240,8 +266,21 @@ fn join_split(peaks: &mut Vec<Peak>, passes: impl Fn(DVec2) -> bool) {
         let mut number = 0..;
         peaks.retain(|_| number.next().is_none_or(|k: usize| !joined[k]));
         peaks.append(&mut middles);
-        peaks.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+        peaks.sort_by(|a, b| b.0.strength.total_cmp(&a.0.strength));
     }
+}
+
+/// The strength of crossings: the median of the strongest, not of the strongest peaks, since a hot pixel is a strong peak. `None`
+/// where none passes.
+fn scale_of(peaks: &[Peak], test: impl Fn(DVec2) -> Option<Ring>) -> Option<f32> {
+    // A board all of whose crossings are split has some of them among the first.
+    let first = peaks.len().min(FIRST_TESTED);
+    let mut tested: Vec<Tested> = peaks[..first].iter().map(|peak| (*peak, test(peak.position))).collect();
+    join_split(&mut tested, &test);
+    let joined = tested.iter().filter(|(_, ring)| ring.is_some()).map(|(peak, _)| peak.strength);
+    let later = peaks[first..].iter().filter(|peak| test(peak.position).is_some()).map(|peak| peak.strength);
+    let strongest: Vec<f32> = joined.chain(later).take(STRONGEST).collect();
+    strongest.get(strongest.len() / 2).copied()
 }
 
 /// The crossings of two edges: peaks of the saddle response that pass the ring test, and those that do not, in a picture of pixels
@@ -251,18 +290,8 @@ fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, scale: f64) 
     let mut peaks = peaks(prepared);
     peaks.truncate(MOST_PEAKS);
     let ring_test = RingTest::new();
-    join_split(&mut peaks, |position| ring_test.test(prepared, position).is_some());
-    let test_peak = |peak: &Peak| (*peak, ring_test.test(prepared, peak.position));
-
-    // Set the scale by the strongest crossings, not the strongest peaks: a hot pixel is a strong peak.
-    let strongest: Vec<f32> = peaks
-        .iter()
-        .map(test_peak)
-        .filter(|(_, ring)| ring.is_some())
-        .map(|(peak, _)| peak.strength)
-        .take(STRONGEST)
-        .collect();
-    let Some(&middle) = strongest.get(strongest.len() / 2) else { return (Vec::new(), Vec::new()) };
+    let test = |position: DVec2| ring_test.test(prepared, position);
+    let Some(middle) = scale_of(&peaks, test) else { return (Vec::new(), Vec::new()) };
 
     // Test the ring around every peak that is strong, or stands out of what is around it.
     let strong = peaks.partition_point(|p| p.strength >= STRONG * middle);
@@ -270,7 +299,8 @@ fn candidates(prepared: &Raster<f32>, valid: Option<&Raster<bool>>, scale: f64) 
     let rest = rests(&peaks);
     let stands_out = |peak: &Peak| rest.get(&tile(peak)).is_none_or(|rest| peak.strength >= ABOVE_REST * rest);
     let worth = peaks.par_iter().enumerate().filter(|(k, peak)| *k < strong || stands_out(peak));
-    let tested: Vec<(Peak, Option<Ring>)> = worth.map(|(_, peak)| test_peak(peak)).collect();
+    let mut tested: Vec<Tested> = worth.map(|(_, peak)| (*peak, test(peak.position))).collect();
+    join_split(&mut tested, test);
 
     // Keep the crossings whose ring lies inside the picture and the mask.
     let size = DVec2::new(prepared.width() as f64, prepared.height() as f64);

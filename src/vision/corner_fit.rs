@@ -14,6 +14,7 @@
 //! The curvatures come from the lattice: left free they would cost half as much error again.
 
 use super::corner_model::{Effort, LIGHT, Model, PARAMETERS, Right};
+use super::corner_pixel_model::CornerPixelModel;
 use super::equations::{Equations, equations};
 use super::profile::Profile;
 use super::window::Window;
@@ -48,8 +49,9 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Cor
     let mut model = *start;
     let active = if effort.free_blur { PARAMETERS } else { WITHOUT_BLUR };
     let mut ready = profiles(&model);
+    let mut crossing = CornerPixelModel::of(&model);
     if model.light[3] == 0.0 {
-        model.light = first_light(window, &model, &ready)?;
+        model.light = first_light(window, &model, &ready, &crossing)?;
     }
     let left = window.weight - active as f64;
     if left <= 0.0 {
@@ -58,7 +60,7 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Cor
 
     // Take Gauss-Newton steps.
     for number in 1..=effort.steps {
-        let Equations { normal, right, squares } = equations(window, &model, &ready, active);
+        let Equations { normal, right, squares } = equations(window, &model, (&ready, &crossing), active);
         let factor = normal.cholesky()?;
         let step = factor.solve(&right);
         if step.iter().any(|v| !v.is_finite()) {
@@ -80,13 +82,19 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Cor
         // the direction of an edge along the pixels.
         if effort.free_blur || matches!(ready, [Profile::Sharp(_), Profile::Sharp(_)]) {
             ready = profiles(&model);
+            crossing = CornerPixelModel::of(&model);
         }
     }
     None
 }
 
 /// The light to start from: the levels of the flat parts, or where there is hardly a flat part the best for the edges.
-fn first_light(window: &Window, model: &Model, profiles: &[Profile; 2]) -> Option<[f64; LIGHT]> {
+fn first_light(
+    window: &Window,
+    model: &Model,
+    profiles: &[Profile; 2],
+    crossing: &CornerPixelModel,
+) -> Option<[f64; LIGHT]> {
     let [bright, dark] = [0, 1].map(|k| (window.flat[k].light[0], window.flat[k].moments[0]));
     if bright.1.min(dark.1) > 0.1 * window.weight {
         let (bright, dark) = (bright.0 / bright.1, dark.0 / dark.1);
@@ -95,7 +103,7 @@ fn first_light(window: &Window, model: &Model, profiles: &[Profile; 2]) -> Optio
         }
     }
     let dark_model = Model { light: [0.0; LIGHT], ..*model };
-    let Equations { normal, right, .. } = equations(window, &dark_model, profiles, LIGHT);
+    let Equations { normal, right, .. } = equations(window, &dark_model, (profiles, crossing), LIGHT);
     let solved = normal.cholesky()?.solve(&right);
     Some(std::array::from_fn(|i| solved[i]))
 }

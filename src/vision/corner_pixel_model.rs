@@ -4,10 +4,12 @@
 //! with normals n0 and n1 the mean of sign(d0) sign(d1) is E0 E1 plus a correction, which vanishes for edges along the
 //! pixel's sides and is needed for all others: without it a slanted crossing errs by up to 0.03 px.
 
-use super::edge_spread::{Edge, SHARP_PX};
+use super::corner_model::Model;
+use super::edge_spread::{PIXEL_VARIANCE, SHARP_PX};
 use super::profile::Profile;
+use super::strip::{CHUNK, Column};
 use crate::num::gauss::Gauss;
-use crate::num::simd::{Kernel, LANES, Lanes, widest};
+use crate::num::simd::{LANES, Lanes};
 use glam::DVec2;
 
 /// From this blur on, in px, the square pixel counts as a Gaussian of its variance in the correction.
@@ -17,18 +19,14 @@ const LATTICE_PX: f64 = 0.2;
 const NODES: usize = LANES;
 /// Below this correlation two terms of the series are enough: the third is below 0.35^3 / 6 = 0.007 of the contrast.
 const SERIES: f64 = 0.35;
-/// The variance of a unit pixel in any direction, in px^2.
-const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
-/// Nodes and weights of Gauss and Legendre on 0..1, and two of no weight.
-const LEGENDRE: [(f64, f64); LANES] = [
+/// Nodes and weights of Gauss and Legendre on 0..1.
+const LEGENDRE: [(f64, f64); 6] = [
     (0.033_765_242_898_423_99, 0.085_662_246_189_585_18),
     (0.169_395_306_766_867_74, 0.180_380_786_524_069_3),
     (0.380_690_406_958_401_55, 0.233_956_967_286_345_52),
     (0.619_309_593_041_598_5, 0.233_956_967_286_345_52),
     (0.830_604_693_233_132_3, 0.180_380_786_524_069_3),
     (0.966_234_757_101_576, 0.085_662_246_189_585_18),
-    (0.0, 0.0),
-    (0.0, 0.0),
 ];
 /// Nodes (in standard deviations) and weights of Gauss and Hermite.
 const HERMITE: [(f64, f64); 5] = [
@@ -39,22 +37,26 @@ const HERMITE: [(f64, f64); 5] = [
     (2.856_970_013_872_805_6, 0.011_257_411_327_720_69),
 ];
 
-/// One edge at one pixel.
+/// Where so many squares of a blur lie between a pixel and the place where both edges are within it, nothing is left of the pixel's
+/// own part: 1e-6 of the contrast.
+const NOTHING: f64 = 22.0;
+
+/// Both edges as some pixels see them.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct EdgeSide {
-    /// The pixel's response to this edge without the other.
-    pub(super) edge: Edge,
-    /// Signed distance, in px.
-    pub(super) distance: f64,
-    /// Unit normal, nearly.
-    pub(super) normal: DVec2,
+pub(super) struct SeenEdges {
+    /// Signed distance of each, in px.
+    pub(super) distances: [Column; 2],
+    /// x and y of the unit normal, nearly, of each.
+    pub(super) normals: [[Column; 2]; 2],
+    /// E, its slope and its bend: the pixels' response to each without the other.
+    pub(super) edges: [[Column; 3]; 2],
 }
 
-/// The mean pattern and its derivatives by the two distances.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct CornerPattern {
-    pub(super) value: f64,
-    pub(super) by_distance: [f64; 2],
+/// The mean patterns of some pixels, and their derivatives by the two distances.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Patterns {
+    pub(super) values: Column,
+    pub(super) by_distance: [Column; 2],
 }
 
 /// Two edges prepared for many pixels.
@@ -94,8 +96,17 @@ struct ExcessLattice {
 }
 
 impl CornerPixelModel {
+    /// The crossing of a model's edges.
+    pub(super) fn of(model: &Model) -> Self {
+        let normals = model.normal_rad.map(|angle| {
+            let (sin, cos) = libm::sincos(angle);
+            DVec2::new(cos, sin)
+        });
+        Self::new(normals, model.sigma_px, model.skew)
+    }
+
     /// The crossing of edges with these unit normals under these blurs, in px, with what their correlation is beyond an even blur's.
-    pub(super) fn new(normals: [DVec2; 2], sigma_px: [f64; 2], skew: f64) -> Self {
+    fn new(normals: [DVec2; 2], sigma_px: [f64; 2], skew: f64) -> Self {
         let mean_sigma = (sigma_px[0] * sigma_px[1]).sqrt();
         let pixel = match mean_sigma {
             s if s < SHARP_PX => Pixel::Sharp,
@@ -106,46 +117,120 @@ impl CornerPixelModel {
         Self { sigma: sigma_px, mean_sigma, skew, pixel, gauss: Gauss::new() }
     }
 
-    /// The mean of the product of both edges.
+    /// The means of the product of both edges, for the first `count` pixels.
     #[inline(always)]
-    pub(super) fn pattern(&self, sides: &[EdgeSide; 2]) -> CornerPattern {
-        let [e0, e1] = [&sides[0].edge, &sides[1].edge];
-        let product =
-            CornerPattern { value: e0.value * e1.value, by_distance: [e0.slope * e1.value, e0.value * e1.slope] };
+    pub(super) fn patterns(&self, seen: &SeenEdges, count: usize) -> Patterns {
         // Where one edge is far, the response is that of the other, up to its sign.
-        if e0.slope == 0.0 || e1.slope == 0.0 { product } else { self.corrected(product, sides) }
+        let mut patterns = Patterns { values: [0.0; CHUNK], by_distance: [[0.0; CHUNK]; 2] };
+        let [[e0, slope0, _], [e1, slope1, _]] = &seen.edges;
+        for i in 0..CHUNK {
+            patterns.values[i] = e0[i] * e1[i];
+            patterns.by_distance[0][i] = slope0[i] * e1[i];
+            patterns.by_distance[1][i] = e0[i] * slope1[i];
+        }
+
+        // Add the blur's part of the correction, and that of the square pixel.
+        if !matches!(self.pixel, Pixel::Sharp) {
+            for first in (0..count).step_by(LANES) {
+                self.add_blur(seen, &mut patterns, first);
+            }
+        }
+        if !matches!(self.pixel, Pixel::Smooth) {
+            self.add_pixel(seen, &mut patterns, count);
+        }
+        patterns
     }
 
-    fn corrected(&self, product: CornerPattern, sides: &[EdgeSide; 2]) -> CornerPattern {
-        let distances = [sides[0].distance, sides[1].distance];
-        let normals = [sides[0].normal, sides[1].normal];
+    /// Adds the square pixel's part of the correction where both edges are near.
+    #[inline(always)]
+    fn add_pixel(&self, seen: &SeenEdges, patterns: &mut Patterns, count: usize) {
         let sigma = self.mean_sigma;
-        let cosine = normals[0].dot(normals[1]);
+        let inverse = 1.0 / (sigma * sigma).max(1e-12);
+        for i in 0..count {
+            let distances = [seen.distances[0][i], seen.distances[1][i]];
+            let normals = [0, 1].map(|k| DVec2::new(seen.normals[k][0][i], seen.normals[k][1][i]));
+            let cosine = normals[0].dot(normals[1]);
 
-        // Find the square pixel's part of the correction, and what its variance adds to the covariance of the two
-        // distances, over their cosine.
-        let (pixel, variance) = match &self.pixel {
-            Pixel::Sharp => return CornerPattern { value: product.value + excess(normals, distances), ..product },
-            Pixel::Nodes => {
-                let moved = |at: DVec2| [0, 1].map(|k| distances[k] + normals[k].dot(at));
-                let nodes =
-                    HERMITE.iter().flat_map(|&(x, u)| HERMITE.iter().map(move |&(y, v)| (DVec2::new(x, y), u * v)));
-                (nodes.map(|(at, weight)| weight * excess(normals, moved(at * sigma))).sum(), 0.0)
+            // Both distances go together by the cosine.
+            let away = |k: usize| (distances[k].abs() - half_extent(normals[k])).max(0.0);
+            let (a, b) = (away(0), away(1));
+            if (a * a + b * b) * inverse > NOTHING * (1.0 + cosine.abs()) {
+                continue;
             }
-            Pixel::Lattice(lattice) => (widest(BlurredExcess { lattice, distances, cosine, sigma }), 0.0),
-            Pixel::Smooth => (0.0, PIXEL_VARIANCE),
-        };
+            patterns.values[i] += match &self.pixel {
+                Pixel::Sharp => excess(normals, distances),
+                Pixel::Nodes => {
+                    let moved = |at: DVec2| [0, 1].map(|k| distances[k] + normals[k].dot(at));
+                    let nodes =
+                        HERMITE.iter().flat_map(|&(x, u)| HERMITE.iter().map(move |&(y, v)| (DVec2::new(x, y), u * v)));
+                    nodes.map(|(at, weight)| weight * excess(normals, moved(at * sigma))).sum()
+                }
+                Pixel::Lattice(lattice) => lattice.blurred(distances, cosine, sigma),
+                Pixel::Smooth => 0.0,
+            };
+        }
+    }
 
-        // Add the blur's part: a bivariate normal integral of the correlation of the two distances.
-        let covariance = (cosine + self.skew) * sigma * sigma + cosine * variance;
+    /// Adds the blur's part for the [`LANES`] pixels from `first` on: a bivariate normal integral of the correlation of the two
+    /// distances. A wide blur has the square pixel's part in it, as a Gaussian of its variance.
+    #[inline(always)]
+    fn add_blur(&self, seen: &SeenEdges, patterns: &mut Patterns, first: usize) {
+        // Find the covariance of the two distances, and the correlation.
+        let of = Lanes::splat;
+        let load = |column: &Column| Lanes::load(&column[first..]);
+        let [[x0, y0], [x1, y1]] = &seen.normals;
+        let cosine = load(x0) * load(x1) + load(y0) * load(y1);
+        let square = self.mean_sigma * self.mean_sigma;
+        let variance = if matches!(self.pixel, Pixel::Smooth) { PIXEL_VARIANCE } else { 0.0 };
+        let covariance = (cosine + of(self.skew)) * of(square) + cosine * of(variance);
         let [v0, v1] = self.sigma.map(|s| s * s + PIXEL_VARIANCE);
-        let correlation = covariance / (v0 * v1).sqrt();
-        let blurred = if correlation.abs() < SERIES {
-            series(product, sides, covariance)
-        } else {
-            self.integral(product, sides, [v0.sqrt(), v1.sqrt()], correlation.clamp(-0.999, 0.999))
-        };
-        CornerPattern { value: blurred.value + pixel, ..blurred }
+        let correlation = covariance * of(1.0 / (v0 * v1).sqrt());
+
+        // Take Mehler's series in the covariance, to second order, where that is enough.
+        let [[e0, slope0, bend0], [e1, slope1, bend1]] = &seen.edges;
+        let ([s0, b0], [s1, b1]) = ([load(slope0), load(bend0)], [load(slope1), load(bend1)]);
+        let few = correlation.abs().lt(of(SERIES));
+        let second = of(0.5) * covariance * covariance * b0 * b1;
+        let mut added = covariance * s0 * s1 + second;
+        let mut by = [covariance * b0 * s1, covariance * s0 * b1];
+        if !few.all() {
+            let (h, k) = (load(&seen.distances[0]) * of(1.0 / v0.sqrt()), load(&seen.distances[1]) * of(1.0 / v1.sqrt()));
+            let [value, odd0, odd1] = self.integral([h, k], correlation.max(of(-0.999)).min(of(0.999)));
+            // Nothing where one edge is far.
+            let far = (of(0.0).lt(s0.abs())) & (of(0.0).lt(s1.abs()));
+            let value = far.select(value, of(0.0));
+            let by_integral = [
+                far.select(s0 * (odd0 - load(e1)), of(0.0)),
+                far.select(s1 * (odd1 - load(e0)), of(0.0)),
+            ];
+            added = few.select(added, value);
+            by = [few.select(by[0], by_integral[0]), few.select(by[1], by_integral[1])];
+        }
+        for i in 0..LANES {
+            patterns.values[first + i] += added.0[i];
+            patterns.by_distance[0][first + i] += by[0].0[i];
+            patterns.by_distance[1][first + i] += by[1].0[i];
+        }
+    }
+
+    /// The bivariate normal integral of two deviates over their product: its derivative by the correlation is the density (Plackett),
+    /// here with the correlation written as a sine. And the odd responses that the slopes by the two distances go with.
+    #[inline(always)]
+    fn integral(&self, [h, k]: [Lanes; 2], correlation: Lanes) -> [Lanes; 3] {
+        let of = Lanes::splat;
+        let end = Lanes::of(|i| libm::asin(correlation.0[i]));
+        let (squares, product) = (h * h + k * k, of(2.0) * h * k);
+        let mut mean = of(0.0);
+        for (node, weight) in LEGENDRE {
+            let sin = (end * of(node)).sin();
+            let square = of(1.0) - sin * sin;
+            mean += of(weight) * ((product * sin - squares) / (square + square)).exp();
+        }
+        let root = (of(1.0) - correlation * correlation).sqrt();
+        let odd = [(k - correlation * h) / root, (h - correlation * k) / root];
+        let [first, second] = [self.gauss.at_lanes(odd[0])[0], self.gauss.at_lanes(odd[1])[0]];
+        let twice = |share: Lanes| of(2.0) * share - of(1.0);
+        [of(std::f64::consts::FRAC_2_PI) * end * mean, twice(first), twice(second)]
     }
 }
 
@@ -171,100 +256,40 @@ impl ExcessLattice {
     }
 }
 
-/// The excess under a Gaussian of the plane, whose parts along two normals have a given cosine as correlation.
-struct BlurredExcess<'a> {
-    lattice: &'a ExcessLattice,
-    distances: [f64; 2],
-    cosine: f64,
-    sigma: f64,
-}
-
-impl Kernel for BlurredExcess<'_> {
-    type Out = f64;
-
+impl ExcessLattice {
+    /// The excess under a Gaussian of the plane, whose parts along two normals have a given cosine as correlation.
     #[inline(always)]
-    fn run(self) -> f64 {
+    fn blurred(&self, distances: [f64; 2], cosine: f64, sigma: f64) -> f64 {
         // Sum the excess under the Gaussian exp(-rate (a^2 - 2 c a b + b^2)), which is exp(-rate free a^2) times
         // exp(-rate (b - c a)^2), which falls off about a moved centre.
-        let Self { lattice, distances, cosine, sigma } = self;
         let free = (1.0 - cosine * cosine).max(1e-3);
         let rate = 0.5 / (sigma * sigma * free);
-        let offset =
-            |k: usize| Lanes::of(|i| (distances[k] - ExcessLattice::place(lattice.reach[k], i)).clamp(-9.0, 9.0));
-        let (a, b) = (offset(0), offset(1));
+        let mut offsets = [Lanes::splat(0.0); 2];
+        for k in 0..2 {
+            for i in 0..NODES {
+                offsets[k].0[i] = (distances[k] - Self::place(self.reach[k], i)).clamp(-9.0, 9.0);
+            }
+        }
+        let [a, b] = offsets;
         let fall = (a * a * Lanes::splat(-rate * free)).exp();
         let mut sum = Lanes::splat(0.0);
         for i in 0..NODES {
             let moved = b - Lanes::splat(cosine * a.0[i]);
-            sum += lattice.excess[i] * Lanes::splat(fall.0[i]) * (moved * moved * Lanes::splat(-rate)).exp();
+            sum += self.excess[i] * Lanes::splat(fall.0[i]) * (moved * moved * Lanes::splat(-rate)).exp();
         }
         sum.sum() * rate * free.sqrt() * std::f64::consts::FRAC_1_PI
     }
 }
 
-/// The integral of the density of two normal deviates h and k by their correlation, from 0 to the sine of an angle, over that angle.
-struct MeanDensity {
-    h: f64,
-    k: f64,
-    end: f64,
-}
-
-impl Kernel for MeanDensity {
-    type Out = f64;
-
-    #[inline(always)]
-    fn run(self) -> f64 {
-        let Self { h, k, end } = self;
-        let node = Lanes::of(|i| LEGENDRE[i].0);
-        let sin = (Lanes::splat(end) * node).sin();
-        let square = Lanes::splat(1.0) - sin * sin;
-        let quadratic = Lanes::splat(h * h + k * k) - Lanes::splat(2.0 * h * k) * sin;
-        let density = (-quadratic / (square + square)).exp();
-        (Lanes::of(|i| LEGENDRE[i].1) * density).sum()
-    }
-}
-
-impl CornerPixelModel {
-    /// The bivariate normal integral: its derivative by the correlation is the density (Plackett), here with the correlation
-    /// written as a sine.
-    fn integral(
-        &self,
-        product: CornerPattern,
-        sides: &[EdgeSide; 2],
-        widths: [f64; 2],
-        correlation: f64,
-    ) -> CornerPattern {
-        let (h, k) = (sides[0].distance / widths[0], sides[1].distance / widths[1]);
-        let end = libm::asin(correlation);
-        let mean = widest(MeanDensity { h, k, end });
-        let root = (1.0 - correlation * correlation).sqrt();
-        let odd = |z: f64| 2.0 * self.gauss.at(z)[0] - 1.0;
-        CornerPattern {
-            value: product.value + std::f64::consts::FRAC_2_PI * end * mean,
-            by_distance: [
-                sides[0].edge.slope * odd((k - correlation * h) / root),
-                sides[1].edge.slope * odd((h - correlation * k) / root),
-            ],
-        }
-    }
-}
-
-/// Mehler's series in the covariance of the two distances, to second order.
-fn series(product: CornerPattern, sides: &[EdgeSide; 2], covariance: f64) -> CornerPattern {
-    let [e0, e1] = [&sides[0].edge, &sides[1].edge];
-    let second = 0.5 * covariance * covariance * e0.bend * e1.bend;
-    CornerPattern {
-        value: product.value + covariance * e0.slope * e1.slope + second,
-        by_distance: [
-            product.by_distance[0] + covariance * e0.bend * e1.slope,
-            product.by_distance[1] + covariance * e0.slope * e1.bend,
-        ],
-    }
+/// Half of what a pixel reaches over along a direction, in px.
+#[inline(always)]
+fn half_extent(normal: DVec2) -> f64 {
+    0.5 * (normal.x.abs() + normal.y.abs())
 }
 
 /// For sharp edges: the mean of the product over the pixel, less the product of the means.
 fn excess(normals: [DVec2; 2], distances: [f64; 2]) -> f64 {
-    let beyond = |k: usize| distances[k].abs() >= 0.5 * (normals[k].x.abs() + normals[k].y.abs());
+    let beyond = |k: usize| distances[k].abs() >= half_extent(normals[k]);
     if beyond(0) || beyond(1) {
         return 0.0;
     }
@@ -341,12 +366,11 @@ mod tests {
     }
 
     fn modelled(angles: [f64; 2], distances: [f64; 2], sigma: [f64; 2]) -> f64 {
-        let sides = [0, 1].map(|k| EdgeSide {
-            edge: Profile::new(unit(angles[k]), sigma[k]).at(distances[k]),
-            distance: distances[k],
-            normal: unit(angles[k]),
-        });
-        CornerPixelModel::new(angles.map(unit), sigma, 0.0).pattern(&sides).value
+        // One pixel in each place.
+        let edges = [0, 1].map(|k| Profile::new(unit(angles[k]), sigma[k]).at_all(&[distances[k]; CHUNK]));
+        let normals = angles.map(|angle| unit(angle).to_array().map(|v| [v; CHUNK]));
+        let seen = SeenEdges { distances: distances.map(|d| [d; CHUNK]), normals, edges };
+        CornerPixelModel::new(angles.map(unit), sigma, 0.0).patterns(&seen, 1).values[0]
     }
 
     #[test]

@@ -90,6 +90,17 @@ impl CornerSite {
     }
 
     pub(super) fn frame(&self, blur: &PictureBlur, half: f64, margin_px: f64) -> WindowFrame {
+        self.frame_reaching(blur, half, margin_px, blur.shapes.map(|shape| shape.reach_px()))
+    }
+
+    /// The frame of a window whose edges are seen so many px beside their Gaussians.
+    pub(super) fn frame_reaching(
+        &self,
+        blur: &PictureBlur,
+        half: f64,
+        margin_px: f64,
+        beside_px: [f64; 2],
+    ) -> WindowFrame {
         let normals = self.normals();
         // The farthest point of the window, for the bend of the edges in it.
         let far = half * (self.steps.x_axis.abs() + self.steps.y_axis.abs()).length();
@@ -97,7 +108,7 @@ impl CornerSite {
             let bend = 0.5 * self.lines[k].curvature.abs() * far * far;
             // A line without corners on both sides may point a few degrees off.
             let turn = if self.lines[k].corners < 3 { 0.15 * far } else { 0.0 };
-            let reach = EdgeShape::new(normals[k], blur.sigma_px[k]).reach_under(&blur.shapes[k]);
+            let reach = EdgeShape::new(normals[k], blur.sigma_px[k]).reach_under(beside_px[k]);
             reach + bend + turn + self.leans_px[k].abs() + margin_px
         });
         WindowFrame { centre: self.centre, steps: self.steps, normals, bands_px, half }

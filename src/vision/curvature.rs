@@ -231,12 +231,13 @@ pub(super) fn lean(nodes: &[LineCorner], own: usize, form: Lean) -> Option<f64> 
 /// line, and its degrees of freedom.
 pub(super) fn left_by_power(nodes: &[LineCorner], own: usize) -> Option<Vec<[f64; 2]>> {
     let rows = BendRows::new(nodes, own)?;
-    let equations = LineEquations::of(&rows.rows);
+    let powers = powers_of(nodes.len());
+    let equations = LineEquations::of(&rows.rows, *powers.end());
     let left = |power: usize| {
-        let (c, _) = equations.solve(power)?;
+        let c = equations.solve(power)?;
         Some([rows.left(&c), (rows.rows.len() - power - 1) as f64])
     };
-    powers_of(nodes.len()).map(left).collect()
+    powers.map(left).collect()
 }
 
 /// The least of some powers that no higher one explains better than chance would, given what each leaves: noise asks for
@@ -262,7 +263,7 @@ fn luck(freedom: f64) -> f64 {
 /// The bend at the node `own`, in 1/px, of the polynomial of least squares; `None` where some node was not fitted.
 pub(super) fn bend(nodes: &[LineCorner], own: usize, power: usize) -> Option<f64> {
     let rows = BendRows::new(nodes, own)?;
-    let (curvature, _) = rows.bend(&LineEquations::of(&rows.rows).solve(power)?.0);
+    let (curvature, _) = rows.bend(&LineEquations::of(&rows.rows, power).solve(power)?);
     curvature.is_finite().then_some(curvature)
 }
 
@@ -270,19 +271,19 @@ pub(super) fn bend(nodes: &[LineCorner], own: usize, power: usize) -> Option<f64
 /// as that says more than their errors do.
 pub(super) fn bend_doubt(nodes: &[LineCorner], own: usize, power: usize) -> Option<f64> {
     let rows = BendRows::new(nodes, own)?;
-    let equations = LineEquations::of(&rows.rows);
+    let more = power < MOST_POWER && rows.rows.len() > power + 2;
+    let equations = LineEquations::of(&rows.rows, power + usize::from(more));
     let at = |power: usize| {
-        let (c, factor) = equations.solve(power)?;
+        let c = equations.solve(power)?;
         let (bend, by) = rows.bend(&c);
-        let by = SMatrix::<f64, TERMS, 1>::from_fn(|k, _| if k <= power { by[k] } else { 0.0 });
         let freedom = (rows.rows.len() - power - 1) as f64;
         // The errors are as told, unless they leave more than chance would.
         let mean = rows.left(&c) / freedom.max(1.0);
         let scale = if mean > 1.0 + CHANCE * (2.0 / freedom.max(1.0)).sqrt() { mean } else { 1.0 };
-        Some((bend, by.dot(&factor.solve(&by)), scale))
+        Some((bend, equations.variance(power, &by), scale))
     };
     let (bend, variance, scale) = at(power)?;
-    let higher = if power < MOST_POWER && rows.rows.len() > power + 2 { at(power + 1) } else { None };
+    let higher = if more { at(power + 1) } else { None };
     let more = higher.map_or(0.0, |(other, wider, scale)| {
         let change = other - bend;
         (change * change - CHANCE * CHANCE * scale * (wider - variance).max(0.0)).max(0.0)

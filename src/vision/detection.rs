@@ -129,12 +129,6 @@ pub struct Detection {
 }
 
 impl Detection {
-    /// Whether there is a corner at every column and row.
-    pub(super) fn fills_its_columns_and_rows(&self) -> bool {
-        let last = self.corners.iter().fold([-1; 2], |last, c| [0, 1].map(|k| last[k].max(c.index[k])));
-        !self.corners.is_empty() && self.corners.len() == last.iter().map(|last| (last + 1) as usize).product::<usize>()
-    }
-
     /// That no board was found.
     pub(super) fn none(rejected: Vec<Rejected>) -> Self {
         Self {

@@ -9,7 +9,6 @@
 //! with the Gaussian phi and its integral Phi; F', F'' follow with R', R''. An edge is used as E = 2F - 1, which runs from
 //! -1 to 1. Blur is diffusion: dE/ds = s E''.
 
-use super::blur_shape::BlurShape;
 use crate::num::gauss::Gauss;
 use crate::num::simd::Lanes;
 use glam::DVec2;
@@ -20,6 +19,8 @@ const LEAST_HALF_WIDTH: f64 = 2e-3;
 const SHARP_MARGIN: f64 = 0.03;
 /// A blur below this, in px, is taken as none.
 pub(super) const SHARP_PX: f64 = 0.02;
+/// The variance of a unit pixel in any direction, in px^2.
+pub(super) const PIXEL_VARIANCE: f64 = 1.0 / 12.0;
 /// The Gaussian's tail beyond this many standard deviations is dropped: it holds 7e-6, alike on both sides of an edge,
 /// so that no edge moves.
 const TAIL: f64 = 4.5;
@@ -55,9 +56,9 @@ impl EdgeShape {
         self.a + self.b + SHARP_MARGIN + TAIL * self.sigma
     }
 
-    /// The same with what the blur is beside the Gaussian.
-    pub(super) fn reach_under(&self, beside: &BlurShape) -> f64 {
-        self.reach().max(self.a + self.b + beside.reach_px())
+    /// The same with what the blur is beside the Gaussian, to so many px.
+    pub(super) fn reach_under(&self, beside_px: f64) -> f64 {
+        self.reach().max(self.a + self.b + beside_px)
     }
 
     /// The sum of the four corner terms of `f`, over 4ab.
@@ -90,19 +91,25 @@ impl EdgeShape {
     #[inline(always)]
     pub(super) fn exact_lanes(&self, gauss: Gauss, d: Lanes) -> [Lanes; 2] {
         let of = Lanes::splat;
-        let s = self.sigma;
         let (sum, difference) = (of(self.a + self.b), of(self.a - self.b));
-        let term = |t: Lanes| {
-            let [big, small] = gauss.at_lanes(t * of(1.0 / s));
-            [of(0.5) * ((t * t + of(s * s)) * big + t * of(s) * small), t * big + of(s) * small]
-        };
-        let (t0, t1, t2, t3) = (term(d + sum), term(d + difference), term(d - difference), term(d - sum));
+        let t0 = self.integrals(gauss, d + sum);
+        let t1 = self.integrals(gauss, d + difference);
+        let t2 = self.integrals(gauss, d - difference);
+        let t3 = self.integrals(gauss, d - sum);
         let over = of(1.0 / (4.0 * self.a * self.b));
-        let mix = |i: usize| ((t0[i] - t1[i]) - (t2[i] - t3[i])) * over;
-        let (value, slope) = (of(2.0) * mix(0) - of(1.0), of(2.0) * mix(1));
+        let value = of(2.0) * (((t0[0] - t1[0]) - (t2[0] - t3[0])) * over) - of(1.0);
+        let slope = of(2.0) * (((t0[1] - t1[1]) - (t2[1] - t3[1])) * over);
         let beyond = of(self.reach()).le(d.abs());
         let side = d.lt(of(0.0)).select(of(-1.0), of(1.0));
         [beyond.select(side, value), beyond.select(of(0.0), slope)]
+    }
+
+    /// R and R' at many places. A function, not a closure, so that it is inlined where vectors are wide.
+    #[inline(always)]
+    fn integrals(&self, gauss: Gauss, t: Lanes) -> [Lanes; 2] {
+        let (of, s) = (Lanes::splat, self.sigma);
+        let [big, small] = gauss.at_lanes(t * of(1.0 / s));
+        [of(0.5) * ((t * t + of(s * s)) * big + t * of(s) * small), t * big + of(s) * small]
     }
 
     /// The response of a pixel to a sharp edge (s = 0): a parabola, a line and a parabola.

@@ -1,6 +1,6 @@
 //! Corner measurement on a lattice of candidates: estimate the blur, fit, prune, and fit again.
 
-use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, MAYBE_SHARP_PX};
+use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, FirstFits, MAYBE_SHARP_PX};
 use super::blur_shape::PictureBlur;
 use super::candidate::Candidate;
 use super::candidates::Candidates;
@@ -9,6 +9,7 @@ use super::corner_model::{Effort, Model};
 use super::corner_site::CornerSite;
 use super::detection::{Corner, Detection, Polarity, Reason, Rejected};
 use super::elongation::{elongation, skew};
+use super::kinks::prune_kinks;
 use super::lattice_growth::{Lattice, is_broad};
 use super::lattice_lines::Grid;
 use super::lean::Lean;
@@ -16,11 +17,11 @@ use super::marks::holds_marks;
 use super::neighbours::{Neighbourhood, hanging};
 use super::numbering::{from_zero, normalise};
 use super::pixel_sums::WindowFrame;
-use super::resolution::coarser;
+use super::resolution::{Resolution, resolution};
 use super::scatter::hold_against_lattice;
 use super::settings::{Blur, Settings};
 use super::shape_fit::find_shapes;
-use glam::{DVec2, IVec2};
+use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -34,10 +35,11 @@ const FIRST_STEP_PX: f64 = 0.01;
 /// Rounds of first fits at most. The bend of a line follows from its fitted corners: where it turns out other than it
 /// was taken for, and this would move the corner by more than this many px and this share of its standard deviation,
 /// the corner is fitted again.
-const ROUNDS: usize = 4;
+const FIRST_ROUNDS: usize = 2;
 const DUE: (f64, f64) = (2e-4, 0.2);
-/// The last fits are made in rounds as well, again where the bends that full windows show would move a corner by more than
+/// The last fits are made in so many rounds at most, again where the bends that full windows show would move a corner by more than
 /// this many px and standard deviations.
+const ROUNDS: usize = 4;
 const LAST_DUE: (f64, f64) = (2e-4, 1.0);
 /// The last fit is done when a step is below this, in px. Steps shrink with their square over some 0.3 px, so the next
 /// would be of 1e-5 px.
@@ -51,8 +53,6 @@ const NARROW_STEP_PX: f64 = 1e-5;
 const LAST_STEPS: [usize; 3] = [6, 16, 12];
 /// A fit that ends further than this from its candidate, in pixels of the resolution that this was found in, has found something else.
 const MOST_MOVE_PX: f64 = 3.0;
-/// A second difference along a line may differ from its neighbours' by this many px or this share of a step.
-const MOST_KINK: (f64, f64) = (0.6, 0.12);
 /// The last fits are made so often at most: again without a corner that turned out to be none, since the bends of its lines were
 /// taken from it too.
 const LAST_ROUNDS: usize = 2;
@@ -60,17 +60,22 @@ const LAST_ROUNDS: usize = 2;
 /// Measures the corners of one lattice. The answer turns down corners of that lattice only.
 pub(super) fn measure_lattice(candidates: &Candidates<'_>, lattice: &Lattice, settings: &Settings) -> Detection {
     let lattice = normalise(lattice, |k| candidates.list[k].position);
-    match coarser(candidates, &lattice, settings) {
-        None => measure_upright(candidates, lattice, settings),
-        Some(picture) => {
-            let found = measure_upright(&picture.candidates(), lattice, &picture.settings(settings));
+    match resolution(candidates, &lattice, settings) {
+        Resolution::Own(first) => measure_upright(candidates, lattice, settings, first),
+        Resolution::Coarser(picture) => {
+            let found = measure_upright(&picture.candidates(), lattice, &picture.settings(settings), None);
             picture.in_picture(found)
         }
     }
 }
 
 /// Measures the corners of a lattice that is numbered upright.
-fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Settings) -> Detection {
+fn measure_upright(
+    candidates: &Candidates<'_>,
+    lattice: Lattice,
+    settings: &Settings,
+    first: Option<FirstFits>,
+) -> Detection {
     let mut rejected = Vec::new();
     let positions: Vec<DVec2> = candidates.list.iter().map(|c| c.position).collect();
     let mut grid = Grid::new(lattice, positions);
@@ -79,7 +84,13 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
     grid.marked = holds_marks(candidates, &grid.pilots(), settings);
     let mut sigma_px = match settings.blur {
         Blur::Known(sigma_px) => Some([sigma_px.max(0.0); 2]),
-        Blur::Common | Blur::PerCorner => blur::estimate(candidates, &grid.pilots(), settings),
+        Blur::Common | Blur::PerCorner => {
+            let pilots = grid.pilots();
+            // Beside marks the windows are others.
+            let first = first.filter(|_| !grid.marked);
+            let first = first.unwrap_or_else(|| blur::first_fits(candidates, &pilots, settings));
+            blur::estimate(candidates, &pilots, settings, first)
+        }
     };
     if let (Some(sigma), Blur::Common | Blur::PerCorner) = (&mut sigma_px, settings.blur) {
         (grid.skew, *sigma) = skew(candidates, &grid.pilots(), settings, *sigma);
@@ -103,10 +114,10 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
         Blur::Common => find_shapes(candidates, &grid.sites(), settings, start_sigma, true),
         _ => PictureBlur::gaussian(start_sigma),
     };
-    let mut last = Vec::new();
+    let mut last = BTreeMap::new();
     for _ in 0..LAST_ROUNDS {
         let before = rejected.len();
-        last = last_fits(candidates, &mut grid, &mut rejected, &blur, settings);
+        last_fits(candidates, &mut grid, &mut rejected, (&blur, &mut last), settings);
         prune_hanging(candidates, &mut grid, &mut rejected);
         if rejected[before..].iter().all(|r| !matches!(r.reason, Reason::Residual | Reason::OffLattice)) {
             break;
@@ -120,7 +131,7 @@ fn measure_upright(candidates: &Candidates<'_>, lattice: Lattice, settings: &Set
     }
 
     // Number the corners, and hold their covariances against the lattice.
-    let mut corners = numbered(&grid, last);
+    let mut corners = numbered(&grid, last.into_values());
     hold_against_lattice(&mut corners, !grid.lean.is_none() || blur.shapes.iter().any(|s| !s.is_gaussian()));
 
     // Take the blur's shape at a corner in the middle of those that told it.
@@ -140,14 +151,16 @@ fn again(candidates: &Candidates<'_>, grid: &Grid, settings: &Settings, known: O
         return known;
     }
     let pilots = grid.pilots();
-    match blur::estimate(candidates, &pilots, settings) {
-        Some(found) if inked => Some(blur::better(candidates, [&pilots, &[]], settings, [found, start])),
-        found => found.or(known),
+    if narrow {
+        let first = blur::first_fits(candidates, &pilots, settings);
+        blur::estimate(candidates, &pilots, settings, first).or(known)
+    } else {
+        Some(blur::estimate_again(candidates, &pilots, settings, start))
     }
 }
 
 /// The corners of the last fits, numbered from column and row 0.
-fn numbered(grid: &Grid, last: Vec<Outcome>) -> Vec<Corner> {
+fn numbered(grid: &Grid, last: impl Iterator<Item = Outcome>) -> Vec<Corner> {
     // Add the doubt of the bends that were carried over from the lattice.
     let doubted = |cell: [i32; 2], half: f64, fit: CornerFit| {
         let doubt_px2 = grid.doubt_px2(cell, &fit.model, half);
@@ -156,7 +169,7 @@ fn numbered(grid: &Grid, last: Vec<Outcome>) -> Vec<Corner> {
 
     // Number the corners from column and row 0.
     let fits: BTreeMap<usize, CornerFit> =
-        last.into_iter().filter_map(|(cell, k, half, fit)| Some((k, doubted(cell, half, fit.ok()?)))).collect();
+        last.filter_map(|(cell, k, half, fit)| Some((k, doubted(cell, half, fit.ok()?)))).collect();
     let lattice = from_zero(&grid.lattice);
     lattice.iter().filter_map(|(&index, k)| Some(corner(index, grid.positions[*k], fits.get(k)?))).collect()
 }
@@ -175,7 +188,7 @@ fn first_fits(
     settings: &Settings,
 ) {
     let effort = Effort { free_blur: false, steps: 8, tolerance_px: FIRST_STEP_PX, most_sigma_px: f64::INFINITY };
-    for _ in 0..ROUNDS {
+    for _ in 0..FIRST_ROUNDS {
         // Fit the corners that were not fitted yet, or that the new bends would move.
         let due = |[shift, sigma]: [f64; 2]| shift > DUE.0.max(DUE.1 * sigma);
         let first = fit_all(candidates, grid, |site| {
@@ -203,14 +216,15 @@ fn first_fits(
     }
 }
 
-/// Last fits: full windows, with the bends from the positions of the first fits.
+/// Last fits: full windows, with the bends from the positions of the first fits; of those that are in `last` only the corners that
+/// the bends would move.
 fn last_fits(
     candidates: &Candidates<'_>,
     grid: &mut Grid,
     rejected: &mut Vec<Rejected>,
-    blur: &PictureBlur,
+    (blur, last): (&PictureBlur, &mut BTreeMap<[i32; 2], Outcome>),
     settings: &Settings,
-) -> Vec<Outcome> {
+) {
     // Choose the steps and the tolerance by the blur: free, narrow or wide.
     let free_blur = settings.blur == Blur::PerCorner;
     let narrow = blur.sigma_px[0].min(blur.sigma_px[1]) < NARROW_SIGMA_PX;
@@ -221,12 +235,12 @@ fn last_fits(
     };
 
     let due = |[shift, sigma]: [f64; 2]| shift > LAST_DUE.0.max(LAST_DUE.1 * sigma);
-    let mut last: BTreeMap<[i32; 2], Outcome> = BTreeMap::new();
+    let all = last.is_empty();
     for round in 0..ROUNDS {
         // Fit every corner, and then those that the new bends would move.
         let fitted = fit_all(candidates, grid, |site| {
             let effort = Effort { free_blur, steps, tolerance_px, most_sigma_px: 0.5 * site.step_px() };
-            (round == 0 || site.due_px.is_none_or(due)).then(|| {
+            ((all && round == 0) || site.due_px.is_none_or(due)).then(|| {
                 let half = site.half(settings.window, blur.sigma_px);
                 (site.frame(blur, half, LAST_MARGIN_PX), site.model(blur, settings.light), effort)
             })
@@ -236,7 +250,7 @@ fn last_fits(
         }
 
         // Drop the corners whose fit did not converge, moved too far, or leaves too large a residual.
-        prune(grid, rejected, (&fitted, &last), |(cell, k), fit, around| {
+        prune(grid, rejected, (&fitted, last), |(cell, k), fit, around| {
             if fit.last_step_px > 0.05 {
                 Some(Reason::NotConverged)
             } else if moved(&candidates.list[k], fit) {
@@ -251,7 +265,6 @@ fn last_fits(
         grid.find_lean();
         grid.choose_powers();
     }
-    last.into_values().collect()
 }
 
 fn corner(index: [i32; 2], position_px: DVec2, fit: &CornerFit) -> Corner {
@@ -346,39 +359,4 @@ pub(super) fn hanging_candidates(candidates: &Candidates<'_>, lattice: &Lattice)
     let grid = Grid::new(lattice.clone(), candidates.list.iter().map(|c| c.position).collect());
     let shows = |cell| grid.expected(cell).is_some_and(|(at, px)| candidates.shows(at, px));
     hanging(&grid.lattice, shows).len()
-}
-
-/// Drops corners that make a kink in a line: the second difference there is unlike that of the corners beside it.
-fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
-    // Take second differences along lines.
-    let second = |cell: IVec2, direction: IVec2| {
-        let at = |c: IVec2| grid.lattice.get(&c.to_array()).map(|&k| grid.positions[k]);
-        Some(at(cell - direction)? + at(cell + direction)? - 2.0 * at(cell)?)
-    };
-
-    // Compare each with those of the parallel lines beside it.
-    let kinked = |cell: IVec2| {
-        [IVec2::X, IVec2::Y].into_iter().any(|direction| {
-            let Some(own) = second(cell, direction) else { return false };
-            let beside: Vec<DVec2> = [direction.perp(), -direction.perp()]
-                .into_iter()
-                .filter_map(|aside| second(cell + aside, direction))
-                .collect();
-            if beside.is_empty() {
-                return false;
-            }
-            let expected = beside.iter().sum::<DVec2>() / beside.len() as f64;
-            let step = grid.step(cell, direction).map_or(0.0, DVec2::length);
-            // A kink of one corner by e shows as 2 e here and as e at its neighbours.
-            (own - expected).length() > 2.0 * MOST_KINK.0.max(MOST_KINK.1 * step)
-        })
-    };
-
-    // Drop the corners that differ.
-    let cells: Vec<[i32; 2]> = grid.lattice.keys().copied().filter(|&cell| kinked(IVec2::from_array(cell))).collect();
-    for cell in cells {
-        if let Some(k) = grid.lattice.remove(&cell) {
-            rejected.push(Rejected { position_px: grid.positions[k], reason: Reason::OffLattice });
-        }
-    }
 }

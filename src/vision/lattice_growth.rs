@@ -179,14 +179,24 @@ impl<'a> GrowthField<'a> {
         })
     }
 
-    /// Of the candidates further than `from` px (where that is not 0) from `point` and within `radius` px that `accept` takes, the nearest.
-    fn nearest(&self, point: DVec2, [from, radius]: [f64; 2], accept: impl Fn(usize) -> bool) -> Option<usize> {
-        let distance = |k: usize| self.candidates[k].position.distance_squared(point);
+    /// Of some candidates, those further than `from` px (where that is not 0) from `point` and within `radius` px that `accept` takes, the nearest.
+    fn nearest(
+        &self,
+        some: impl Iterator<Item = usize>,
+        point: DVec2,
+        [from, radius]: [f64; 2],
+        accept: impl Fn(usize) -> bool,
+    ) -> Option<usize> {
         let within = |squared: f64| squared <= radius * radius && (from == 0.0 || squared > from * from);
-        self.buckets
-            .around(point, radius)
-            .filter(|&k| within(distance(k)) && accept(k))
-            .min_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)))
+        // Only what is nearer than the nearest so far is asked for more than its place.
+        let mut best: Option<(f64, usize)> = None;
+        for k in some {
+            let squared = self.candidates[k].position.distance_squared(point);
+            if within(squared) && best.is_none_or(|best| (squared, k) < best) && accept(k) {
+                best = Some((squared, k));
+            }
+        }
+        best.map(|(_, k)| k)
     }
 }
 
@@ -195,20 +205,26 @@ fn cross(field: &GrowthField<'_>, used: &[bool], seed: usize) -> Option<Lattice>
     let centre = &field.candidates[seed];
     let step = |k: usize| field.candidates[k].position - centre.position;
     // A seed whose first arm leads nowhere is done: nothing is asked for ahead.
-    let mut few = 0;
+    let (mut few, mut around) = (0, Vec::new());
     let mut found = [0; 4];
     for (place, &arm) in found.iter_mut().zip(&centre.ring.arms) {
-        let along = |k: usize| step(k).normalize_or_zero().dot(arm) > ARM_COSINE;
-        let accept = |k: usize| k != seed && !used[k] && along(k) && field.linked(seed, k);
-        let ring = |number: usize| {
+        // By squares: most candidates are asked for no more than this.
+        let along = |k: usize| {
+            let (way, step) = (step(k).dot(arm), step(k));
+            way > 0.0 && way * way > ARM_COSINE * ARM_COSINE * step.length_squared()
+        };
+        let accept = |k: usize| along(k) && !used[k] && field.linked(seed, k);
+        let mut ring = |number: usize| {
             let (from, radius) = (number.checked_sub(1).map_or(0.0, |n| SEED_RADII_PX[n]), SEED_RADII_PX[number]);
             if few <= number {
-                field.buckets.around(centre.position, radius).nth(MOST_AROUND).is_none().then_some(())?;
+                around.clear();
+                around.extend(field.buckets.around(centre.position, radius).take(MOST_AROUND + 1));
+                (around.len() <= MOST_AROUND).then_some(())?;
                 few = number + 1;
             }
-            Some(field.nearest(centre.position, [from, radius], accept))
+            Some(field.nearest(around.iter().copied(), centre.position, [from, radius], accept))
         };
-        *place = (0..SEED_RADII_PX.len()).map_while(ring).flatten().next()?;
+        *place = (0..SEED_RADII_PX.len()).map_while(&mut ring).flatten().next()?;
     }
     let balanced = |i: usize| {
         let (one, other) = (step(found[i]), step(found[i + 2]));
@@ -233,7 +249,8 @@ fn extend(field: &GrowthField<'_>, used: &mut [bool], cross: Lattice) -> Lattice
             }
             let Some((from, predicted)) = predict(field.candidates, &lattice, cell, direction) else { continue };
             let tolerance = PREDICTION_TOLERANCE * predicted.distance(field.candidates[from].position);
-            if let Some(k) = field.nearest(predicted, [0.0, tolerance], |k| !used[k] && field.linked(from, k)) {
+            let around = field.buckets.around(predicted, tolerance);
+            if let Some(k) = field.nearest(around, predicted, [0.0, tolerance], |k| !used[k] && field.linked(from, k)) {
                 used[k] = true;
                 lattice.insert(next.to_array(), k);
                 queue.push_back(next);

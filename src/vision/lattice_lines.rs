@@ -9,6 +9,7 @@ use super::curvature::{
 use super::lattice_growth::{Lattice, NEIGHBOURS};
 use super::lean::Lean;
 use glam::{DMat2, DVec2, IVec2};
+use std::collections::{BTreeMap, VecDeque};
 
 /// Corners on a line from which on its own bend is believed, where only their positions are known.
 const LONG_LINE: usize = 6;
@@ -67,14 +68,18 @@ impl Grid {
     /// lines of the same count, since a single line tells little.
     pub(super) fn choose_powers(&mut self) {
         let mut left: [Vec<[f64; 2]>; MOST + 1] = Default::default();
+        // Corners of one line leave the same: the line counts once for each, and is asked once.
+        let mut asked: BTreeMap<([i32; 2], bool), Option<Vec<[f64; 2]>>> = BTreeMap::new();
         let stride = self.lattice.len().div_ceil(VOTERS).max(1);
         for &cell in self.lattice.keys().step_by(stride) {
             for direction in [IVec2::X, IVec2::Y] {
                 let Some((nodes, own)) = self.nodes(IVec2::from_array(cell), direction) else { continue };
-                let Some(more) = left_by_power(&nodes, own) else { continue };
+                let first = IVec2::from_array(cell) - direction * own as i32;
+                let line = (first.to_array(), direction == IVec2::X);
+                let Some(more) = asked.entry(line).or_insert_with(|| left_by_power(&nodes, own)) else { continue };
                 let sums = &mut left[nodes.len()];
                 sums.resize(more.len(), [0.0; 2]);
-                sums.iter_mut().zip(more).for_each(|(sum, more)| (0..2).for_each(|i| sum[i] += more[i]));
+                sums.iter_mut().zip(more.iter()).for_each(|(sum, more)| (0..2).for_each(|i| sum[i] += more[i]));
             }
         }
         self.powers = std::array::from_fn(|nodes| powers_of(nodes).start() + least_power(&left[nodes]));
@@ -185,7 +190,7 @@ impl Grid {
         };
 
         // Walk outwards on both sides in turn, each side until its first gap.
-        let mut nodes = std::collections::VecDeque::from([node(0)?]);
+        let mut nodes = VecDeque::from([node(0)?]);
         let mut own = 0;
         let (mut before, mut after) = (Some(1), Some(1));
         while (before, after) != (None, None) && nodes.len() < MOST {

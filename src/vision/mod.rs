@@ -48,9 +48,11 @@ mod corner_pixel_model;
 mod edge_spread;
 mod profile;
 mod corner_site;
+mod kinks;
 mod lattice_lines;
 mod lattice_lean;
 mod lean;
+mod listed;
 mod corner_fit;
 mod fit_all;
 mod neighbours;
@@ -85,7 +87,7 @@ pub use numbering::{LatticeCorner, turned_like, upright};
 ///
 /// Pixels where `mask` is false or whose value is not finite do not count. The answer is the same, bit for bit, for any
 /// number of threads. Any picture is taken: where there is no board the answer is empty. It is [`find_candidates()`],
-/// [`grow()`] and [`measure()`] in turn, and where the corners found do not fill a rectangle, the same in coarser pictures.
+/// [`grow()`] and [`measure()`] in turn, and where corners that are in sight are missing from a rectangle, the same in coarser pictures.
 ///
 /// # Panics
 /// When the mask has another size than the picture.
@@ -93,7 +95,7 @@ pub fn detect(image: &Raster<f32>, mask: Option<&Raster<bool>>, settings: &Setti
     let mut candidates = find_candidates(image, mask);
     let finest = grow(&candidates, settings);
     let found = measure(&candidates, finest.clone(), settings);
-    if found.fills_its_columns_and_rows() {
+    if !found.corners.is_empty() && !candidates.misses_some(&found) {
         return found;
     }
 

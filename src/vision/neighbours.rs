@@ -13,6 +13,9 @@ const LEAST_CONTRAST: f64 = 0.25;
 /// true corners on photographs none has more than 3.8 times both, of crossings at a board's rim, where the background has two
 /// levels of its own, all have more.
 const MOST_RESIDUAL: f64 = 4.0;
+/// The same at a line of a lattice's rim that has no more than half as many corners as the line beside it: a board has whole lines, and
+/// what is behind its rim makes crossings here and there.
+const MOST_AT_RIM: f64 = 2.0;
 /// A residual below this share of the contrast is no sign of anything: without noise the rest of the model's own error differs from
 /// corner to corner by more than any factor.
 const SMALL_RESIDUAL: f64 = 0.006;
@@ -27,6 +30,8 @@ pub(super) struct Neighbourhood {
     contrast: BTreeMap<[i32; 2], f64>,
     relative: BTreeMap<[i32; 2], f64>,
     typical: f64,
+    /// Corners in each column, and in each row.
+    counts: [BTreeMap<i32, usize>; 2],
 }
 
 impl Neighbourhood {
@@ -43,7 +48,11 @@ impl Neighbourhood {
             relative.insert(cell, fit.residual / own);
         }
         let typical = median(relative.values().copied()).unwrap_or(0.0);
-        Self { contrast, relative, typical }
+        let mut counts: [BTreeMap<i32, usize>; 2] = Default::default();
+        for cell in relative.keys() {
+            (0..2).for_each(|axis| *counts[axis].entry(cell[axis]).or_default() += 1);
+        }
+        Self { contrast, relative, typical, counts }
     }
 
     /// Whether a corner is far fainter than the corners beside it along some line lead to.
@@ -64,7 +73,17 @@ impl Neighbourhood {
         let around: Vec<f64> =
             around.filter(|other| *other != cell).filter_map(|other| self.relative.get(&other).copied()).collect();
         let near = if around.len() < LEAST_AROUND { None } else { median(around.into_iter()) };
-        own > SMALL_RESIDUAL.max(MOST_RESIDUAL * self.typical.max(near.unwrap_or(0.0)))
+        let most = if self.is_at_gappy_rim(cell) { MOST_AT_RIM } else { MOST_RESIDUAL };
+        own > SMALL_RESIDUAL.max(most * self.typical.max(near.unwrap_or(0.0)))
+    }
+
+    /// Whether a corner is in a line of the rim with no more than half as many corners as the line beside it.
+    fn is_at_gappy_rim(&self, cell: [i32; 2]) -> bool {
+        (0..2).any(|axis| {
+            let count = |line: i32| self.counts[axis].get(&line).copied().unwrap_or(0);
+            let own = count(cell[axis]);
+            [-1, 1].into_iter().any(|out| count(cell[axis] + out) == 0 && 2 * own <= count(cell[axis] - out))
+        })
     }
 }
 

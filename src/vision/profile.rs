@@ -1,7 +1,10 @@
 //! An edge response prepared for many distances: the closed form of a sharp edge, and a table of a blurred one.
 
 use super::blur_shape::{BUMPS, BlurShape, PictureBlur};
-use super::edge_spread::{Edge, EdgeShape, SHARP_PX};
+#[cfg(test)]
+use super::edge_spread::Edge;
+use super::edge_spread::{EdgeShape, SHARP_PX};
+use super::strip::{CHUNK, Column};
 use crate::num::gauss::Gauss;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
@@ -25,73 +28,88 @@ impl Kernel for Responses<'_> {
     }
 }
 
-/// Value and slope, in 1/px, at distances of 0, 1, .. `last` cells at least, so many of them a px.
+/// Value and slope, in 1/px, at distances of 0, 1, .. `last` cells, so many of them a px.
 fn responses(shape: &EdgeShape, density: f64, last: usize) -> Vec<[f64; 2]> {
+    // Evaluate them where there is an edge; beyond its reach it is 1.
+    let near = last.min((shape.reach() * density) as usize + 1);
     let mut nodes: Vec<[f64; 2]> = Vec::with_capacity(last + LANES);
-    while nodes.len() <= last {
+    while nodes.len() <= near {
         let first = nodes.len();
         let distances = Lanes::of(|k| (first + k) as f64 / density);
         let [values, slopes] = widest(Responses { shape, distances });
         nodes.extend((0..LANES).map(|k| [values.0[k], slopes.0[k]]));
     }
+    nodes.resize(last + 1, [1.0, 0.0]);
     // E is odd by construction, not only to rounding.
     nodes[0][0] = 0.0;
     nodes
 }
 
-/// Value and slope at a cell on either side of an edge.
-fn on_side(nodes: &[[f64; 2]], i: i64) -> [f64; 2] {
-    let [value, slope] = nodes[i.unsigned_abs() as usize];
-    [if i < 0 { -value } else { value }, slope]
-}
-
-/// The response under each pair of bumps, less `plain`, at distance `d`, from that under one bump.
-pub(super) fn bump_pairs(shape: &BlurShape, bump: &Profile, plain: Edge, d: f64) -> [f64; BUMPS] {
-    std::array::from_fn(|j| {
+/// What each pair of bumps adds to the response `plain` at some distances towards bright, and then each pair that is not alike to both
+/// sides, from the response under one bump; of so many pairs.
+#[inline(always)]
+pub(super) fn pairs(shape: &BlurShape, bump: &Profile, plain: &Column, d: &Column, count: usize) -> [Column; 2 * BUMPS] {
+    let mut pairs = [[0.0; CHUNK]; 2 * BUMPS];
+    for j in 0..=BUMPS {
         let x = j as f64 * shape.spacing_px;
-        0.5 * (bump.at(d - x).value + bump.at(d + x).value) - plain.value
-    })
-}
-
-/// What each pair that is not alike to both sides adds at distance `d` towards bright.
-pub(super) fn uneven_pairs(shape: &BlurShape, bump: &Profile, d: f64) -> [f64; BUMPS] {
-    std::array::from_fn(|j| {
-        let x = (j + 1) as f64 * shape.spacing_px;
-        0.5 * (bump.at(d - x).value - bump.at(d + x).value)
-    })
-}
-
-/// The response under a Gaussian and what the blur is beside that, at multiples of a cell: so many cells a spacing of the bumps.
-struct ShapedNodes<'a> {
-    beside: &'a BlurShape,
-    /// Value and slope under the Gaussian, and under one bump, at the cells from 0 on.
-    plain: Vec<[f64; 2]>,
-    bump: Vec<[f64; 2]>,
-    cells: i64,
-}
-
-impl<'a> ShapedNodes<'a> {
-    /// For nodes up to `half` cells away, in cells of a share of the spacing.
-    fn new(beside: &'a BlurShape, plain: &EdgeShape, normal: DVec2, (half, cells): (usize, usize)) -> Self {
-        let density = cells as f64 / beside.spacing_px;
-        let plain = responses(plain, density, half);
-        let bump = responses(&EdgeShape::new(normal, beside.bump_px()), density, half + BUMPS * cells);
-        Self { beside, plain, bump, cells: cells as i64 }
-    }
-
-    /// Value and slope at a cell.
-    fn at(&self, i: i64) -> [f64; 2] {
-        let plain = on_side(&self.plain, i);
-        let mut sum = plain;
-        for j in 0..BUMPS {
-            let away = |k: usize| [-1, 1].map(|side| on_side(&self.bump, i + side * k as i64 * self.cells));
-            let ([low, high], [before, behind]) = (away(j), away(j + 1));
-            for k in 0..2 {
-                sum[k] += self.beside.weights[j] * (0.5 * (low[k] + high[k]) - plain[k])
-                    + 0.5 * self.beside.uneven[j] * (before[k] - behind[k]);
+        let [behind, _, _] = bump.at_all(&d.map(|d| d - x));
+        let [before, _, _] = bump.at_all(&d.map(|d| d + x));
+        for i in 0..CHUNK {
+            if j < BUMPS {
+                pairs[j][i] = 0.5 * (behind[i] + before[i]) - plain[i];
+            }
+            if j > 0 && count > BUMPS {
+                pairs[BUMPS + j - 1][i] = 0.5 * (behind[i] - before[i]);
             }
         }
-        sum
+    }
+    pairs
+}
+
+/// Value and slope of the response under a Gaussian and what the blur is beside that, at -`half`, .. `half` cells, of which
+/// `cells` are a spacing of the bumps.
+struct ShapedNodes<'a> {
+    beside: &'a BlurShape,
+    plain: &'a EdgeShape,
+    normal: DVec2,
+    half: usize,
+    cells: usize,
+}
+
+/// Both sides of an edge, from one.
+#[inline(always)]
+fn both_sides(nodes: &[[f64; 2]]) -> [Vec<f64>; 2] {
+    let values = nodes.iter().rev().map(|n| -n[0]).chain(nodes[1..].iter().map(|n| n[0]));
+    let slopes = nodes.iter().rev().map(|n| n[1]).chain(nodes[1..].iter().map(|n| n[1]));
+    [values.collect(), slopes.collect()]
+}
+
+impl Kernel for ShapedNodes<'_> {
+    type Out = [Vec<f64>; 2];
+
+    #[inline(always)]
+    fn run(self) -> [Vec<f64>; 2] {
+        let Self { beside, plain, normal, half, cells } = self;
+        let density = cells as f64 / beside.spacing_px;
+        let plain = both_sides(&responses(plain, density, half));
+        let last = half + BUMPS * cells;
+        let bump = both_sides(&responses(&EdgeShape::new(normal, beside.bump_px()), density, last));
+        let mut sums = plain.clone();
+        for (sum, (plain, bump)) in sums.iter_mut().zip(plain.iter().zip(&bump)) {
+            for j in 0..=BUMPS {
+                let even = beside.weights.get(j).copied().unwrap_or(0.0);
+                let uneven = if j == 0 { 0.0 } else { beside.uneven[j - 1] };
+                // Bumps that are `j` spacings before and behind.
+                let (low, high) = (&bump[(BUMPS - j) * cells..], &bump[(BUMPS + j) * cells..]);
+                if even != 0.0 || uneven != 0.0 {
+                    for (i, sum) in sum.iter_mut().enumerate() {
+                        let (low, high) = (low[i], high[i]);
+                        *sum += even * (0.5 * (low + high) - plain[i]) + 0.5 * uneven * (low - high);
+                    }
+                }
+            }
+        }
+        sums
     }
 }
 
@@ -131,17 +149,17 @@ impl Profile {
         let plain = beside.is_gaussian();
         let cells = (CELLS_PER_SIGMA * beside.spacing_px / sigma_px.min(beside.bump_px())).ceil();
         let density = if plain { CELLS_PER_SIGMA / sigma_px } else { cells / beside.spacing_px };
-        let half = (shape.reach_under(beside) * density).ceil() as usize;
+        let half = (shape.reach_under(beside.reach_px()) * density).ceil() as usize;
 
         // Evaluate E and its rise over a cell at distances 0, 1, .. half cells, and interpolate.
         if plain {
             let nodes = responses(&shape, density, half);
             return Self::even(density, half, |i| (nodes[i][0], nodes[i][1] / density));
         }
-        let nodes = ShapedNodes::new(beside, &shape, normal, (half, cells as usize));
+        let [values, slopes] = widest(ShapedNodes { beside, plain: &shape, normal, half, cells: cells as usize });
         let node = |i: i64| {
-            let [value, slope] = nodes.at(i);
-            (value, slope / density)
+            let place = (i + half as i64) as usize;
+            (values[place], slopes[place] / density)
         };
         if beside.is_even() {
             Self::even(density, half, |i| if i == 0 { (0.0, node(0).1) } else { node(i as i64) })
@@ -190,14 +208,14 @@ impl Profile {
     }
 
     /// The response at distance `d` of an edge that is bright on the positive side, `bright` = 1, or on the negative, -1.
-    #[inline]
+    #[cfg(test)]
     pub(super) fn towards(&self, d: f64, bright: f64) -> Edge {
         let edge = self.at(bright * d);
         Edge { value: bright * edge.value, slope: edge.slope, bend: bright * edge.bend }
     }
 
     /// The mean response over edges that are bright on either side: odd.
-    #[inline]
+    #[cfg(test)]
     pub(super) fn odd(&self, d: f64) -> Edge {
         let [a, b] = [self.at(d), self.at(-d)];
         Edge { value: 0.5 * (a.value - b.value), slope: 0.5 * (a.slope + b.slope), bend: 0.5 * (a.bend - b.bend) }
@@ -248,7 +266,7 @@ impl Profile {
     }
 
     /// The response at distance `d`.
-    #[inline(always)]
+    #[cfg(test)]
     pub(super) fn at(&self, d: f64) -> Edge {
         match self {
             Self::Sharp(shape) => shape.sharp(d),

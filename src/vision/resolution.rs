@@ -4,7 +4,7 @@
 //! two by two pixels is a square pixel again, so that the model holds as it is in a picture of half the resolution; where its pixels
 //! are still no wider than half the blur, a corner is known there to within half a percent as well, from a quarter of the pixels.
 
-use super::blur;
+use super::blur::{self, FirstFits};
 use super::candidate::Candidate;
 use super::candidates::Candidates;
 use super::corner_site::CornerSite;
@@ -22,8 +22,6 @@ const MOST_HALVINGS: usize = 6;
 const LEAST_BLUR_PX: f64 = 2.0;
 /// The squares are no smaller than this in any resolution, in its pixels.
 const LEAST_STEP_PX: f64 = 20.0;
-/// Corners that tell the blur, at most.
-const PILOTS: usize = 6;
 
 /// A picture of half the resolution, or of half of that, and so on, with the same candidates.
 pub(super) struct Coarser {
@@ -91,18 +89,30 @@ impl Coarser {
     }
 }
 
-/// The coarsest resolution in which the blur of a lattice, numbered upright, is wide enough; `None` where that is the picture's own.
-pub(super) fn coarser(candidates: &Candidates<'_>, lattice: &Lattice, settings: &Settings) -> Option<Coarser> {
+/// The resolution that a board is measured in.
+pub(super) enum Resolution {
+    /// The picture's own, with the fits that told it, where any were made.
+    Own(Option<FirstFits>),
+    /// A coarser one.
+    Coarser(Coarser),
+}
+
+/// The coarsest resolution in which the blur of a lattice, numbered upright, is wide enough.
+pub(super) fn resolution(candidates: &Candidates<'_>, lattice: &Lattice, settings: &Settings) -> Resolution {
     // See how far squares and blur allow it at all.
     let positions: Vec<DVec2> = candidates.list.iter().map(|c| c.position).collect();
     let grid = Grid::new(lattice.clone(), positions);
-    let sites = few(&grid);
+    let pilots = grid.pilots();
+    let sites = blur::some_of(&pilots);
+    let mut first = None;
     let step_px = sites.iter().map(CornerSite::step_px).fold(f64::INFINITY, f64::min);
     let most_scale = match settings.blur {
-        Blur::PerCorner => return None,
+        Blur::PerCorner => return Resolution::Own(None),
         Blur::Known(sigma_px) => (sigma_px / LEAST_BLUR_PX).min(step_px / LEAST_STEP_PX),
-        Blur::Common if blur::is_narrow(candidates, &sites, settings) => return None,
-        Blur::Common => step_px / LEAST_STEP_PX,
+        Blur::Common => {
+            let fits = first.insert(blur::first_fits(candidates, &pilots, settings));
+            if blur::is_narrow(fits) { 0.0 } else { step_px / LEAST_STEP_PX }
+        }
     };
     let mut pictures: Vec<Coarser> = Vec::new();
     let mut scale = 2.0;
@@ -116,21 +126,18 @@ pub(super) fn coarser(candidates: &Candidates<'_>, lattice: &Lattice, settings: 
     }
 
     // From the coarsest on, take the first in which the blur is wide.
-    pictures.into_iter().rev().find(|picture| {
+    let coarser = pictures.into_iter().rev().find(|picture| {
         let candidates = picture.candidates();
         let grid = Grid::new(lattice.clone(), candidates.list.iter().map(|c| c.position).collect());
         let known = |sigma_px: f64| Some([sigma_px; 2]);
         let sigma_px = match picture.settings(settings).blur {
             Blur::Known(sigma_px) => known(sigma_px),
-            _ => blur::estimate(&candidates, &few(&grid), settings),
+            _ => {
+                let few = blur::some_of(&grid.pilots());
+                blur::estimate(&candidates, &few, settings, blur::first_fits(&candidates, &few, settings))
+            }
         };
         sigma_px.is_some_and(|[s0, s1]| s0.min(s1) >= LEAST_BLUR_PX)
-    })
-}
-
-/// Some corners of a lattice with neighbours on all sides.
-fn few(grid: &Grid) -> Vec<CornerSite> {
-    let pilots = grid.pilots();
-    let stride = pilots.len().div_ceil(PILOTS).max(1);
-    pilots.into_iter().step_by(stride).collect()
+    });
+    coarser.map_or(Resolution::Own(first), Resolution::Coarser)
 }

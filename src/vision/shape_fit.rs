@@ -12,11 +12,11 @@ use super::corner_model::{Effort, Model};
 use super::corner_site::CornerSite;
 use super::edge_spread::{EdgeShape, SHARP_PX};
 use super::equations::edge_models;
-use super::profile::{Profile, bump_pairs, uneven_pairs};
+use super::profile::{Profile, pairs};
 use super::settings::Settings;
-use super::strip::{EdgeModel, EdgeStrip};
+use super::strip::{CHUNK, Column, EdgeModel, EdgeStrip, product};
 use super::window::{Window, gather};
-use glam::DVec2;
+use crate::num::simd::{Kernel, widest};
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
 
@@ -31,11 +31,129 @@ const BINS: usize = 16;
 /// what is left of the model's own error is smaller.
 const SURE: f64 = 6.0;
 const LEAST_MISFIT: f64 = 5e-4;
+/// Pixels whose distances from an edge differ by less than this, in px, see much the same of a bump, which is six times as wide at least.
+const PLACE_PX: f64 = 0.05;
 /// Another shape is believed where it explains at least this share of the squares that the Gaussian leaves near the edges.
 const BELIEVED: f64 = 0.2;
 /// A weight's own standard deviation, before anything is seen of it, and the least share of the normal matrix that holds it.
 const PRIOR: f64 = 0.3;
 const HOLD: f64 = 1e-7;
+
+/// Some pixels near an edge, as the fit of their corner leaves them.
+struct Seen {
+    distance: Column,
+    /// A on the pixel's side of the other edge.
+    contrast: Column,
+    weight: Column,
+    /// Picture less model.
+    left: Column,
+    /// On which side of the edge it is bright, 1 or -1.
+    bright: Column,
+}
+
+impl Seen {
+    #[inline(always)]
+    fn new([x, y, value, weight, sign]: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) -> Self {
+        let [_, distance] = edge.along_and_distances([x, y, sign], model.corner);
+        let [response, _, _] = edge.responses(&distance, sign);
+        let [m0, mx, my, a0, ax, ay] = model.light;
+        let (mut contrast, mut left, mut bright) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
+        for i in 0..CHUNK {
+            contrast[i] = (a0 + ax * x[i] + ay * y[i]) * sign[i];
+            left[i] = value[i] - (m0 + mx * x[i] + my * y[i]) - contrast[i] * response[i];
+            bright[i] = sign[i] * a0.signum();
+        }
+        Self { distance, contrast, weight: *weight, left, bright }
+    }
+}
+
+/// Pixels gathered by their distances towards bright: sums of w A^2 and of w A times what is left of them, each pixel shared between
+/// the two nearest places.
+struct Gathered {
+    distance: Column,
+    squares: Column,
+    left: Column,
+}
+
+impl Gathered {
+    /// Places for the distances to `reach` px on both sides.
+    fn places(reach: f64) -> Vec<Self> {
+        let count = (2.0 * reach / PLACE_PX).ceil() as usize + 2;
+        let place = |i: usize| i as f64 * PLACE_PX - reach;
+        let chunk = |first: usize| Self {
+            distance: std::array::from_fn(|i| place(first + i)),
+            squares: [0.0; CHUNK],
+            left: [0.0; CHUNK],
+        };
+        (0..count).step_by(CHUNK).map(chunk).collect()
+    }
+
+    /// Adds some pixels; those beyond `reach` do not count.
+    #[inline(always)]
+    fn add(places: &mut [Self], seen: &Seen, reach: f64) {
+        for i in 0..CHUNK {
+            let towards = seen.bright[i] * seen.distance[i];
+            if towards.abs() < reach && seen.weight[i] > 0.0 {
+                let place = (towards + reach) / PLACE_PX;
+                let first = place as usize;
+                let part = place - first as f64;
+                let by = seen.weight[i] * seen.contrast[i];
+                let (squares, left) = (by * seen.contrast[i], by * seen.bright[i] * seen.left[i]);
+                for (at, share) in [(first, 1.0 - part), (first + 1, part)] {
+                    let chunk = &mut places[at / CHUNK];
+                    chunk.squares[at % CHUNK] += share * squares;
+                    chunk.left[at % CHUNK] += share * left;
+                }
+            }
+        }
+    }
+}
+
+/// Four lanes, summed in a fixed order.
+#[inline(always)]
+fn dot(a: &Column, b: &Column) -> f64 {
+    const LANES: usize = 4;
+    let mut sums = [0.0; LANES];
+    for i in (0..CHUNK).step_by(LANES) {
+        for lane in 0..LANES {
+            sums[lane] += a[i + lane] * b[i + lane];
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
+}
+
+/// Adds the pixels of a strip for so many weights; their equations only where they are wanted.
+struct Leaving<'a> {
+    sum: &'a mut Left,
+    strip: &'a EdgeStrip,
+    model: &'a Model,
+    edge: &'a EdgeModel<'a>,
+    shape: &'a BlurShape,
+    /// Under the Gaussian and under a bump.
+    profiles: &'a [Profile; 2],
+    reach: f64,
+    weights: (usize, bool),
+}
+
+impl Kernel for Leaving<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { sum, strip, model, edge, shape, profiles, reach, weights: (count, equations) } = self;
+        let mut places = if equations { Gathered::places(reach) } else { Vec::new() };
+        for pixels in strip.chunks() {
+            let seen = Seen::new(pixels, model, edge);
+            sum.add_bins(&seen, reach, count > BUMPS);
+            if equations {
+                Gathered::add(&mut places, &seen, reach);
+            }
+        }
+        for gathered in &places {
+            sum.add_equations(gathered, (shape, profiles), count);
+        }
+    }
+}
 
 /// What the fits leave near the edges of one family.
 #[derive(Debug, Clone, Copy)]
@@ -55,47 +173,39 @@ impl Left {
         Self { normal: SMatrix::zeros(), right: SVector::zeros(), bins, squares: 0.0, weight: 0.0 }
     }
 
-    /// Adds the pixels of a strip for so many weights; their equations only where they are wanted.
-    fn add(
-        &mut self,
-        strip: &EdgeStrip,
-        model: &Model,
-        edge: &EdgeModel<'_>,
-        k: usize,
-        (weights, equations): (usize, bool),
-    ) {
-        let shape = model.shapes[k];
-        let [under, bump] = [model.sigma_px[k], shape.bump_px()].map(|sigma_px| Profile::new(edge.normal, sigma_px));
-        let [m0, mx, my, a0, ax, ay] = model.light;
-        let reach = EdgeShape::new(edge.normal, model.sigma_px[k]).reach_under(&shape);
-        let uneven = weights > BUMPS;
-        for [x, y, value, weight, sign] in strip.pixels() {
-            let d = edge.distance(DVec2::new(x, y) - model.corner, sign);
-            let contrast = (a0 + ax * x + ay * y) * sign;
-            let left = value - (m0 + mx * x + my * y) - contrast * edge.response(d, sign).value;
-            self.squares += weight * left * left;
-            self.weight += weight;
-            let bright = sign * a0.signum();
+    /// Adds some pixels: their distances and what is left of them, in steps of distance.
+    #[inline(always)]
+    fn add_bins(&mut self, seen: &Seen, reach: f64, both_sides: bool) {
+        for i in 0..CHUNK {
+            let Seen { distance, contrast, weight, left, bright } = seen;
+            self.squares += weight[i] * left[i] * left[i];
+            self.weight += weight[i];
+            let d = distance[i];
             let bin = ((d.abs() / reach * BINS as f64) as usize).min(BINS - 1);
             // Both sides of an edge go together where they are alike.
-            let (bin, side) = if uneven && d * bright < 0.0 { (BINS + bin, bright) } else { (bin, d.signum()) };
+            let apart = both_sides && d * bright[i] < 0.0;
+            let (bin, side) = if apart { (BINS + bin, bright[i]) } else { (bin, d.signum()) };
             let bin = &mut self.bins[bin];
-            bin[0] += weight * contrast * contrast;
-            bin[1] += weight * contrast * left * side;
-            if equations && d.abs() < reach {
-                let mut column = [0.0; WEIGHTS];
-                let mut write = |first: usize, by: f64, pairs: [f64; BUMPS]| {
-                    column[first..first + BUMPS].iter_mut().zip(pairs).for_each(|(c, pair)| *c = by * pair);
-                };
-                write(0, contrast, bump_pairs(&shape, &bump, under.at(d), d));
-                if uneven {
-                    write(BUMPS, contrast * bright, uneven_pairs(&shape, &bump, bright * d));
-                }
-                for i in 0..weights {
-                    (0..weights).for_each(|j| self.normal[(i, j)] += weight * column[i] * column[j]);
-                    self.right[i] += column[i] * (weight * left);
-                }
+            bin[0] += weight[i] * contrast[i] * contrast[i];
+            bin[1] += weight[i] * contrast[i] * left[i] * side;
+        }
+    }
+
+    /// Adds the equations of some pixels, gathered by their distances towards bright, for so many weights.
+    #[inline(always)]
+    fn add_equations(
+        &mut self,
+        Gathered { distance, squares, left }: &Gathered,
+        (shape, [under, bump]): (&BlurShape, &[Profile; 2]),
+        count: usize,
+    ) {
+        let columns = pairs(shape, bump, &under.at_all(distance)[0], distance, count);
+        for i in 0..count {
+            let weighted = product(squares, &columns[i]);
+            for j in 0..=i {
+                self.normal[(i, j)] += dot(&weighted, &columns[j]);
             }
+            self.right[i] += dot(left, &columns[i]);
         }
     }
 
@@ -124,7 +234,10 @@ impl Left {
     /// By how much the weights change.
     fn change(&self) -> Option<SVector<f64, WEIGHTS>> {
         let hold = (self.squares / self.weight.max(1.0) / (PRIOR * PRIOR)).max(HOLD * self.normal.trace());
-        let normal = self.normal + SMatrix::<f64, WEIGHTS, WEIGHTS>::identity() * hold;
+        let held = |i: usize, j: usize| if i == j { hold } else { 0.0 };
+        // The sums are those of the lower triangle.
+        let entry = |i: usize, j: usize| self.normal[(i.max(j), i.min(j))] + held(i, j);
+        let normal = SMatrix::<f64, WEIGHTS, WEIGHTS>::from_fn(entry);
         let change = normal.cholesky()?.solve(&self.right);
         change.iter().all(|v| v.is_finite()).then_some(change)
     }
@@ -142,18 +255,20 @@ pub(super) fn find_shapes(
     // See whether the Gaussians leave more than chance.
     let plain = PictureBlur::gaussian(sigma_px);
     let sites: Vec<CornerSite> = sites.iter().copied().step_by(sites.len().div_ceil(PILOTS).max(1)).collect();
-    let fits = fit_sites(candidates, &sites, settings, &plain);
-    let before = squares(&fits);
+    let fits = fit_sites(candidates, &sites, settings, &plain, plain.shapes.map(|shape| shape.reach_px()));
     let weights = if leaning { WEIGHTS } else { BUMPS };
     let misfit = left(&fits, (weights, false)).map(|l| l.is_misfit());
     let mut shaped = [0, 1].map(|k| misfit[k] && sigma_px[k] >= SHARP_PX);
+    if shaped == [false; 2] {
+        return plain;
+    }
 
-    // Find the weights, where they explain enough, and fit again.
-    let (mut blur, mut fits) = (plain, fits);
+    // Find the weights, where they explain enough, from the pixels that bumps may reach, and fit again.
+    let mut blur = plain;
+    let reach_px = [0, 1].map(|k| if shaped[k] { plain.shapes[k].most_reach_px(!leaning) } else { 0.0 });
+    let mut fits = fit_sites(candidates, &sites, settings, &plain, reach_px);
+    let before = squares(&fits);
     for round in 0..ROUNDS {
-        if shaped == [false; 2] {
-            return plain;
-        }
         let left = left(&fits, (weights, true));
         for k in 0..2 {
             let Some(change) = left[k].change() else { return plain };
@@ -163,28 +278,44 @@ pub(super) fn find_shapes(
                 weights.iter_mut().chain(uneven).zip(change.iter()).for_each(|(w, c)| *w += c);
             }
         }
-        fits = fit_sites(candidates, &sites, settings, &blur);
+        if shaped == [false; 2] {
+            return plain;
+        }
+        fits = fit_again(fits, &blur);
     }
     if squares(&fits) < before { blur } else { plain }
 }
 
 type SiteFit = Option<(Window, CornerFit)>;
 
-/// Fits corners in full windows under a blur.
+const EFFORT: Effort = Effort { free_blur: false, steps: 8, tolerance_px: 1e-3, most_sigma_px: f64::INFINITY };
+
+/// Fits corners in full windows under a blur, the pixels near an edge chosen for so many px beside its Gaussian.
 fn fit_sites(
     candidates: &Candidates<'_>,
     sites: &[CornerSite],
     settings: &Settings,
     blur: &PictureBlur,
+    reach_px: [f64; 2],
 ) -> Vec<SiteFit> {
-    let effort = Effort { free_blur: false, steps: 8, tolerance_px: 1e-3, most_sigma_px: f64::INFINITY };
     let one = |site: &CornerSite| {
-        let frame = site.frame(blur, site.half(settings.window, blur.sigma_px), FIRST_MARGIN_PX);
+        let half = site.half(settings.window, blur.sigma_px);
+        let frame = site.frame_reaching(blur, half, FIRST_MARGIN_PX, reach_px);
         let window = gather(candidates.image, candidates.valid.as_ref(), &frame);
-        let fit = fit(&window, &site.model(blur, settings.light), &effort)?;
+        let fit = fit(&window, &site.model(blur, settings.light), &EFFORT)?;
         Some((window, fit))
     };
     sites.par_iter().map(one).collect()
+}
+
+/// Fits them again under a blur of other shapes, from where they ended.
+fn fit_again(fits: Vec<SiteFit>, blur: &PictureBlur) -> Vec<SiteFit> {
+    let one = |before: SiteFit| {
+        let (window, CornerFit { model, .. }) = before?;
+        let fit = fit(&window, &Model { shapes: blur.shapes, ..model }, &EFFORT)?;
+        Some((window, fit))
+    };
+    fits.into_par_iter().map(one).collect()
 }
 
 /// The sum of the squares that fits leave, in units of their contrasts.
@@ -198,9 +329,15 @@ fn left(fits: &[SiteFit], weights: (usize, bool)) -> [Left; 2] {
     let one = |fit: &SiteFit| {
         let mut own = [Left::none(); 2];
         if let Some((window, CornerFit { model, .. })) = fit {
-            let profiles = profiles(model);
-            for (k, edge) in edge_models(model, &profiles, false).iter().enumerate() {
-                own[k].add(&window.strips[k], model, edge, k, weights);
+            let seen_as = profiles(model);
+            for (k, edge) in edge_models(model, &seen_as, false).iter().enumerate() {
+                let shape = &model.shapes[k];
+                let beside_px = if weights.1 { shape.most_reach_px(weights.0 == BUMPS) } else { shape.reach_px() };
+                let reach = EdgeShape::new(edge.normal, model.sigma_px[k]).reach_under(beside_px);
+                let profiles = [model.sigma_px[k], shape.bump_px()].map(|sigma_px| Profile::new(edge.normal, sigma_px));
+                let sum = &mut own[k];
+                let strip = &window.strips[k];
+                widest(Leaving { sum, strip, model, edge, shape, profiles: &profiles, reach, weights });
             }
         }
         own
@@ -212,6 +349,7 @@ fn left(fits: &[SiteFit], weights: (usize, bool)) -> [Left; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
 
     #[test]
     fn what_is_not_alike_to_both_sides_is_even_towards_bright() {

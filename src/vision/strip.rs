@@ -5,6 +5,7 @@
 //! equations of a strip follow from some thirty sums, taken over many pixels at a time.
 
 use super::corner_model::Model;
+#[cfg(test)]
 use super::edge_spread::Edge;
 use super::pixel_sums::PixelSums;
 use super::profile::Profile;
@@ -12,11 +13,12 @@ use crate::num::simd::{Kernel, widest};
 use glam::DVec2;
 
 /// Pixels that are worked on together.
-const CHUNK: usize = 32;
+pub(super) const CHUNK: usize = 32;
 /// Lanes of a sum.
 const LANES: usize = 4;
 
-type Column = [f64; CHUNK];
+/// A number of each of them.
+pub(super) type Column = [f64; CHUNK];
 
 const ONE: Column = [1.0; CHUNK];
 
@@ -91,7 +93,13 @@ impl EdgeStrip {
         self.sums = PixelSums { moments: moments.map(total), light: light.map(total), square: total(square[0]) };
     }
 
+    /// Its pixels, some at a time; of those beyond the last the weights are 0.
+    pub(super) fn chunks(&self) -> &[[Column; 5]] {
+        &self.chunks
+    }
+
     /// x, y, value, weight and sign of each pixel.
+    #[cfg(test)]
     pub(super) fn pixels(&self) -> impl Iterator<Item = [f64; 5]> + '_ {
         let all = self.chunks.iter().flat_map(|chunk| (0..CHUNK).map(|k| [0, 1, 2, 3, 4].map(|i| chunk[i][k])));
         all.take((self.chunks.len() * CHUNK + self.last).saturating_sub(CHUNK))
@@ -122,13 +130,14 @@ pub(super) struct EdgeModel<'a> {
 
 impl EdgeModel<'_> {
     /// The response at a distance, on a side of the other edge: 1 or -1.
+    #[cfg(test)]
     pub(super) fn response(&self, distance: f64, sign: f64) -> Edge {
         if self.bright == 0.0 { self.profile.at(distance) } else { self.profile.towards(distance, self.bright * sign) }
     }
 
     /// The responses at many distances on their sides of the other edge, as of [`Self::response`]: E, its slopes and its bends.
     #[inline(always)]
-    fn responses(&self, distances: &Column, signs: &Column) -> [Column; 3] {
+    pub(super) fn responses(&self, distances: &Column, signs: &Column) -> [Column; 3] {
         if self.bright == 0.0 {
             return self.profile.at_all(distances);
         }
@@ -141,13 +150,18 @@ impl EdgeModel<'_> {
         [product(&bright, &values), slopes, product(&bright, &bends)]
     }
 
-    /// The signed distance from the edge of a place from the corner, on a side of the other edge: 1 or -1.
-    pub(super) fn distance(&self, r: DVec2, sign: f64) -> f64 {
-        let along = self.tangent.dot(r);
-        self.normal.dot(r)
-            + 0.5 * self.curvature * along * along
-            + self.shift_px
-            + self.step_px * sign * (1.0 + self.step_rate * along)
+    /// The ways along the edge of some pixels from the corner, and their signed distances from the edge on their sides of the other.
+    #[inline(always)]
+    pub(super) fn along_and_distances(&self, [x, y, sign]: [&Column; 3], corner: DVec2) -> [Column; 2] {
+        let (mut along, mut distance) = ([0.0; CHUNK], [0.0; CHUNK]);
+        for i in 0..CHUNK {
+            let (dx, dy) = (x[i] - corner.x, y[i] - corner.y);
+            let t = self.tangent.x * dx + self.tangent.y * dy;
+            along[i] = t;
+            let shift = self.shift_px + self.step_px * sign[i] * (1.0 + self.step_rate * t);
+            distance[i] = self.normal.x * dx + self.normal.y * dy + 0.5 * self.curvature * t * t + shift;
+        }
+        [along, distance]
     }
 }
 
@@ -219,7 +233,7 @@ struct LaneSums {
 }
 
 #[inline(always)]
-fn product(a: &Column, b: &Column) -> Column {
+pub(super) fn product(a: &Column, b: &Column) -> Column {
     let mut out = [0.0; CHUNK];
     for i in 0..CHUNK {
         out[i] = a[i] * b[i];
@@ -245,14 +259,7 @@ impl LaneSums {
     #[inline(always)]
     fn add_chunk(&mut self, [x, y, value, weight, sign]: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) {
         // Measure the distance to the edge, and the way along it.
-        let (mut along, mut distance) = ([0.0; CHUNK], [0.0; CHUNK]);
-        for i in 0..CHUNK {
-            let (dx, dy) = (x[i] - model.corner.x, y[i] - model.corner.y);
-            let t = edge.tangent.x * dx + edge.tangent.y * dy;
-            along[i] = t;
-            let shift = edge.shift_px + edge.step_px * sign[i] * (1.0 + edge.step_rate * t);
-            distance[i] = edge.normal.x * dx + edge.normal.y * dy + 0.5 * edge.curvature * t * t + shift;
-        }
+        let [along, distance] = edge.along_and_distances([x, y, sign], model.corner);
 
         // Evaluate the edge response, give it the sign of the other edge, and form the column T of the model's derivatives.
         let [mut e, slope, bend] = edge.responses(&distance, sign);

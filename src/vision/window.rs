@@ -75,8 +75,8 @@ struct WindowBorders<'a> {
     frame: &'a WindowFrame,
     /// Rows of the inverse of the steps: local coordinates are linear in x and y.
     rows: [DVec2; 2],
-    /// Local units per px, straight across the window's sides.
-    rates: [f64; 2],
+    /// Px per local unit, straight across the window's sides.
+    px_per_unit: [f64; 2],
     /// Pixels beyond `outer` lie outside the window, those within `inner` wholly inside.
     outer: [EdgeBand; 2],
     inner: [EdgeBand; 2],
@@ -89,10 +89,11 @@ impl<'a> WindowBorders<'a> {
         let inverse = frame.steps.inverse();
         let rows = [inverse.row(0), inverse.row(1)];
         let rates = rows.map(|r| r.length());
+        let px_per_unit = rates.map(f64::recip);
         let sides = |margin: f64| [0, 1].map(|k| EdgeBand::new(rows[k], frame.half + margin * rates[k]));
         let (outer, inner) = (sides(0.5), sides(-0.5));
         let edges = [0, 1].map(|k| EdgeBand::new(frame.normals[k], frame.bands_px[k]));
-        Self { frame, rows, rates, outer, inner, edges }
+        Self { frame, rows, px_per_unit, outer, inner, edges }
     }
 
     /// The pixels of a row of `width` whose centres lie in an open interval of x. (A cast cuts off what is below 0 and
@@ -116,7 +117,7 @@ impl<'a> WindowBorders<'a> {
     /// The weight of a pixel that a side of the window cuts.
     #[inline(always)]
     fn weight(&self, x: f64, y: f64) -> f64 {
-        let depth = |k: usize| (self.frame.half - self.rows[k].dot(DVec2::new(x, y)).abs()) / self.rates[k] + 0.5;
+        let depth = |k: usize| (self.frame.half - self.rows[k].dot(DVec2::new(x, y)).abs()) * self.px_per_unit[k] + 0.5;
         depth(0).min(depth(1)).clamp(0.0, 1.0)
     }
 }

@@ -9,5 +9,6 @@ mod marks;
 mod motion;
 mod noise;
 mod photograph;
+mod seeds;
 mod twins;
 mod world;
