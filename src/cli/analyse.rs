@@ -65,6 +65,9 @@ fn stability(args: &StabilityArgs) -> Result<Outcome, Error> {
         stdout(&table(&rows))?;
     }
     let all = rows.iter().all(|row| row.case.holds(&row.outcome));
+    if !all {
+        super::output::unmet("some cases do not keep to their bounds");
+    }
     Ok(if all { Outcome::Done } else { Outcome::Unmet })
 }
 

@@ -72,6 +72,9 @@ pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
         output::stdout(&text)?;
         doubts.iter().for_each(|doubt| output::stderr(&format!("note: {doubt}")));
     }
+    if !plan.in_reach() {
+        output::unmet(&format!("{}: the target that it asks for is out of reach", files::shown(&args.scene)));
+    }
     Ok(if plan.in_reach() { Outcome::Done } else { Outcome::Unmet })
 }
 

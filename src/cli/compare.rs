@@ -59,7 +59,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     output::stdout(&text)?;
     say(&judged, &report, &written);
     let kept = judged.iter().map(|j| accuracy::told(&j.name, &j.film.account, &j.film.counts));
-    let nothing = report.designs.iter().all(|design| design.not_judged.is_some());
+    let nothing = not_judged(&report);
     let judged = if nothing { Outcome::Unmet } else { Outcome::Done };
     Ok(kept.fold(expected.and(judged), Outcome::and))
 }
@@ -99,6 +99,19 @@ fn stem(path: &Path) -> String {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let named = stem.replace(|c: char| !c.is_ascii_alphanumeric() && c != '-', "_");
     if named.starts_with(|c: char| c.is_ascii_alphabetic()) { named } else { format!("_{named}") }
+}
+
+/// Whether nothing was judged, and says why.
+pub(super) fn not_judged(report: &Report) -> bool {
+    let nothing = report.designs.iter().all(|design| design.not_judged.is_some());
+    for design in report.designs.iter().filter(|_| nothing) {
+        output::unmet(&format!(
+            "{}: nothing was measured: {}",
+            design.name,
+            design.not_judged.as_deref().unwrap_or_default()
+        ));
+    }
+    nothing
 }
 
 /// The names of the scenes, each once.
@@ -148,11 +161,8 @@ fn page(judged: &[JudgedDesign], report: &Report, verdict: &str) -> String {
         scene: &design.scene,
         system: &design.system,
         picture: Some(&design.film.radiance),
-        notes: [design.film.account.to_string()]
-            .into_iter()
-            .chain(table::warnings(entry))
-            .chain(doubts(&design.scene, &design.system))
-            .collect(),
+        made: design.film.account.to_string(),
+        notes: table::warnings(entry).into_iter().chain(doubts(&design.scene, &design.system)).collect(),
     });
     let title = comparison::title(judged);
     comparison_page::page(&title, verdict, &prisms.collect::<Vec<_>>(), &origin::origin())

@@ -45,7 +45,7 @@ pub struct ExportArgs {
     pub out: PathBuf,
     /// How far what is written may stray from the surfaces, in mm: chords of a body (without it 1e-4), the bicubic surface through a
     /// grid (without it 1e-8).
-    #[arg(long, value_parser = positive, value_name = "MM")]
+    #[arg(long, value_parser = positive, value_name = "MM", allow_negative_numbers = true)]
     pub tolerance_mm: Option<f64>,
     /// Print the files and their figures as JSON.
     #[arg(long)]

@@ -30,5 +30,8 @@ pub(super) fn run(args: &GoldenArgs) -> Result<Outcome, Error> {
     } else {
         output::stdout(&format!("{report}\n"))?;
     }
+    if !report.passed() {
+        output::unmet("some cases are not as their goldens have them");
+    }
     Ok(if report.passed() { Outcome::Done } else { Outcome::Unmet })
 }

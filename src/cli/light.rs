@@ -19,6 +19,16 @@ pub(super) struct Light {
 
 /// Reads the picture at `path`, of two halves or of one view. What was chosen and why goes to stderr.
 pub(super) fn read(path: &Path, args: &CurveArgs, halves: bool) -> Result<Light, Error> {
+    read_checked(path, args, halves, &|_| Ok(()))
+}
+
+/// [`read`], with a look at the picture before anything is sought in it.
+pub(super) fn read_checked(
+    path: &Path,
+    args: &CurveArgs,
+    halves: bool,
+    check: &dyn Fn(&Raster<f32>) -> Result<(), Error>,
+) -> Result<Light, Error> {
     let stated = match args.transfer {
         Some(TransferArg::Linear) => Some(Transfer::Linear),
         Some(TransferArg::Srgb) => Some(Transfer::Srgb),
@@ -30,6 +40,7 @@ pub(super) fn read(path: &Path, args: &CurveArgs, halves: bool) -> Result<Light,
         None => CurveSource::FileOrStored,
     };
     let (stored, metadata) = io::read(path, source)?;
+    check(&stored)?;
     if !metadata.is_as_stored() {
         return Ok(Light { picture: stored, metadata, choice: None });
     }

@@ -1,12 +1,14 @@
 //! `biprism measure`: the figures of one picture, rendered or photographed, or of corners that another program found.
 
 use super::args::MeasureArgs;
+use super::compare::not_judged;
 use super::expect::expectations;
 use super::light::Light;
 use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, light, origin, output};
 use crate::analysis::budget;
+use crate::analysis::compare::prisms;
 use crate::analysis::fit_shift::fit_shifts;
 use crate::analysis::judge::measure;
 use crate::analysis::listed_corners::lattices;
@@ -22,6 +24,7 @@ use crate::report::{self, design, json, table};
 use crate::scene::Scene;
 use crate::system::{System, doubts};
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// What is measured.
 enum Input {
@@ -31,9 +34,10 @@ enum Input {
 }
 
 pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
-    inputs::check_outputs(args.page.as_slice())?;
+    args.page.as_deref().map_or(Ok(()), checked_page)?;
     let scene = files::load(&args.scene)?;
     files::checkerboard(&scene, &args.scene)?;
+    files::named(&args.scene, prisms(&scene))?;
     let input = input(args, &scene)?;
     let progress = Progress::new(0);
     progress.begin(&scene.name, "design");
@@ -74,31 +78,43 @@ pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
     if let Some(path) = &args.page {
         let picture = if let Input::Picture(picture, _) = &input { Some(picture) } else { None };
         let entry = &report.designs[0];
-        let notes = table::warnings(entry).into_iter().chain(doubts(&scene, &system)).collect();
-        let prism = PagePrism { entry, judgement: &judgement, scene: &scene, system: &system, picture, notes };
+        let made = format!("read from {}", args.picture.display());
+        let notes = notes(entry, &scene, &system);
+        let prism = PagePrism { entry, judgement: &judgement, scene: &scene, system: &system, picture, made, notes };
         let title = format!("{} measured as scene {}", args.picture.display(), scene.name);
+        inputs::check_outputs(args.page.as_slice())?;
         files::text(path, &comparison::page(&title, &table::verdict(&report.designs), &[prism], &origin::origin()))?;
         output::stderr(&format!("wrote {}", path.display()));
     }
     let words = || format!("{}\n\n{}\n", table::text(&report.designs), table::verdict(&report.designs));
     output::stdout(&if args.json { json::to_text(&report) } else { words() })?;
-    report.designs.iter().for_each(|design| told(design, &scene, &system));
-    let nothing = report.designs.iter().all(|design| design.not_judged.is_some());
+    for design in &report.designs {
+        notes(design, &scene, &system).iter().for_each(|note| output::stderr(&format!("note: {note}")));
+    }
+    let nothing = not_judged(&report);
     Ok(if nothing { Outcome::Unmet } else { outcome })
 }
 
 /// What a user must know besides the table.
-fn told(design: &json::Design, scene: &Scene, system: &System) {
-    table::warnings(design).iter().for_each(|warning| output::stderr(warning));
-    if let Some(fits) = &design.surface_fits {
-        report::fit::words(fits).iter().for_each(|line| output::stderr(&format!("fit of the {line}")));
-    }
+fn notes(design: &json::Design, scene: &Scene, system: &System) -> Vec<String> {
+    let fits = design.surface_fits.as_ref().map(report::fit::words).unwrap_or_default();
     let of_pose = design
         .board_pose
         .as_ref()
         .map(|pose| report::board_pose::notes(pose, design.matching.as_ref(), system.board().inner_corners()));
-    let notes = of_pose.into_iter().flatten().chain(doubts(scene, system));
-    notes.for_each(|note| output::stderr(&format!("note: {note}")));
+    let fits = fits.into_iter().map(|line| format!("fit of the {line}"));
+    let posed = of_pose.into_iter().flatten();
+    table::warnings(design).into_iter().chain(fits).chain(posed).chain(doubts(scene, system)).collect()
+}
+
+/// That the page may be written.
+fn checked_page(path: &Path) -> Result<(), Error> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    if !matches!(ending.as_deref(), Some("html" | "htm")) {
+        let rule = format!("`{}` does not end in .html", path.display());
+        return Err(Error::new("--page", rule, "name a .html file"));
+    }
+    files::folder(path.parent().unwrap_or(Path::new("")))
 }
 
 /// A corner file by its ending, else a picture, which must be of the scene's size.
@@ -106,8 +122,8 @@ fn input(args: &MeasureArgs, scene: &Scene) -> Result<Input, Error> {
     if CornerFormat::of(&args.picture).is_ok() {
         return corners::read(&args.picture).map(Input::Corners);
     }
-    let Light { picture, mut metadata, .. } = light::read(&args.picture, &args.curve, true)?;
-    files::check_size(&args.picture, &picture, scene)?;
+    let sized = |picture: &Raster<f32>| files::check_size(&args.picture, picture, scene);
+    let Light { picture, mut metadata, .. } = light::read_checked(&args.picture, &args.curve, true, &sized)?;
     Ok(Input::Picture(picture, metadata.texts.remove("biprism")))
 }
 

@@ -21,11 +21,16 @@ pub(super) fn run(args: &NewArgs) -> Result<Outcome, Error> {
     // Take what is given, ask for the rest, and write the text.
     let starter = starter(args, &mut std::io::stdin().lock())?;
     let text = starter.text()?;
-    let scene = crate::scene::parse(&text, &args.path.display().to_string(), None)?;
-    let built = files::build(&scene, &args.path)?;
+    let wrong = |problem: Error| {
+        let help = format!("{}; change what was given of sensor, lens, prism or distance", problem.help);
+        Error::new("these values", format!("they make no scene: {}", problem.rule), help)
+    };
+    let scene = crate::scene::parse(&text, "the scene", None).map_err(wrong)?;
+    let built = system::build(&scene).map_err(wrong)?;
     if to_stdout {
         output::stdout(&text)?;
     } else {
+        files::folder(args.path.parent().unwrap_or(Path::new("")))?;
         files::text(&args.path, &text)?;
         output::stderr(&format!("wrote {}", args.path.display()));
     }
@@ -72,8 +77,11 @@ fn starter(args: &NewArgs, input: &mut dyn BufRead) -> Result<StarterScene, Erro
 
 /// The name of a scene by its file.
 fn name(path: &Path) -> String {
-    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    if stem.is_empty() || stem == "-" { "scene".to_owned() } else { stem }
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
+    let named: String = stem.chars().map(|c| if allowed(c) { c } else { '_' }).collect();
+    let named = named.trim_start_matches('-');
+    if named.chars().all(|c| c == '_') { "scene".to_owned() } else { named.to_owned() }
 }
 
 /// Questions to a person, who may answer with an empty line.
@@ -110,7 +118,7 @@ impl Questions<'_> {
         if (low..=high).contains(&value) {
             return Ok(value);
         }
-        let rule = format!("{value} is not within {low} .. {high}");
+        let rule = format!("{value:e} is not within {low} .. {high}");
         Err(Error::new(words, rule, format!("give a number such as {proposed}")))
     }
 

@@ -49,21 +49,21 @@ pub struct NewArgs {
     #[arg(long, value_parser = clap::value_parser!(u32).range(2..=65536))]
     pub height_px: Option<u32>,
     /// Pixel pitch, in um.
-    #[arg(long, value_parser = above_zero)]
+    #[arg(long, value_parser = above_zero, allow_negative_numbers = true)]
     pub pixel_um: Option<f64>,
     /// Focal length of the lens, in mm.
-    #[arg(long, value_parser = above_zero)]
+    #[arg(long, value_parser = above_zero, allow_negative_numbers = true)]
     pub focal_mm: Option<f64>,
     /// Distance of the board, in mm: the middle of the depths that matter.
-    #[arg(long, value_parser = above_zero)]
+    #[arg(long, value_parser = above_zero, allow_negative_numbers = true)]
     pub distance_mm: Option<f64>,
     /// The prism.
     #[arg(long)]
     pub prism: Option<PrismArg>,
     /// Refractive index of its glass.
-    #[arg(long, value_parser = above_zero)]
+    #[arg(long, value_parser = above_zero, allow_negative_numbers = true)]
     pub index: Option<f64>,
     /// Distance of its ridge from the camera, in mm.
-    #[arg(long, value_parser = above_zero)]
+    #[arg(long, value_parser = above_zero, allow_negative_numbers = true)]
     pub ridge_mm: Option<f64>,
 }

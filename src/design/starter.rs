@@ -51,7 +51,7 @@ impl StarterScene {
     /// As [`facet_angle_rad`]: a lens too wide for glass of that index.
     pub fn text(&self) -> Result<String, Error> {
         let [width_mm, height_mm] = self.size_px.map(|n| n as f64 * self.pitch_um * 1e-3);
-        let [depth_near, depth_far] = [0.5, 2.0].map(|times| times * self.distance_mm);
+        let depth_far = 2.0 * self.distance_mm;
 
         // The camera.
         let mut text = format!(
@@ -61,8 +61,17 @@ impl StarterScene {
             self.name, self.focal_mm, self.size_px[0], self.size_px[1], self.pitch_um
         );
 
-        // The prism.
-        text += &self.prism_text(width_mm)?;
+        // The prism, and the nearest depth behind it.
+        let thickness_mm = self.glass_mm(width_mm)?;
+        let behind_mm = thickness_mm.map_or(0.0, |thickness_mm| self.ridge_mm + thickness_mm);
+        if behind_mm >= self.distance_mm {
+            let rule =
+                format!("the board at {} mm stands in the prism, which ends at {behind_mm} mm", self.distance_mm);
+            return Err(Error::new("--distance-mm", rule, "move the board away, or the ridge nearer with --ridge-mm"));
+        }
+        let halfway_mm = 0.5 * (behind_mm + self.distance_mm);
+        let depth_near = if 0.5 * self.distance_mm > 1.2 * behind_mm { 0.5 * self.distance_mm } else { halfway_mm };
+        text += &self.prism_text(width_mm, thickness_mm)?;
 
         // The board.
         let square_mm = round_length(self.distance_mm * width_mm / self.focal_mm / SQUARES_ACROSS);
@@ -82,16 +91,28 @@ impl StarterScene {
         Ok(text)
     }
 
-    fn prism_text(&self, width_mm: f64) -> Result<String, Error> {
-        let kind = match self.prism {
-            StarterPrism::None => return Ok("\n[prism]\nkind = \"none\"\n".to_owned()),
-            StarterPrism::Flat => "flat",
-            StarterPrism::Exact | StarterPrism::Freeform => "freeform",
-        };
+    /// The thickness of the glass behind the ridge, in mm; `None` without glass.
+    fn glass_mm(&self, width_mm: f64) -> Result<Option<f64>, Error> {
+        if self.prism == StarterPrism::None {
+            return Ok(None);
+        }
         // The wedge of a facet stands over half the picture's field at the ridge.
-        let facet_rad = facet_angle_rad(self.index, libm::atan(0.25 * width_mm / self.focal_mm))?;
-        let wedge_mm = self.ridge_mm * 0.5 * width_mm / self.focal_mm * libm::tan(facet_rad);
-        let thickness_mm = round_up(wedge_mm + (EDGE_GLASS[0] * wedge_mm).max(EDGE_GLASS[1]));
+        let wedge_mm = self.ridge_mm * 0.5 * width_mm / self.focal_mm * libm::tan(self.facet_rad(width_mm)?);
+        Ok(Some(round_up(wedge_mm + (EDGE_GLASS[0] * wedge_mm).max(EDGE_GLASS[1]))))
+    }
+
+    /// The angle of a facet that leaves the two views parallel.
+    fn facet_rad(&self, width_mm: f64) -> Result<f64, Error> {
+        facet_angle_rad(self.index, libm::atan(0.25 * width_mm / self.focal_mm))
+    }
+
+    fn prism_text(&self, width_mm: f64, thickness_mm: Option<f64>) -> Result<String, Error> {
+        let Some(thickness_mm) = thickness_mm else { return Ok("\n[prism]\nkind = \"none\"\n".to_owned()) };
+        let kind = match self.prism {
+            StarterPrism::Exact | StarterPrism::Freeform => "freeform",
+            StarterPrism::Flat | StarterPrism::None => "flat",
+        };
+        let facet_rad = self.facet_rad(width_mm)?;
         let mut text = format!(
             "\n# The ridge faces the camera. The baseline grows with its distance, and so does the glass.\n[prism]\nkind = \"{kind}\"\n\
              index = {:?}\nridge_distance_mm = {:?}\nthickness_mm = {thickness_mm:?}\n\

@@ -101,6 +101,9 @@ pub(super) fn read<R: BufRead>(lines: &mut TextLines<R>) -> Result<Vec<DVec3>, E
         let rule = format!("there are more lines than the {} points of the grid", grid.points());
         return Err(lines.problem(rule, AGAIN));
     }
+    if points.is_empty() {
+        return Err(lines.problem(format!("all {} points have nodata 1, and none a value", grid.points()), AGAIN));
+    }
     Ok(points)
 }
 
@@ -157,11 +160,22 @@ fn sag<R: BufRead>(lines: &TextLines<R>, line: &str) -> Result<Option<f64>, Erro
         let rule = format!("the line has {} values, and has at most 5: {}", words.len(), names.join(" "));
         return Err(lines.problem(rule, AGAIN));
     }
+    if ![1, 4, 5].contains(&words.len()) {
+        let rule = format!(
+            "the line has {} values, and must have z alone, the derivatives too, or all 5: {}",
+            words.len(),
+            names.join(" ")
+        );
+        return Err(lines.problem(rule, AGAIN));
+    }
+    // A point without a value may hold anything.
+    if words.get(4).is_some_and(|flag| flag.parse() == Ok(1.0)) {
+        return Ok(None);
+    }
     let numbers = names.into_iter().zip(&words).map(|(name, word)| lines.number(name, word));
     let numbers = numbers.collect::<Result<Vec<f64>, Error>>()?;
     match numbers.get(4) {
         None | Some(0.0) => Ok(numbers.first().copied()),
-        Some(1.0) => Ok(None),
         Some(flag) => Err(lines.problem(format!("nodata is {flag}, and must be 0 or 1"), AGAIN)),
     }
 }

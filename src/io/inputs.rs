@@ -137,7 +137,7 @@ pub fn check_outputs(paths: &[PathBuf]) -> Result<(), Error> {
 pub(super) fn check_output(path: &Path) -> Result<(), Error> {
     if was_read(path) {
         let rule = "the file was read in this run, and would be written over";
-        return Err(Error::new(path.display(), rule, "write to another place, with --out"));
+        return Err(Error::new(path.display(), rule, "name another file to be written"));
     }
     Ok(())
 }

@@ -59,6 +59,7 @@ fn drawn(judged: &[JudgedDesign], figures: Vec<FigureRow>, verdict: String) -> D
         picture: &design.film.radiance,
         corners,
         seam_px: 0.5 * design.scene.camera.width_px as f64,
+        found: design.judgement.view.halves.iter().map(|half| half.found.len()).sum(),
     });
     let panels: Vec<Panel> = panels.collect();
     comparison::draw(&ComparisonInput {

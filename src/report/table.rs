@@ -175,27 +175,26 @@ pub fn text(designs: &[Design]) -> String {
             let _ = write!(text, "  {value:>column$}");
         }
     }
-    for reason in reasons(designs) {
-        let _ = write!(text, "\n-: {reason}");
-    }
-    if designs.iter().any(|d| ROWS.iter().filter_map(|row| (row.of)(d)).any(differs)) {
-        let _ = write!(
-            text,
-            "\n!: the two differ by over 10 %: the measured one holds over the corners found, the true one over all rays"
-        );
-    }
-    for line in [depths(designs), light(designs)].into_iter().flatten() {
-        let _ = write!(text, "\n{line}");
-    }
-    let matched = designs.iter().filter_map(|d| board_pose::rests(d.matching.as_ref()?));
-    let posed = designs.iter().filter_map(|d| board_pose::line(d.board_pose.as_ref()?));
-    for line in matched.chain(posed) {
+    for line in remarks(designs) {
         let _ = write!(text, "\n{line}");
     }
     for (name, budget) in designs.iter().filter_map(|d| Some((&d.name, d.error_budget.as_ref()?))) {
         let _ = write!(text, "\n{}", crate::report::table::budget_words(name, budget));
     }
     text
+}
+
+/// What a reader of the figures must know: why some are missing, what the marks say, where the boards stand, and how the corners
+/// of a picture were matched and placed.
+pub fn remarks(designs: &[Design]) -> Vec<String> {
+    let missing = reasons(designs).into_iter().map(|reason| format!("-: {reason}"));
+    let marked = designs.iter().any(|d| ROWS.iter().filter_map(|row| (row.of)(d)).any(differs)).then(|| {
+        "!: the two differ by over 10 %: the measured one holds over the corners found, the true one over all rays"
+            .to_owned()
+    });
+    let matched = designs.iter().filter_map(|d| board_pose::rests(d.matching.as_ref()?));
+    let posed = designs.iter().filter_map(|d| board_pose::line(d.board_pose.as_ref()?));
+    missing.chain(marked).chain(depths(designs)).chain(light(designs)).chain(matched).chain(posed).collect()
 }
 
 /// The distances of the scenes' own boards, each once.
@@ -265,8 +264,29 @@ pub fn warnings(design: &Design) -> Vec<String> {
 /// One sentence on the second design against the first, by the vertical disparity of raw halves. The bands are those
 /// of the ROS camera calibrator's tutorial: below 0.25 px acceptable, below 0.1 px excellent.
 pub fn verdict(designs: &[Design]) -> String {
-    on_disparity(designs) + &on_rows(designs)
+    on_disparity(designs) + &on_rows(designs) + &on_detector(designs)
 }
+
+/// Where the detector's own error is most of what was measured.
+fn on_detector(designs: &[Design]) -> String {
+    let limited = |d: &'_ Design| {
+        let figure = &d.stereo.vertical_disparity_rms_px;
+        let (measured, exact) = (figure.measured?, figure.exact?);
+        let above = measured > DETECTABLE_PX && exact < LIMITED * measured;
+        above.then(|| {
+            format!(
+                " Most of what was measured of the {} prism is the error of the corners that were found: truly it leaves {} px.",
+                d.name,
+                number(Some(exact))
+            )
+        })
+    };
+    designs.iter().filter_map(limited).collect()
+}
+
+/// A measured disparity above so many px is told to be the detector's where less than this share of it is true.
+const DETECTABLE_PX: f64 = 1e-3;
+const LIMITED: f64 = 0.5;
 
 /// By how much less a row law must leave with its shift undone for the shift to be what is left of a pinhole.
 const UNDONE: f64 = 0.1;

@@ -194,15 +194,14 @@ impl CornerPixelModel {
         let mut added = covariance * s0 * s1 + second;
         let mut by = [covariance * b0 * s1, covariance * s0 * b1];
         if !few.all() {
-            let (h, k) = (load(&seen.distances[0]) * of(1.0 / v0.sqrt()), load(&seen.distances[1]) * of(1.0 / v1.sqrt()));
+            let (h, k) =
+                (load(&seen.distances[0]) * of(1.0 / v0.sqrt()), load(&seen.distances[1]) * of(1.0 / v1.sqrt()));
             let [value, odd0, odd1] = self.integral([h, k], correlation.max(of(-0.999)).min(of(0.999)));
             // Nothing where one edge is far.
             let far = (of(0.0).lt(s0.abs())) & (of(0.0).lt(s1.abs()));
             let value = far.select(value, of(0.0));
-            let by_integral = [
-                far.select(s0 * (odd0 - load(e1)), of(0.0)),
-                far.select(s1 * (odd1 - load(e0)), of(0.0)),
-            ];
+            let by_integral =
+                [far.select(s0 * (odd0 - load(e1)), of(0.0)), far.select(s1 * (odd1 - load(e0)), of(0.0))];
             added = few.select(added, value);
             by = [few.select(by[0], by_integral[0]), few.select(by[1], by_integral[1])];
         }

@@ -89,13 +89,7 @@ impl Ready {
     /// Where they are larger, the pattern is 1 but for the two squares of the other sign, each the product of its two edges. The
     /// correction where both edges are near is that of the crossing without lean.
     #[inline(always)]
-    fn leaning(
-        &self,
-        profiles: &[Profile; 2],
-        seen: &SeenEdges,
-        growth: &[Column; 2],
-        plain: &Patterns,
-    ) -> Patterns {
+    fn leaning(&self, profiles: &[Profile; 2], seen: &SeenEdges, growth: &[Column; 2], plain: &Patterns) -> Patterns {
         // Where the positive sign is larger, the smaller squares have the distances' signs apart.
         let other = if self.steps_px[0] > 0.0 { -1.0 } else { 1.0 };
         let a0 = self.part(&profiles[0], &seen.distances[0], &growth[0], (0, 1.0));
@@ -192,7 +186,8 @@ fn differentiate(
 
     // Measure the distances from both edges without their leans, the derivatives of these by the corner and by the edge's angle,
     // and by what share the leans have grown.
-    let mut seen = SeenEdges { distances: [[0.0; CHUNK]; 2], normals: [[[0.0; CHUNK]; 2]; 2], edges: [[[0.0; CHUNK]; 3]; 2] };
+    let mut seen =
+        SeenEdges { distances: [[0.0; CHUNK]; 2], normals: [[[0.0; CHUNK]; 2]; 2], edges: [[[0.0; CHUNK]; 3]; 2] };
     let [mut turned, mut growth] = [[[0.0; CHUNK]; 2]; 2];
     for k in 0..2 {
         let (normal, tangent) = (ready.normals[k], ready.tangents[k]);

@@ -29,7 +29,9 @@ pub struct PagePrism<'a> {
     pub system: &'a System,
     /// The picture, of linear light; `None` where corners alone were given.
     pub picture: Option<&'a Raster<f32>>,
-    /// How the picture was made, and what a reader must know besides.
+    /// How the picture was made.
+    pub made: String,
+    /// What a reader must know besides.
     pub notes: Vec<String>,
 }
 
@@ -38,7 +40,7 @@ pub struct PagePrism<'a> {
 struct ComparisonContext<'a> {
     title: &'a str,
     verdict: &'a str,
-    depths: Option<String>,
+    remarks: Vec<String>,
     prisms: Vec<ListedPrism<'a>>,
     has_budget: bool,
     has_pictures: bool,
@@ -49,7 +51,7 @@ struct ComparisonContext<'a> {
 #[derive(Serialize)]
 struct ListedPrism<'a> {
     name: &'a str,
-    notes: &'a [String],
+    made: &'a str,
 }
 
 /// The page of these prisms; `verdict` is the sentence that judges them.
@@ -61,14 +63,19 @@ pub fn page(title: &str, verdict: &str, prisms: &[PagePrism<'_>], origin: &PageO
     let context = ComparisonContext {
         title,
         verdict,
-        depths: table::depths(&entries),
-        prisms: prisms.iter().map(|p| ListedPrism { name: &p.entry.name, notes: &p.notes }).collect(),
+        remarks: table::remarks(&entries).into_iter().chain(prisms.iter().flat_map(notes)).collect(),
+        prisms: prisms.iter().map(|p| ListedPrism { name: &p.entry.name, made: &p.made }).collect(),
         has_budget: prisms.iter().any(listed),
         has_pictures: prisms.iter().any(|prism| prism.picture.is_some()),
         rows: metric_rows(&entries),
         origin,
     };
     shell::page("comparison.html", Scripts::Viewer, &data.to_string(), &context)
+}
+
+/// What must be known of a prism, with its name where there are several.
+fn notes(prism: &PagePrism<'_>) -> Vec<String> {
+    prism.notes.iter().map(|note| format!("{}: {note}", prism.entry.name)).collect()
 }
 
 /// What the scripts are told of a prism, one of `count`.

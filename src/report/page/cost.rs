@@ -50,7 +50,13 @@ fn verdict(study: &CostStudy) -> String {
     let words = |(setting, px): &(&Setting, f64)| {
         format!("{px} px: {} {} in {} ms", setting.knob, setting.value, number(Some(setting.time_ms.median)))
     };
-    format!("The cheapest setting whose lines are right to {}.", told.iter().map(words).collect::<Vec<_>>().join("; to "))
+    if told.is_empty() {
+        return "No setting has lines of the board to judge it by.".to_owned();
+    }
+    format!(
+        "The cheapest setting whose lines are right to {}.",
+        told.iter().map(words).collect::<Vec<_>>().join("; to ")
+    )
 }
 
 fn charts(study: &CostStudy) -> Vec<Value> {

@@ -24,6 +24,8 @@ pub(super) struct MetricRow {
 struct MetricCell {
     measured: String,
     exact: Option<String>,
+    /// The signs behind it, which the remarks explain: ` !`, ` *`.
+    mark: String,
     /// How it was taken.
     note: String,
 }
@@ -33,10 +35,13 @@ pub(super) fn metric_rows(designs: &[Design]) -> Vec<MetricRow> {
     let row = |row: table::Shown| {
         let known = meaning(&row.label);
         let cells = row.values.iter().zip(&row.figures).map(|(value, figure)| match figure {
-            Some(figure) => {
-                MetricCell { measured: number(figure.measured), exact: Some(number(figure.exact)), note: note(figure) }
-            }
-            None => MetricCell { measured: value.clone(), exact: None, note: String::new() },
+            Some(figure) => MetricCell {
+                measured: number(figure.measured),
+                exact: Some(number(figure.exact)),
+                mark: value.rsplit(" | ").next().map_or("", |last| last.trim_start_matches(|c| c != ' ')).to_owned(),
+                note: note(figure),
+            },
+            None => MetricCell { measured: value.clone(), exact: None, mark: String::new(), note: String::new() },
         });
         MetricRow {
             under: row.label.starts_with(' '),

@@ -18,6 +18,8 @@ pub struct Panel<'a> {
     pub corners: &'a [CornerMark],
     /// Where the half images meet, in px from the left edge of the picture.
     pub seam_px: f64,
+    /// Corners that were found, also those whose designed place is not known.
+    pub found: usize,
 }
 
 /// A row of the table of figures.

@@ -125,7 +125,7 @@ pub(super) fn draw(
 }
 
 /// The letter of panel `k`.
-fn letter(k: usize) -> char {
+pub(super) fn letter(k: usize) -> char {
     char::from(b'a' + (k % 26) as u8)
 }
 
@@ -136,6 +136,9 @@ fn summary(panel: &Panel) -> String {
         0 => String::new(),
         skipped => format!(" (+ {skipped} without a number)"),
     };
+    if sizes.is_empty() && panel.found > panel.corners.len() {
+        return format!("{} corners, whose designed places are not known", panel.found);
+    }
     if sizes.is_empty() {
         return format!("no corners detected{skipped}");
     }

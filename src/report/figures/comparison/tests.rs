@@ -22,8 +22,8 @@ const VERDICT: &str = "The freeform prism keeps both halves within 0.51 px of a 
 fn example(then: impl Fn(&ComparisonInput)) {
     let (flat, freeform) = (samples::board(20.0), samples::board(0.5));
     let panels = [
-        Panel { name: "flat prism".into(), picture: &flat.0, corners: &flat.1, seam_px: 960.0 },
-        Panel { name: "freeform prism".into(), picture: &freeform.0, corners: &freeform.1, seam_px: 960.0 },
+        Panel { name: "flat prism".into(), picture: &flat.0, corners: &flat.1, seam_px: 960.0, found: 0 },
+        Panel { name: "freeform prism".into(), picture: &freeform.0, corners: &freeform.1, seam_px: 960.0, found: 0 },
     ];
     then(&ComparisonInput {
         title: "One checkerboard through two prisms: 1 m away, squares of 10 mm".into(),
@@ -42,7 +42,7 @@ fn a_realistic_comparison_is_sound_at_any_width() {
             let drawing = draw(&ComparisonInput { width_px, ..input.clone() });
             examine::examine(&format!("comparison_{width_px}"), &drawing);
             // The halves of the sample are mirror images: every corner is as high in both.
-            for words in ["0 px of vertical disparity", "left half"] {
+            for words in ["(a) 0 px of vertical disparity", "left half"] {
                 assert!(examine::says(&drawing, words), "{words}");
             }
         }
@@ -57,7 +57,7 @@ fn hostile_input_gives_a_sound_figure() {
     let pictures = [(0, 0), (1, 1), (3, 4000), (4000, 3), (1920, 1080)].map(|(w, h)| Raster::filled(w, h, f32::NAN));
     for (k, picture) in pictures.iter().enumerate() {
         let seam_px = [f64::NAN, 960.0, -5.0, f64::INFINITY, 1e12][k];
-        let panel = |corners| Panel { name: long.clone(), picture, corners, seam_px };
+        let panel = |corners| Panel { name: long.clone(), picture, corners, seam_px, found: 0 };
         let drawing = draw(&ComparisonInput {
             title: long.clone(),
             panels: [vec![panel(&corners), panel(&[])], vec![panel(&corners); k]].concat(),
@@ -76,8 +76,9 @@ fn any_number_of_prisms_is_drawn() {
     let (picture, corners) = samples::board(20.0);
     for count in [1, 3, 8] {
         let name = |k: usize| format!("prism {k}");
-        let panels: Vec<Panel> =
-            (0..count).map(|k| Panel { name: name(k), picture: &picture, corners: &corners, seam_px: 960.0 }).collect();
+        let panels: Vec<Panel> = (0..count)
+            .map(|k| Panel { name: name(k), picture: &picture, corners: &corners, seam_px: 960.0, found: 0 })
+            .collect();
         let values = (0..count).map(|k| format!("{k}.5")).collect();
         let drawing = draw(&ComparisonInput {
             title: "Prisms".into(),
@@ -99,7 +100,7 @@ fn any_number_of_prisms_is_drawn() {
 #[test]
 fn an_empty_comparison_is_still_labelled() {
     let picture = Raster::filled(1920, 1080, 0.5);
-    let panel = |name: &str| Panel { name: name.into(), picture: &picture, corners: &[], seam_px: 960.0 };
+    let panel = |name: &str| Panel { name: name.into(), picture: &picture, corners: &[], seam_px: 960.0, found: 0 };
     let panels = [panel("flat"), panel("freeform")];
     assert_eq!(suitable_gain(&panels), 1.0);
     let drawing = draw(&ComparisonInput {
@@ -122,7 +123,7 @@ fn corners_without_a_number_are_counted_and_the_others_drawn() {
     let picture = Raster::filled(100, 50, 0.5);
     let mark = |x: f64, e: f64| CornerMark { index: [0, 0], position_px: DVec2::splat(x), error_px: DVec2::splat(e) };
     let corners = [mark(10.0, 3.0), mark(20.0, f64::NAN), mark(f64::NAN, 1.0), mark(30.0, 4.0)];
-    let panel = Panel { name: "flat".into(), picture: &picture, corners: &corners, seam_px: 50.0 };
+    let panel = Panel { name: "flat".into(), picture: &picture, corners: &corners, seam_px: 50.0, found: 0 };
     let drawing = draw(&ComparisonInput {
         title: String::new(),
         panels: vec![panel.clone(), panel],
@@ -145,7 +146,7 @@ fn the_gain_makes_the_longer_arrows_no_longer_than_about_a_square() {
     let picture = Raster::filled(1, 1, 0.0);
     for (error, gain) in [(11.0, 5.0), (0.05, 1000.0), (30.0, 2.0), (500.0, 1.0), (0.0, 1.0)] {
         let corners: Vec<CornerMark> = (0..9).map(|i| mark(i, error)).collect();
-        let panel = Panel { name: String::new(), picture: &picture, corners: &corners, seam_px: 1e9 };
+        let panel = Panel { name: String::new(), picture: &picture, corners: &corners, seam_px: 1e9, found: 0 };
         assert_eq!(suitable_gain(&[panel.clone(), panel]), gain, "{error}");
     }
 }

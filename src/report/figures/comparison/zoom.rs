@@ -4,6 +4,7 @@
 use super::corner_mark::CornerMark;
 use super::input::{Panel, drawable};
 use super::layout::Layout;
+use super::overview::letter;
 use crate::geom::Rect;
 use crate::plot::colour::{ACCENT, GREY, INK, SERIES, WHITE};
 use crate::plot::drawing::{Drawing, Item, Stroke};
@@ -37,26 +38,40 @@ fn lower_px([left, right]: &SeenTwice) -> f64 {
     right.y - left.y
 }
 
-/// One corner of the board, and its windows in each panel.
-pub(super) struct Zoom {
+/// The corner with the largest vertical disparity.
+fn worst(seen: &BTreeMap<[i32; 2], SeenTwice>) -> Option<([i32; 2], SeenTwice)> {
+    let largest = seen.iter().max_by(|a, b| lower_px(a.1).abs().total_cmp(&lower_px(b.1).abs()))?;
+    Some((*largest.0, *largest.1))
+}
+
+/// A corner of the board, and its windows in a panel.
+struct ZoomPlace {
     /// Column and row.
     index: [i32; 2],
+    pair: SeenTwice,
+    /// Around it in the left and in the right half.
+    windows: [Rect; 2],
+}
+
+/// The windows of all panels.
+pub(super) struct Zoom {
     /// Columns and rows of a window, whole px of the picture.
     size: DVec2,
-    /// In each panel where the corner is and the windows around it, of the left and of the right half; `None` where it does not show
-    /// it twice.
-    places: Vec<Option<(SeenTwice, [Rect; 2])>>,
+    /// The corner with the largest vertical disparity in the first panel, in every panel that shows it twice; in another the
+    /// one with its own largest, and none where none is shown twice.
+    places: Vec<Option<ZoomPlace>>,
 }
 
 impl Zoom {
     /// The corner with the largest vertical disparity in the first panel; `None` where that shows none twice.
     pub(super) fn of(panels: &[Panel]) -> Option<Self> {
         let first = seen_twice(panels.first()?);
-        let worst = first.iter().max_by(|a, b| lower_px(a.1).abs().total_cmp(&lower_px(b.1).abs()))?;
-        let height = libm::ceil((HEIGHT * lower_px(worst.1).abs()).clamp(LEAST_HEIGHT_PX, LARGEST_HEIGHT_PX));
+        let (worst, pair) = worst(&first)?;
+        let height = libm::ceil((HEIGHT * lower_px(&pair).abs()).clamp(LEAST_HEIGHT_PX, LARGEST_HEIGHT_PX));
         let size = DVec2::new(libm::ceil(0.5 * height / PROPORTION), height);
         let place = |panel: &Panel| {
-            let pair = *seen_twice(panel).get(worst.0)?;
+            let seen = seen_twice(panel);
+            let (index, pair) = seen.get(&worst).map(|pair| (worst, *pair)).or_else(|| self::worst(&seen))?;
             let whole = DVec2::new(panel.picture.width() as f64, panel.picture.height() as f64);
             if whole.cmplt(size).any() {
                 return None;
@@ -67,14 +82,14 @@ impl Zoom {
                 let min = (DVec2::new(px.x, middle) - 0.5 * size).round().clamp(DVec2::ZERO, whole - size);
                 Rect { min, max: min + size }
             };
-            Some((pair, pair.map(window)))
+            Some(ZoomPlace { index, pair, windows: pair.map(window) })
         };
-        Some(Self { index: *worst.0, size, places: panels.iter().map(place).collect() })
+        Some(Self { size, places: panels.iter().map(place).collect() })
     }
 
     /// The windows of panel `k` in px of its picture.
     pub(super) fn windows(&self, k: usize) -> impl Iterator<Item = Rect> {
-        self.places.get(k).copied().flatten().into_iter().flat_map(|(_, windows)| windows)
+        self.places.get(k).and_then(Option::as_ref).into_iter().flat_map(|place| place.windows)
     }
 
     /// Draws the windows of panel `k` from `top` on; ends with its lower edge.
@@ -83,23 +98,29 @@ impl Zoom {
         let min = DVec2::new(left, top.round());
         let area = Rect { min, max: min + DVec2::new(layout.column, (PROPORTION * layout.column).round()) };
         let caption = match &self.places[k] {
-            Some((pair, windows)) => {
-                self.draw_pair(drawing, layout, panel, &area, (pair, windows));
-                format!("{} px of vertical disparity", axis::significant(lower_px(pair).abs(), 3))
+            Some(place) => {
+                self.draw_pair(drawing, layout, panel, &area, (&place.pair, &place.windows));
+                format!(
+                    "({}) {} px of vertical disparity",
+                    letter(k),
+                    axis::significant(lower_px(&place.pair).abs(), 3)
+                )
             }
-            None => "not found in both halves".to_owned(),
+            None => format!("({}) no corner is found in both halves", letter(k)),
         };
         drawing.frame(&area, Stroke::solid(ACCENT, 3.0 * unit));
 
         // What it shows, and where that is.
         let times = axis::significant(area.size().y / self.size.y, 2);
-        let [column, row] = self.index.map(|n| n.to_string().replace('-', "−"));
-        let place = format!(
-            "corner in column {column}, row {row}; {} × {} px of each half, {times} ×",
-            self.size.x, self.size.y
-        );
+        let corner = self.places[k].as_ref().map(|place| {
+            let [column, row] = place.index.map(|n| n.to_string().replace('-', "−"));
+            format!(
+                "corner in column {column}, row {row}; {} × {} px of each half, {times} ×",
+                self.size.x, self.size.y
+            )
+        });
         let mut y = area.max.y + 1.4 * layout.strong.size_px;
-        for (words, font, colour) in [(caption, layout.strong, INK), (place, layout.small, GREY)] {
+        for (words, font, colour) in [(caption, layout.strong, INK), (corner.unwrap_or_default(), layout.small, GREY)] {
             drawing.text(text::shortened(&words, font, area.size().x), font, colour, DVec2::new(left, y), Align::Start);
             y += LINE_HEIGHT * layout.small.size_px;
         }
@@ -201,10 +222,11 @@ mod tests {
         let corners =
             [mark(7, 30.0, 50.0), mark(7, 130.0, 56.0), mark(8, 60.0, 50.0), mark(8, 160.0, 48.0), mark(9, 90.0, 9.0)];
         let picture = Raster::filled(200, 100, 0.5);
-        let panel = Panel { name: String::new(), picture: &picture, corners: &corners, seam_px: 100.0 };
-        let alone = Panel { corners: &corners[2..], ..panel.clone() };
-        let zoom = Zoom::of(&[panel, alone]).expect("corners are seen twice");
-        assert_eq!(zoom.index, [7, 4]);
+        let panel = Panel { name: String::new(), picture: &picture, corners: &corners, seam_px: 100.0, found: 0 };
+        let [others, none] = [&corners[2..], &corners[4..]].map(|corners| Panel { corners, ..panel.clone() });
+        let zoom = Zoom::of(&[panel, others, none]).expect("corners are seen twice");
+        assert_eq!(zoom.places[0].as_ref().map(|place| place.index), Some([7, 4]));
+        assert_eq!(zoom.places[1].as_ref().map(|place| place.index), Some([8, 4]), "its own worst one");
         let windows: Vec<Rect> = zoom.windows(0).collect();
         assert_eq!(windows.len(), 2);
         assert_eq!([windows[0].min.y, windows[0].max.y], [windows[1].min.y, windows[1].max.y]);
@@ -213,6 +235,6 @@ mod tests {
             assert!(window.contains(corner.position_px) && window.size() == zoom.size, "{window:?}");
             assert!(whole.contains(window.min) && whole.contains(window.max), "{window:?}");
         }
-        assert_eq!(zoom.windows(1).count(), 0, "the second panel does not show the corner twice");
+        assert_eq!(zoom.windows(2).count(), 0, "the third panel shows no corner twice");
     }
 }

@@ -19,9 +19,13 @@ function readable(value) {
   return value.toExponential(2).replace(/\.?0*e\+?/, 'e');
 }
 
-// At most seven powers of ten within a range.
+// At most seven powers of ten within a range; twos and fives too where it is short.
 function powersOfTen(least, most) {
   const [low, high] = [Math.ceil(Math.log10(least) - 1e-9), Math.floor(Math.log10(most) + 1e-9)];
+  if (high - low < 2) {
+    const all = [low - 1, low, low + 1, low + 2].flatMap((n) => [1, 2, 5].map((digit) => digit * 10 ** n));
+    return all.filter((value) => value >= least * (1 - 1e-9) && value <= most * (1 + 1e-9));
+  }
   const step = Math.max(1, Math.ceil((high - low) / 6));
   return Array.from({ length: Math.floor((high - low) / step) + 1 }, (_, k) => 10 ** (low + k * step));
 }
@@ -36,7 +40,7 @@ function drawChart(element, axes, series) {
   const data = tables.length ? uPlot.join(tables) : [[]];
 
   const axis = ({ label, log }) => ({ label, splits: log ? (_, index, least, most) => powersOfTen(least, most) : undefined, stroke: styleValue('--ink'), grid: { stroke: styleValue('--line'), width: 1 },
-    ticks: { stroke: styleValue('--line') }, size: 62, labelSize: 24,
+    ticks: { stroke: styleValue('--line') }, filter: (_, splits) => splits, size: 62, labelSize: 24,
     values: (_, ticks) => ticks.map((tick) => (tick === null ? '' : readable(tick))) });
   const scale = ({ log }) => (log ? { distr: 3, log: 10, time: false } : { time: false });
   const value = (_, number) => readable(number);
@@ -52,12 +56,20 @@ function drawChart(element, axes, series) {
     }))],
   };
   element.replaceChildren();
+  element.drawnAs = { axes, series };
+  if (!shown.some(({ points }) => points.length)) {
+    const words = document.createElement('p');
+    words.className = 'hint';
+    words.textContent = 'There is nothing to draw: no prism here has such numbers.';
+    element.append(words);
+    element.plot = null;
+    return null;
+  }
   const plot = new uPlot(options, data, element);
   element.plot = plot;
-  element.drawnAs = { axes, series };
   if (!element.observed) {
     element.observed = true;
-    new ResizeObserver(() => element.plot.setSize({ width: Math.max(260, element.clientWidth), height: 300 })).observe(element);
+    new ResizeObserver(() => element.plot?.setSize({ width: Math.max(260, element.clientWidth), height: 300 })).observe(element);
   }
   return plot;
 }

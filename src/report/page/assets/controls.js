@@ -116,8 +116,19 @@ function pictureNote() {
     const quality = picture.jpeg_quality ? [`${name}: shown as a JPEG of quality ${picture.jpeg_quality}, which is not exact`] : [];
     return picture.step > 1 ? [...quality, `${name}: ${picture.step} x ${picture.step} pixels are shown as one`] : quality;
   });
-  if (state.mode === 'difference') notes.push(sameSize() ? 'Vermilion: the first is brighter; blue: the second is.' : 'The pictures differ in size, and have no difference.');
+  const [first, second] = [prisms[state.a].name, prisms[state.b].name];
+  if (state.mode === 'difference') notes.push(sameSize() ? `Vermilion: ${first} is brighter; blue: ${second} is.` : 'The pictures differ in size, and have no difference.');
+  if (state.mode === 'slider') notes.push(`Left of the line: ${first}; right of it: ${second}`);
   byId('picture-note').textContent = notes.join('. ');
+}
+
+// Errors that no corner here has cannot be chosen.
+function disableUnknown() {
+  for (const option of byId('error-kind').options) {
+    option.disabled = !prisms.some((prism) => prism.corners.some((corner) => errorOf(corner, option.value)));
+  }
+  const known = [...byId('error-kind').options].find((option) => !option.disabled);
+  if (known) { known.selected = true; state.kind = known.value; }
 }
 
 // The gain by which the longest error is drawn some 60 px long.

@@ -16,6 +16,7 @@ pageData.charts.forEach((chart, k) => {
     reading.textContent = `${label}: ${readable(time)} ms, ${readable(error)} ${chart.y.endsWith('mm') ? 'mm' : 'px'}`;
   };
   element.addEventListener('pointermove', (event) => {
+    if (!element.plot) return;
     const box = element.plot.over.getBoundingClientRect();
     const far = ([x, y]) => Math.hypot(element.plot.valToPos(x, 'x') - (event.clientX - box.left),
       element.plot.valToPos(y, 'y') - (event.clientY - box.top));

@@ -33,6 +33,7 @@ function drawErrorCurves() {
   drawChart(byId('curve-column'), { x: { label: 'x in the picture, px' }, y: { label: 'mean error, px', log: true } }, column);
 }
 
+disableUnknown();
 fillGains();
 pointerControls();
 keyControls();

@@ -55,7 +55,9 @@ function drawHeat(ctx, prism, view, kind) {
     const error = errorOf(corner, kind);
     if (!error) continue;
     ctx.fillStyle = errorColour(error.length, range);
-    ctx.fillRect(view.x + corner[CORNER.x] * view.scale - w / 2, view.y + corner[CORNER.y] * view.scale - h / 2, w, h);
+    const [x, y] = [view.x + corner[CORNER.x] * view.scale, view.y + corner[CORNER.y] * view.scale];
+    const [left, top] = [Math.round(x - w / 2), Math.round(y - h / 2)];
+    ctx.fillRect(left, top, Math.round(x + w / 2) - left, Math.round(y + h / 2) - top);
   }
   ctx.globalAlpha = 1;
 }
