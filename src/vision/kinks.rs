@@ -19,7 +19,8 @@ pub(super) fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
         let cells = grid.lattice.keys().map(|&cell| (cell, kink(grid, IVec2::from_array(cell))));
         let kinked: Vec<([i32; 2], f64)> = cells.filter(|(_, kink)| *kink > 1.0).collect();
         let near = |a: [i32; 2], b: [i32; 2]| (0..2).all(|k| (a[k] - b[k]).abs() <= AROUND);
-        let is_worst = |&&(cell, own): &&([i32; 2], f64)| kinked.iter().all(|(other, kink)| !near(cell, *other) || *kink <= own);
+        let is_worst =
+            |&&(cell, own): &&([i32; 2], f64)| kinked.iter().all(|(other, kink)| !near(cell, *other) || *kink <= own);
         let worst: Vec<[i32; 2]> = kinked.iter().filter(is_worst).map(|(cell, _)| *cell).collect();
         for cell in &worst {
             if let Some(k) = grid.lattice.remove(cell) {

@@ -38,7 +38,7 @@ impl LineEquations {
                 let (of_i, of_j) = (own.factor[i], own.factor[j]);
                 let known: f64 = (0..j).map(|k| of_i[k] * of_j[k]).sum();
                 let rest = normal[i][j] - known;
-                if i == j && !(rest > LEAST_PIVOT * normal[i][i]) {
+                if i == j && (rest.is_nan() || rest <= LEAST_PIVOT * normal[i][i]) {
                     return own;
                 }
                 own.factor[i][j] = if i == j { rest.sqrt() } else { rest / of_j[j] };
@@ -113,7 +113,8 @@ mod tests {
             assert_eq!(own.solve(power).unwrap(), c);
             // What is left stands at right angles to every power.
             for k in 0..=power {
-                let left = |(row, value): &([f64; TERMS], f64)| value - row.iter().zip(&c).map(|(a, b)| a * b).sum::<f64>();
+                let left =
+                    |(row, value): &([f64; TERMS], f64)| value - row.iter().zip(&c).map(|(a, b)| a * b).sum::<f64>();
                 assert!(rows.iter().map(|row| row.0[k] * left(row)).sum::<f64>().abs() < 1e-9, "{power} {k}");
             }
             // The variance of one coefficient is that of its row of the inverse.
@@ -121,6 +122,8 @@ mod tests {
             by[power] = 1.0;
             assert!((all.variance(power, &by) * all.factor[power][power].powi(2) - 1.0).abs() < 1e-12);
         }
-        assert!(all.solve(MOST_POWER).unwrap().iter().enumerate().all(|(k, c)| (c * (1.0 + k as f64) - 1.0).abs() < 1e-6));
+        assert!(
+            all.solve(MOST_POWER).unwrap().iter().enumerate().all(|(k, c)| (c * (1.0 + k as f64) - 1.0).abs() < 1e-6)
+        );
     }
 }

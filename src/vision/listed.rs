@@ -89,13 +89,7 @@ impl Ready {
     /// Where they are larger, the pattern is 1 but for the two squares of the other sign, each the product of its two edges. The
     /// correction where both edges are near is that of the crossing without lean.
     #[inline(always)]
-    fn leaning(
-        &self,
-        profiles: &[Profile; 2],
-        seen: &SeenEdges,
-        growth: &[Column; 2],
-        plain: &Patterns,
-    ) -> Patterns {
+    fn leaning(&self, profiles: &[Profile; 2], seen: &SeenEdges, growth: &[Column; 2], plain: &Patterns) -> Patterns {
         // Where the positive sign is larger, the smaller squares have the distances' signs apart.
         let other = if self.steps_px[0] > 0.0 { -1.0 } else { 1.0 };
         let a0 = self.part(&profiles[0], &seen.distances[0], &growth[0], (0, 1.0));
@@ -173,6 +167,36 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
+/// Both edges as pixels at `x` and `y` see them without their leans, the derivatives of their distances by the edges' angles, and by what
+/// share the leans have grown there.
+#[inline(always)]
+fn measured(
+    [x, y]: [&Column; 2],
+    model: &Model,
+    ready: &Ready,
+    profiles: &[Profile; 2],
+) -> (SeenEdges, [Column; 2], [Column; 2]) {
+    let mut seen =
+        SeenEdges { distances: [[0.0; CHUNK]; 2], normals: [[[0.0; CHUNK]; 2]; 2], edges: [[[0.0; CHUNK]; 3]; 2] };
+    let [mut turned, mut growth] = [[[0.0; CHUNK]; 2]; 2];
+    for k in 0..2 {
+        let (normal, tangent) = (ready.normals[k], ready.tangents[k]);
+        for i in 0..CHUNK {
+            let (dx, dy) = (x[i] - model.corner.x, y[i] - model.corner.y);
+            let along = tangent.x * dx + tangent.y * dy;
+            let across = normal.x * dx + normal.y * dy;
+            let bend = model.curvature[k] * along;
+            seen.distances[k][i] = across + 0.5 * bend * along + ready.shifts_px[k];
+            seen.normals[k][0][i] = normal.x + tangent.x * bend;
+            seen.normals[k][1][i] = normal.y + tangent.y * bend;
+            turned[k][i] = along - bend * across;
+            growth[k][i] = along * model.lean_rates[k];
+        }
+        seen.edges[k] = ready.seen(&profiles[k], &seen.distances[k]);
+    }
+    (seen, turned, growth)
+}
+
 /// For each pixel the derivatives of the model by every parameter, and last the difference picture - model, all
 /// times the root of the pixel's weight; zeros beyond the last pixel.
 #[inline(always)]
@@ -190,25 +214,7 @@ fn differentiate(
         (x[i], y[i], value[i], weight[i]) = (pixel.x, pixel.y, pixel.value, pixel.root_weight);
     }
 
-    // Measure the distances from both edges without their leans, the derivatives of these by the corner and by the edge's angle,
-    // and by what share the leans have grown.
-    let mut seen = SeenEdges { distances: [[0.0; CHUNK]; 2], normals: [[[0.0; CHUNK]; 2]; 2], edges: [[[0.0; CHUNK]; 3]; 2] };
-    let [mut turned, mut growth] = [[[0.0; CHUNK]; 2]; 2];
-    for k in 0..2 {
-        let (normal, tangent) = (ready.normals[k], ready.tangents[k]);
-        for i in 0..CHUNK {
-            let (dx, dy) = (x[i] - model.corner.x, y[i] - model.corner.y);
-            let along = tangent.x * dx + tangent.y * dy;
-            let across = normal.x * dx + normal.y * dy;
-            let bend = model.curvature[k] * along;
-            seen.distances[k][i] = across + 0.5 * bend * along + ready.shifts_px[k];
-            seen.normals[k][0][i] = normal.x + tangent.x * bend;
-            seen.normals[k][1][i] = normal.y + tangent.y * bend;
-            turned[k][i] = along - bend * across;
-            growth[k][i] = along * model.lean_rates[k];
-        }
-        seen.edges[k] = ready.seen(&profiles[k], &seen.distances[k]);
-    }
+    let (seen, turned, growth) = measured([&x, &y], model, ready, profiles);
 
     // Evaluate the pattern, and its derivatives by the two distances.
     let mut patterns = crossing.patterns(&seen, pixels.len());

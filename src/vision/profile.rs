@@ -48,7 +48,13 @@ fn responses(shape: &EdgeShape, density: f64, last: usize) -> Vec<[f64; 2]> {
 /// What each pair of bumps adds to the response `plain` at some distances towards bright, and then each pair that is not alike to both
 /// sides, from the response under one bump; of so many pairs.
 #[inline(always)]
-pub(super) fn pairs(shape: &BlurShape, bump: &Profile, plain: &Column, d: &Column, count: usize) -> [Column; 2 * BUMPS] {
+pub(super) fn pairs(
+    shape: &BlurShape,
+    bump: &Profile,
+    plain: &Column,
+    d: &Column,
+    count: usize,
+) -> [Column; 2 * BUMPS] {
     let mut pairs = [[0.0; CHUNK]; 2 * BUMPS];
     for j in 0..=BUMPS {
         let x = j as f64 * shape.spacing_px;

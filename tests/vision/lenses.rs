@@ -23,7 +23,10 @@ fn corners_are_as_right_through_a_lens_as_without() {
     for (name, effect) in [
         ("diffraction, first dark ring at 1.3 px", "[effect.diffraction]\nf_number = 22.0\nwavelength_nm = 550.0\n"),
         ("diffraction, at 2.7 px", "[effect.diffraction]\nf_number = 45.0\nwavelength_nm = 550.0\n"),
-        ("out of focus by a disc of 1.8 px", "[effect.thin_lens]\nf_number = 8.0\nfocus_mm = 800.0\n[quadrature]\npoints = 64\n"),
+        (
+            "out of focus by a disc of 1.8 px",
+            "[effect.thin_lens]\nf_number = 8.0\nfocus_mm = 800.0\n[quadrature]\npoints = 64\n",
+        ),
     ] {
         let halves = seen(effect);
         assert_eq!(count(&halves), plain, "{name}");

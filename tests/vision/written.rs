@@ -29,9 +29,19 @@ fn the_last_bits_of_a_picture_decide_nothing() {
             let [a, b] = [own, other].map(|half| detect(&half.image, None, &Settings::default()));
             let apart = a.corners.iter().zip(&b.corners).map(|(a, b)| a.position_px.distance(b.position_px));
             let most = apart.fold(0.0, f64::max);
-            println!("{name} {}: {} and {} corners, {most:.1e} px apart", own.half.name(), a.corners.len(), b.corners.len());
+            println!(
+                "{name} {}: {} and {} corners, {most:.1e} px apart",
+                own.half.name(),
+                a.corners.len(),
+                b.corners.len()
+            );
             if a.corners.len() != b.corners.len() || most > 1e-4 {
-                failed.push(format!("{name} {}: {most:.1e} px, sigma {:?} {:?}", own.half.name(), a.sigma_px, b.sigma_px));
+                failed.push(format!(
+                    "{name} {}: {most:.1e} px, sigma {:?} {:?}",
+                    own.half.name(),
+                    a.sigma_px,
+                    b.sigma_px
+                ));
             }
         }
     }
