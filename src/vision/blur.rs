@@ -86,13 +86,15 @@ pub(super) fn estimate(
         all.extend(fits(candidates, &rest, settings, HALF_PX, [told, [NEAR_SIGMA_PX; 2]], &FREE));
         if is_narrow(&all) { summary(&all)?.0 } else { medians(candidates, sites, settings, summary(&all)?.0)?.0 }
     };
-    if sigma[0].max(sigma[1]) >= MAYBE_SHARP_PX {
+    let sharp = sigma.map(|sigma| if sigma < MAYBE_SHARP_PX { 0.0 } else { sigma });
+    if sharp == sigma {
         return Some(sigma);
     }
 
-    // See whether the picture is sharp.
+    // See whether the picture is sharp, across one family of lines at least: what a fit says of a blur that is next to none hangs on
+    // the last bits of the picture.
     let rest = if agree { Vec::new() } else { rest };
-    Some(better(candidates, [&few, &rest], settings, [[0.0; 2], sigma], &SHARP))
+    Some(better(candidates, [&few, &rest], settings, [sharp, sigma], &SHARP))
 }
 
 /// The blur again, where it is known nearly, and clearly no sharp picture's: that of the two under which the fits leave less.

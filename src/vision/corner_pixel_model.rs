@@ -6,7 +6,7 @@
 
 use super::corner_model::Model;
 use super::edge_spread::{PIXEL_VARIANCE, SHARP_PX};
-use super::profile::Profile;
+use super::sharp_crossing::{excess, half_extent};
 use super::strip::{CHUNK, Column};
 use crate::num::gauss::Gauss;
 use crate::num::simd::{LANES, Lanes};
@@ -242,7 +242,7 @@ impl ExcessLattice {
         for i in 0..NODES / 2 {
             for j in 0..NODES {
                 let at = [Self::place(reach[0], i), Self::place(reach[1], j)];
-                let here = cell * crate::vision::corner_pixel_model::excess(normals, at);
+                let here = cell * crate::vision::sharp_crossing::excess(normals, at);
                 (excess[i].0[j], excess[NODES - 1 - i].0[NODES - 1 - j]) = (here, here);
             }
         }
@@ -280,57 +280,10 @@ impl ExcessLattice {
     }
 }
 
-/// Half of what a pixel reaches over along a direction, in px.
-#[inline(always)]
-fn half_extent(normal: DVec2) -> f64 {
-    0.5 * (normal.x.abs() + normal.y.abs())
-}
-
-/// For sharp edges: the mean of the product over the pixel, less the product of the means.
-fn excess(normals: [DVec2; 2], distances: [f64; 2]) -> f64 {
-    let beyond = |k: usize| distances[k].abs() >= half_extent(normals[k]);
-    if beyond(0) || beyond(1) {
-        return 0.0;
-    }
-    let share = |k: usize| 0.5 * (Profile::sharp(normals[k], distances[k]) + 1.0);
-    4.0 * (common_area(normals, distances) - share(0) * share(1))
-}
-
-/// The area of the unit square around the origin where n.r + d > 0 for both edges.
-fn common_area(normals: [DVec2; 2], distances: [f64; 2]) -> f64 {
-    // Start from the unit square: each half-plane cuts at most one vertex more into a convex polygon.
-    let mut polygon = [DVec2::ZERO; 8];
-    let corners = [DVec2::new(-0.5, -0.5), DVec2::new(0.5, -0.5), DVec2::new(0.5, 0.5), DVec2::new(-0.5, 0.5)];
-    polygon[..4].copy_from_slice(&corners);
-    let mut count = 4;
-
-    // Clip the polygon to each half-plane (Sutherland & Hodgman 1974).
-    for (normal, distance) in normals.into_iter().zip(distances) {
-        let source = polygon;
-        let mut kept = 0;
-        for k in 0..count {
-            let (p, q) = (source[k], source[(k + 1) % count]);
-            let (dp, dq) = (normal.dot(p) + distance, normal.dot(q) + distance);
-            if dp > 0.0 {
-                polygon[kept] = p;
-                kept += 1;
-            }
-            if (dp > 0.0) != (dq > 0.0) {
-                polygon[kept] = p.lerp(q, dp / (dp - dq));
-                kept += 1;
-            }
-        }
-        count = kept;
-    }
-
-    // Sum up its area.
-    let twice: f64 = (0..count).map(|k| polygon[k].perp_dot(polygon[(k + 1) % count])).sum();
-    0.5 * twice
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vision::profile::Profile;
 
     fn unit(degrees: f64) -> DVec2 {
         let (sin, cos) = libm::sincos(degrees.to_radians());

@@ -80,21 +80,7 @@ fn measure_upright(
     let positions: Vec<DVec2> = candidates.list.iter().map(|c| c.position).collect();
     let mut grid = Grid::new(lattice, positions);
 
-    // See whether the squares hold marks, and estimate the blur from some corners.
-    grid.marked = holds_marks(candidates, &grid.pilots(), settings);
-    let mut sigma_px = match settings.blur {
-        Blur::Known(sigma_px) => Some([sigma_px.max(0.0); 2]),
-        Blur::Common | Blur::PerCorner => {
-            let pilots = grid.pilots();
-            // Beside marks the windows are others.
-            let first = first.filter(|_| !grid.marked);
-            let first = first.unwrap_or_else(|| blur::first_fits(candidates, &pilots, settings));
-            blur::estimate(candidates, &pilots, settings, first)
-        }
-    };
-    if let (Some(sigma), Blur::Common | Blur::PerCorner) = (&mut sigma_px, settings.blur) {
-        (grid.skew, *sigma) = skew(candidates, &grid.pilots(), settings, *sigma);
-    }
+    let mut sigma_px = first_blur(candidates, &mut grid, settings, first);
     let mut start_sigma = sigma_px.unwrap_or([FIRST_SIGMA_PX; 2]);
 
     // Fit all corners in small windows, and drop those that make kinks in their lines.
@@ -140,6 +126,32 @@ fn measure_upright(
         sigma_px.and_then(|sigma_px| elongation(some.get(some.len() / 2)?.normals(), sigma_px, grid.skew));
     let (lean_px, marked_squares) = (grid.lean_px(), grid.marked);
     Detection { corners, rejected, sigma_px, elongated_blur, lean_px, marked_squares }
+}
+
+/// The blur from some corners, with what else the grid should know before any of it is fitted: whether its squares hold marks, and
+/// how the blurs across both families of lines go together.
+fn first_blur(
+    candidates: &Candidates<'_>,
+    grid: &mut Grid,
+    settings: &Settings,
+    first: Option<FirstFits>,
+) -> Option<[f64; 2]> {
+    // See whether the squares hold marks, and estimate the blur.
+    grid.marked = holds_marks(candidates, &grid.pilots(), settings);
+    let mut sigma_px = match settings.blur {
+        Blur::Known(sigma_px) => Some([sigma_px.max(0.0); 2]),
+        Blur::Common | Blur::PerCorner => {
+            let pilots = grid.pilots();
+            // Beside marks the windows are others.
+            let first = first.filter(|_| !grid.marked);
+            let first = first.unwrap_or_else(|| blur::first_fits(candidates, &pilots, settings));
+            blur::estimate(candidates, &pilots, settings, first)
+        }
+    };
+    if let (Some(sigma), Blur::Common | Blur::PerCorner) = (&mut sigma_px, settings.blur) {
+        (grid.skew, *sigma) = skew(candidates, &grid.pilots(), settings, *sigma);
+    }
+    sigma_px
 }
 
 /// The blur, estimated again where it is far narrower than a pixel, since it shows in few pixels and hangs on the bends, and where

@@ -27,6 +27,9 @@ const LEAST_POWER: usize = 2;
 const STEP_RANGE_PX: f64 = 0.3;
 /// A step of 1 px in the middle of an edge of 2 h turns the straight line through it by this over h.
 const STEP_TURN: f64 = 1.5;
+/// A line of the lattice: the first of some corners along it, and whether it runs along a row.
+type Line = ([i32; 2], bool);
+
 /// A corner as it was last fitted.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct FittedCorner {
@@ -69,7 +72,7 @@ impl Grid {
     pub(super) fn choose_powers(&mut self) {
         let mut left: [Vec<[f64; 2]>; MOST + 1] = Default::default();
         // Corners of one line leave the same: the line counts once for each, and is asked once.
-        let mut asked: BTreeMap<([i32; 2], bool), Option<Vec<[f64; 2]>>> = BTreeMap::new();
+        let mut asked: BTreeMap<Line, Option<Vec<[f64; 2]>>> = BTreeMap::new();
         let stride = self.lattice.len().div_ceil(VOTERS).max(1);
         for &cell in self.lattice.keys().step_by(stride) {
             for direction in [IVec2::X, IVec2::Y] {

@@ -38,7 +38,7 @@ impl LineEquations {
                 let (of_i, of_j) = (own.factor[i], own.factor[j]);
                 let known: f64 = (0..j).map(|k| of_i[k] * of_j[k]).sum();
                 let rest = normal[i][j] - known;
-                if i == j && !(rest > LEAST_PIVOT * normal[i][i]) {
+                if i == j && (rest.is_nan() || rest <= LEAST_PIVOT * normal[i][i]) {
                     return own;
                 }
                 own.factor[i][j] = if i == j { rest.sqrt() } else { rest / of_j[j] };

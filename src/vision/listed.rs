@@ -167,25 +167,15 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
-/// For each pixel the derivatives of the model by every parameter, and last the difference picture - model, all
-/// times the root of the pixel's weight; zeros beyond the last pixel.
+/// Both edges as pixels at `x` and `y` see them without their leans, the derivatives of their distances by the edges' angles, and by what
+/// share the leans have grown there.
 #[inline(always)]
-fn differentiate(
-    pixels: &[ListedPixel],
+fn measured(
+    [x, y]: [&Column; 2],
     model: &Model,
     ready: &Ready,
     profiles: &[Profile; 2],
-    crossing: &CornerPixelModel,
-    bent: [f64; 2],
-) -> [Column; PARAMETERS + 1] {
-    // Spread the pixels out; beyond the last all weigh nothing.
-    let [mut x, mut y, mut value, mut weight] = [[0.0; CHUNK]; 4];
-    for (i, pixel) in pixels.iter().enumerate() {
-        (x[i], y[i], value[i], weight[i]) = (pixel.x, pixel.y, pixel.value, pixel.root_weight);
-    }
-
-    // Measure the distances from both edges without their leans, the derivatives of these by the corner and by the edge's angle,
-    // and by what share the leans have grown.
+) -> (SeenEdges, [Column; 2], [Column; 2]) {
     let mut seen =
         SeenEdges { distances: [[0.0; CHUNK]; 2], normals: [[[0.0; CHUNK]; 2]; 2], edges: [[[0.0; CHUNK]; 3]; 2] };
     let [mut turned, mut growth] = [[[0.0; CHUNK]; 2]; 2];
@@ -204,6 +194,27 @@ fn differentiate(
         }
         seen.edges[k] = ready.seen(&profiles[k], &seen.distances[k]);
     }
+    (seen, turned, growth)
+}
+
+/// For each pixel the derivatives of the model by every parameter, and last the difference picture - model, all
+/// times the root of the pixel's weight; zeros beyond the last pixel.
+#[inline(always)]
+fn differentiate(
+    pixels: &[ListedPixel],
+    model: &Model,
+    ready: &Ready,
+    profiles: &[Profile; 2],
+    crossing: &CornerPixelModel,
+    bent: [f64; 2],
+) -> [Column; PARAMETERS + 1] {
+    // Spread the pixels out; beyond the last all weigh nothing.
+    let [mut x, mut y, mut value, mut weight] = [[0.0; CHUNK]; 4];
+    for (i, pixel) in pixels.iter().enumerate() {
+        (x[i], y[i], value[i], weight[i]) = (pixel.x, pixel.y, pixel.value, pixel.root_weight);
+    }
+
+    let (seen, turned, growth) = measured([&x, &y], model, ready, profiles);
 
     // Evaluate the pattern, and its derivatives by the two distances.
     let mut patterns = crossing.patterns(&seen, pixels.len());

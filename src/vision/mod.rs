@@ -62,6 +62,7 @@ mod board_size;
 mod ring_test;
 mod lattice_growth;
 mod settings;
+mod sharp_crossing;
 mod detection;
 mod window;
 mod corner_model;

@@ -202,8 +202,8 @@ impl Left {
         let columns = pairs(shape, bump, &under.at_all(distance)[0], distance, count);
         for i in 0..count {
             let weighted = product(squares, &columns[i]);
-            for j in 0..=i {
-                self.normal[(i, j)] += dot(&weighted, &columns[j]);
+            for (j, column) in columns[..=i].iter().enumerate() {
+                self.normal[(i, j)] += dot(&weighted, column);
             }
             self.right[i] += dot(left, &columns[i]);
         }
