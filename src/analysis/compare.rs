@@ -106,7 +106,8 @@ pub fn prisms(scene: &Scene) -> Result<Vec<(String, Scene)>, Error> {
     let with = |prism: PrismSpec| Scene { prism, ..scene.clone() };
     let named: Vec<(&str, Scene)> = match &scene.prism {
         PrismSpec::Flat(flat) => {
-            vec![("flat", scene.clone()), ("freeform", with(PrismSpec::Freeform(*flat, DesignSettings::default())))]
+            let settings = DesignSettings::of_sensor(scene.camera.width_px);
+            vec![("flat", scene.clone()), ("freeform", with(PrismSpec::Freeform(*flat, settings)))]
         }
         PrismSpec::Freeform(flat, _) => vec![("flat", with(PrismSpec::Flat(*flat))), ("freeform", scene.clone())],
         PrismSpec::Polynomial(_) | PrismSpec::Revolved(_) | PrismSpec::PointCloud(_) | PrismSpec::Mesh(_) => {

@@ -105,7 +105,7 @@ pub fn exact_of(scene: &Scene) -> Option<Scene> {
         objective: Objective::Epipolar,
         degree: 7,
         goal: DesignGoal { rear: Rear::Even, ..DesignGoal::PLAIN },
-        ..DesignSettings::default()
+        ..DesignSettings::of_sensor(scene.camera.width_px)
     };
     Some(Scene { prism: PrismSpec::Freeform(flat, settings), ..scene.clone() })
 }

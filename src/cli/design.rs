@@ -98,6 +98,7 @@ fn asked(scene: &Scene, args: &DesignArgs) -> Result<DesignInput, Error> {
     settings.surface = args.surface.map_or(settings.surface, Into::into);
     settings.goal.rear = args.rear.map_or(settings.goal.rear, Into::into);
     settings.degree = args.degree.map_or(settings.degree, |degree| degree as usize);
+    settings.step_px = args.step_px.unwrap_or(settings.step_px);
     if args.y_then_x {
         settings.order = MarchOrder::YThenX;
     }

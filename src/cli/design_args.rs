@@ -101,6 +101,9 @@ pub struct DesignArgs {
     /// March the centre column first, then every row.
     #[arg(long)]
     pub y_then_x: bool,
+    /// Step of the grid and of the march, in px of the sensor, instead of the scene's own; 1 gives a point for every pixel.
+    #[arg(long)]
+    pub step_px: Option<f64>,
     /// File to draw the design into, .png or .svg: its profile, the sag of both surfaces and how far they depart from planes, and
     /// what it leaves of its law.
     #[arg(long, value_name = "FILE")]

@@ -34,7 +34,7 @@ pub struct SurfaceFit {
     pub patch: PolynomialPatch,
     /// Points fitted.
     pub points: usize,
-    /// Root mean square of the residuals along z, in mm.
+    /// Root mean square of the residuals along z, in mm; of weighted points the weighted one.
     pub rms_mm: f64,
     /// Largest residual along z, in mm.
     pub max_mm: f64,
@@ -70,7 +70,26 @@ pub fn fit_powers(
     centre_mm: Option<DVec2>,
 ) -> Result<SurfaceFit, Error> {
     checked(points_mm, degree)?;
-    FitEquations::new(points_mm, degree, kept, centre_mm)?.solved(degree)
+    FitEquations::new(Samples { points_mm, weights: &[] }, degree, kept, centre_mm)?.solved(degree)
+}
+
+/// [`fit`] by the least sum of squares that each count as their weight, of which there is one above 0 for every point,
+/// of mean 1.
+///
+/// # Errors
+/// As [`fit_powers`].
+///
+/// # Panics
+/// When there are not as many weights as points.
+pub fn fit_weighted(
+    points_mm: &[DVec3],
+    weights: &[f64],
+    degree: usize,
+    centre_mm: Option<DVec2>,
+) -> Result<SurfaceFit, Error> {
+    assert_eq!(points_mm.len(), weights.len(), "each point has its weight");
+    checked(points_mm, degree)?;
+    FitEquations::new(Samples { points_mm, weights }, degree, Powers::EvenInY, centre_mm)?.solved(degree)
 }
 
 /// [`fit_powers`] of several degrees, with one pass over the points for the equations of all of them: those of a lower degree
@@ -85,7 +104,8 @@ pub fn fit_degrees(
     centre_mm: Option<DVec2>,
 ) -> Vec<Result<SurfaceFit, Error>> {
     let highest = degrees.iter().copied().max().unwrap_or(1);
-    let equations = checked(points_mm, highest).and_then(|()| FitEquations::new(points_mm, highest, kept, centre_mm));
+    let equations = checked(points_mm, highest)
+        .and_then(|()| FitEquations::new(Samples { points_mm, weights: &[] }, highest, kept, centre_mm));
     degrees.iter().map(|degree| equations.as_ref().map_err(Clone::clone)?.solved(*degree)).collect()
 }
 
@@ -108,9 +128,22 @@ fn checked(points_mm: &[DVec3], degree: usize) -> Result<(), Error> {
     Ok(())
 }
 
-/// The equations of a fit, factored: the triangle R of [powers | z] = Q R.
-struct FitEquations<'a> {
+/// Points and what each counts: as much as any other where no weights are given.
+#[derive(Clone, Copy)]
+struct Samples<'a> {
     points_mm: &'a [DVec3],
+    weights: &'a [f64],
+}
+
+impl Samples<'_> {
+    fn weight(&self, k: usize) -> f64 {
+        self.weights.get(k).copied().unwrap_or(1.0)
+    }
+}
+
+/// The equations of a fit, factored: the triangle R of [powers | z] = Q R, each row times the root of its weight.
+struct FitEquations<'a> {
+    samples: Samples<'a>,
     degree: usize,
     kept: Powers,
     centre: DVec2,
@@ -121,8 +154,9 @@ struct FitEquations<'a> {
 }
 
 impl<'a> FitEquations<'a> {
-    fn new(points_mm: &'a [DVec3], degree: usize, kept: Powers, centre_mm: Option<DVec2>) -> Result<Self, Error> {
+    fn new(samples: Samples<'a>, degree: usize, kept: Powers, centre_mm: Option<DVec2>) -> Result<Self, Error> {
         // Scale the points by their extent.
+        let points_mm = samples.points_mm;
         if points_mm.is_empty() {
             return Err(rank_problem(0, 0, kept, degree));
         }
@@ -135,8 +169,8 @@ impl<'a> FitEquations<'a> {
         });
         // A cloud without extent has no scale; any will do, since it is refused for its rank.
         let scale = (max - centre).max(centre - min).map(|s| if s >= SMALLEST_EXTENT_MM { s } else { 1.0 });
-        let triangle = triangle(points_mm, &powers(degree, kept), centre, scale);
-        Ok(Self { points_mm, degree, kept, centre, scale, bounds: [min, max], triangle })
+        let triangle = triangle(samples, &powers(degree, kept), centre, scale);
+        Ok(Self { samples, degree, kept, centre, scale, bounds: [min, max], triangle })
     }
 
     /// The triangle of the powers of `degree`, which is no higher than that of all equations.
@@ -152,15 +186,15 @@ impl<'a> FitEquations<'a> {
 
     fn solved(&self, degree: usize) -> Result<SurfaceFit, Error> {
         // Demand full rank by the singular values.
-        let Self { points_mm, kept, centre, scale, bounds: [min, max], .. } = *self;
-        let powers = powers(degree, kept);
+        let Self { samples, kept, centre, scale, bounds: [min, max], .. } = *self;
+        let (points, powers) = (samples.points_mm.len(), powers(degree, kept));
         let triangle = self.of_degree(degree);
         let equations = triangle.columns(0, powers.len()).into_owned();
         let singular = equations.clone().singular_values();
         let (largest, smallest) = (singular.max(), singular.min());
         let rank = singular.iter().filter(|s| **s * MAX_CONDITION > largest).count();
         if rank < powers.len() {
-            return Err(rank_problem(points_mm.len(), rank, kept, degree));
+            return Err(rank_problem(points, rank, kept, degree));
         }
 
         // Solve the triangle for the coefficients.
@@ -173,16 +207,16 @@ impl<'a> FitEquations<'a> {
         });
 
         // Measure the residuals, and grow the domain beyond the points.
-        let Residuals { rms_mm, max_mm, worst } = residuals(points_mm, &sag);
+        let Residuals { rms_mm, max_mm, worst } = residuals(samples, &sag);
         let margin = (max - min) * DOMAIN_MARGIN;
         let patch = PolynomialPatch { sag, domain: Rect { min: min - margin, max: max + margin } };
-        Ok(SurfaceFit { patch, points: points_mm.len(), rms_mm, max_mm, worst, condition: largest / smallest })
+        Ok(SurfaceFit { patch, points, rms_mm, max_mm, worst, condition: largest / smallest })
     }
 }
 
 /// A surface that was not fitted to `points_mm`, and how well it goes through them.
 pub(super) fn given(patch: PolynomialPatch, points_mm: &[DVec3]) -> SurfaceFit {
-    let Residuals { rms_mm, max_mm, worst } = residuals(points_mm, &patch.sag);
+    let Residuals { rms_mm, max_mm, worst } = residuals(Samples { points_mm, weights: &[] }, &patch.sag);
     SurfaceFit { patch, points: points_mm.len(), rms_mm, max_mm, worst, condition: 1.0 }
 }
 
@@ -198,16 +232,19 @@ pub fn coefficients(degree: usize, kept: Powers) -> usize {
 }
 
 /// The triangle R of [powers | z] = Q R over all points. Its last column is Q^T z.
-fn triangle(points_mm: &[DVec3], powers: &[(usize, usize)], centre: DVec2, scale: DVec2) -> DMatrix<f64> {
+fn triangle(samples: Samples<'_>, powers: &[(usize, usize)], centre: DVec2, scale: DVec2) -> DMatrix<f64> {
     // Factor block by block.
     let columns = powers.len() + 1;
     let rows = BLOCK.max(4 * columns);
-    let triangles: Vec<DMatrix<f64>> = points_mm
+    let triangles: Vec<DMatrix<f64>> = samples
+        .points_mm
         .par_chunks(rows)
-        .map(|block| {
+        .enumerate()
+        .map(|(number, block)| {
             let mut a = DMatrix::zeros(block.len(), columns);
             for (row, p) in block.iter().enumerate() {
-                // Fill a row with the powers of the scaled coordinates, and z.
+                // Fill a row with the powers of the scaled coordinates, and z, times the root of the weight.
+                let root = samples.weight(number * rows + row).sqrt();
                 let [x, y] = ((p.truncate() - centre) / scale).to_array();
                 let mut power = [[1.0; MAX_DEGREE + 1]; 2];
                 for i in 1..=MAX_DEGREE {
@@ -215,9 +252,9 @@ fn triangle(points_mm: &[DVec3], powers: &[(usize, usize)], centre: DVec2, scale
                     power[1][i] = power[1][i - 1] * y;
                 }
                 for (column, &(m, n)) in powers.iter().enumerate() {
-                    a[(row, column)] = power[0][m] * power[1][n];
+                    a[(row, column)] = root * (power[0][m] * power[1][n]);
                 }
-                a[(row, powers.len())] = p.z;
+                a[(row, powers.len())] = root * p.z;
             }
             a.qr().unpack_r()
         })
@@ -240,15 +277,16 @@ struct Residuals {
     worst: usize,
 }
 
-fn residuals(points_mm: &[DVec3], sag: &Poly2) -> Residuals {
-    let blocks: Vec<(f64, f64, usize)> = points_mm
+fn residuals(samples: Samples<'_>, sag: &Poly2) -> Residuals {
+    let blocks: Vec<(f64, f64, usize)> = samples
+        .points_mm
         .par_chunks(BLOCK)
         .enumerate()
         .map(|(block, points)| {
             let residuals = points.iter().map(|p| p.z - sag.value(p.x, p.y)).enumerate();
             residuals.fold((0.0, 0.0, block * BLOCK), |(sum, max, worst), (k, r): (usize, f64)| {
                 let (max, worst) = if r.abs() > max { (r.abs(), block * BLOCK + k) } else { (max, worst) };
-                (sum + r * r, max, worst)
+                (sum + samples.weight(block * BLOCK + k) * (r * r), max, worst)
             })
         })
         .collect();
@@ -256,7 +294,8 @@ fn residuals(points_mm: &[DVec3], sag: &Poly2) -> Residuals {
         let (max, worst) = if b.1 > max { (b.1, b.2) } else { (max, worst) };
         (sum + b.0, max, worst)
     });
-    Residuals { rms_mm: (sum / points_mm.len() as f64).sqrt(), max_mm, worst }
+    // Weights have the mean 1.
+    Residuals { rms_mm: (sum / samples.points_mm.len() as f64).sqrt(), max_mm, worst }
 }
 
 fn rank_problem(points: usize, rank: usize, kept: Powers, degree: usize) -> Error {

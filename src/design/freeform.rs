@@ -1,7 +1,7 @@
 //! The freeform prism of the paper: virtual camera, march, and fitted polynomials.
 
 use super::designed_law::DesignedLaw;
-use super::fit::{SurfaceFit, fit, given};
+use super::fit::{SurfaceFit, fit, fit_weighted, given};
 use super::march::march;
 use super::optimise::{MetLaw, cloud, fitted as fitted_by_polynomials, met_law, optimised};
 use super::point_grid::{PointGrid, TargetLaw};
@@ -59,7 +59,7 @@ impl DesignInput {
     /// The input of a scene whose prism is flat, by the paper's settings, or freeform, by its own; `None` of another prism.
     pub fn of(scene: &Scene) -> Option<Self> {
         let (prism, settings) = match &scene.prism {
-            PrismSpec::Flat(flat) => (*flat, DesignSettings::default()),
+            PrismSpec::Flat(flat) => (*flat, DesignSettings::of_sensor(scene.camera.width_px)),
             PrismSpec::Freeform(flat, settings) => (*flat, *settings),
             _ => return None,
         };
@@ -207,7 +207,14 @@ impl DesignPoints {
 
     fn fits(&self, degree: usize) -> Result<[SurfaceFit; 2], Error> {
         let ([front_mm, back_mm], [front, back]) = (self.surfaces_mm(), self.centres_mm());
-        Ok([fit(&front_mm, degree, Some(front))?, fit(&back_mm, degree, Some(back))?])
+        if self.others.is_some() {
+            return Ok([fit(&front_mm, degree, Some(front))?, fit(&back_mm, degree, Some(back))?]);
+        }
+
+        // Over the march's grid the sum of squares stands for their integral, so that a coarse grid gives what a fine one does.
+        let weights = self.cloud.weights();
+        let fitted = |points_mm: &[DVec3], centre| fit_weighted(points_mm, &weights, degree, Some(centre));
+        Ok([fitted(&front_mm, front)?, fitted(&back_mm, back)?])
     }
 }
 

@@ -134,6 +134,17 @@ impl PointGrid {
             .reduce(|| [f64::INFINITY, f64::NEG_INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
+    /// What each point counts in a mean over the half image, in the order of the march: Simpson's rule in columns and rows, of
+    /// which there are odd numbers, evenly apart. Their mean is 1.
+    pub(super) fn weights(&self) -> Vec<f64> {
+        let (across, along) = match self.order {
+            MarchOrder::XThenY => (self.columns(), self.rows()),
+            MarchOrder::YThenX => (self.rows(), self.columns()),
+        };
+        let along = simpson(along);
+        simpson(across).into_iter().flat_map(|line| along.iter().map(move |point| line * point)).collect()
+    }
+
     fn nth(&self, i: usize) -> GridPoint {
         let (column, row) = match self.order {
             MarchOrder::XThenY => (i / self.rows(), i % self.rows()),
@@ -148,6 +159,35 @@ impl PointGrid {
             v_px,
             front_mm: self.camera.outer_direction(u_mm, v_mm) * front_z,
             back_mm: self.camera.centre_mm + self.law.direction(&self.camera, u_mm, v_mm) * depth,
+        }
+    }
+}
+
+/// The weights of Simpson's rule at an odd `count` of places evenly apart, of mean 1.
+fn simpson(count: usize) -> Vec<f64> {
+    let third = count as f64 / (3.0 * (count - 1) as f64);
+    let weight = |k: usize| match k {
+        0 => third,
+        k if k + 1 == count => third,
+        k => third * if k % 2 == 1 { 4.0 } else { 2.0 },
+    };
+    (0..count).map(weight).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Simpson's rule is exact to the third degree.
+    #[test]
+    fn the_weights_integrate_cubics() {
+        for count in [3, 5, 11, 61] {
+            let weights = simpson(count);
+            for (power, mean) in [(0, 1.0), (1, 0.5), (2, 1.0 / 3.0), (3, 0.25)] {
+                let value = |k: usize| (0..power).map(|_| k as f64 / (count - 1) as f64).product::<f64>();
+                let found = weights.iter().enumerate().map(|(k, weight)| weight * value(k)).sum::<f64>() / count as f64;
+                assert!((found - mean).abs() < 1e-14, "{count} places, power {power}: {found}");
+            }
         }
     }
 }

@@ -160,7 +160,7 @@ fn design(document: &Document, file: &DesignFile, camera: &CameraSpec) -> Result
             MethodFile::Midpoint => Method::Midpoint,
             MethodFile::Rk4 => Method::Rk4,
         },
-        step_px: file.step_px,
+        step_px: file.step_px.unwrap_or_else(|| DesignSettings::step_for(camera.width_px)),
         goal: DesignGoal {
             rear: match file.rear {
                 RearFile::Own => Rear::Own,

@@ -15,7 +15,7 @@ pub struct DesignSettings {
     pub degree: usize,
     /// The integrator.
     pub method: Method,
-    /// Step, in px of the sensor.
+    /// Step, in px of the sensor: see [`DesignSettings::step_for`].
     pub step_px: f64,
     /// What else is asked of the surfaces.
     pub goal: DesignGoal,
@@ -62,7 +62,21 @@ pub enum Rear {
     Flat,
 }
 
+/// Steps across a half image where nothing else is said: they divide the 960 px of the design paper's at 16 px.
+const STEPS_ACROSS: f64 = 60.0;
+
 impl DesignSettings {
+    /// The design paper's for a sensor of `width_px` columns, in the steps of [`DesignSettings::step_for`].
+    pub fn of_sensor(width_px: usize) -> Self {
+        Self { step_px: Self::step_for(width_px), ..Self::default() }
+    }
+
+    /// The step where nothing else is said, in px: a sixtieth of the half image's width, and no less than a pixel. The march is of
+    /// the fourth order and the fit weights its points by Simpson's rule, so that 60 steps across are as good as one a pixel.
+    pub fn step_for(width_px: usize) -> f64 {
+        (width_px as f64 / (2.0 * STEPS_ACROSS)).max(1.0)
+    }
+
     /// Whether the surfaces are found by least squares, and not by integration.
     pub fn by_least_squares(&self) -> bool {
         match self.objective {
@@ -74,7 +88,7 @@ impl DesignSettings {
 }
 
 impl Default for DesignSettings {
-    /// The design paper's: x then y, p = 5, RK4 at the pixel pitch.
+    /// The design paper's: x then y, p = 5, RK4; for its sensor in steps of 16 px.
     fn default() -> Self {
         Self {
             objective: Objective::March,
@@ -83,7 +97,7 @@ impl Default for DesignSettings {
             order: MarchOrder::XThenY,
             degree: 5,
             method: Method::Rk4,
-            step_px: 1.0,
+            step_px: 16.0,
             goal: DesignGoal::default(),
         }
     }

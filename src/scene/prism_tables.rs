@@ -79,9 +79,10 @@ pub(super) struct DesignFile {
     pub(super) degree: usize,
     /// The integrator of `march`.
     pub(super) method: MethodFile,
-    /// Step of the grid that the polynomials are fitted to, and of the march, in px of the sensor.
+    /// Step of the grid that the polynomials are fitted to, and of the march, in px of the sensor. Left out, it is a 120th of the
+    /// sensor's width, 16 px of 1920, and at least 1.
     #[schemars(range(min = SHORTEST_STEP_PX, max = LONGEST_STEP_PX))]
-    pub(super) step_px: f64,
+    pub(super) step_px: Option<f64>,
     /// The surface that faces the board: `own`, a freeform for each half; `even`, one freeform for both, smooth across x = 0;
     /// `flat`, the base of the flat prism. A prism of one piece of glass has one such surface.
     pub(super) rear: RearFile,
@@ -115,7 +116,7 @@ impl Default for DesignFile {
             order: OrderFile::XThenY,
             degree: 5,
             method: MethodFile::Rk4,
-            step_px: 1.0,
+            step_px: None,
             rear: RearFile::Own,
             square: false,
             aperture: None,
