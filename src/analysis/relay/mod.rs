@@ -14,4 +14,4 @@ pub mod mtf;
 pub mod study;
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -14,14 +14,24 @@ use std::sync::LazyLock;
 
 const LENS: RelayLens = RelayLens { na: 0.09, magnification: 0.55, wavelength_mm: 486.1327e-6 };
 
-/// The flat and the freeform prism of the paper.
+/// The flat prism of the paper, and the freeform one that the other program had: designed in steps of a pixel, with points that count
+/// alike.
 static PRISMS: LazyLock<[System; 2]> = LazyLock::new(|| {
     let text = include_str!("../../../scenes/paper.toml");
     let scene = scene::parse(text, "paper", None).unwrap_or_else(|problem| panic!("{problem}"));
     let PrismSpec::Freeform(flat, _) = &scene.prism else { panic!("it is designed") };
     let flat = Scene { prism: PrismSpec::Flat(*flat), ..scene.clone() };
-    [flat, scene].map(|scene| system::build(&scene).unwrap_or_else(|problem| panic!("{problem}")))
+    [flat, freeform_of_the_tables()].map(|scene| system::build(&scene).unwrap_or_else(|problem| panic!("{problem}")))
 });
+
+/// The paper's scene with the prism of the tables in `tests/oracle`.
+pub(in crate::analysis) fn freeform_of_the_tables() -> Scene {
+    let paper = include_str!("../../../scenes/paper.toml");
+    let (before, rest) = paper.split_once("[prism]").expect("it has a prism");
+    let (_, behind) = rest.split_once("[board]").expect("it has a board");
+    let text = format!("{before}{}\n[board]{behind}", include_str!("../../../tests/oracle/prism.toml"));
+    scene::parse(&text, "tables", None).unwrap_or_else(|problem| panic!("{problem}"))
+}
 
 /// The pencil of the pinhole, through surfaces that do not end: the lens takes in more than the half image.
 fn pencil<'a>(system: &System, prism: &'a Prism) -> Pencil<'a> {

@@ -62,3 +62,8 @@ impl Layout {
         Font::regular(self.head.size_px)
     }
 }
+
+/// The letter of panel `k`.
+pub(super) fn letter(k: usize) -> char {
+    char::from(b'a' + (k % 26) as u8)
+}

@@ -2,7 +2,7 @@
 
 use super::corner_mark::CornerMark;
 use super::input::{ComparisonInput, Panel, drawable, sizes};
-use super::layout::Layout;
+use super::layout::{Layout, letter};
 use super::zoom::Zoom;
 use crate::geom::Rect;
 use crate::num::stats;
@@ -122,11 +122,6 @@ pub(super) fn draw(
     halves(drawing, layout, &place, panel.seam_px);
     drawing.frame(&place.area, Stroke::solid(GREY, unit));
     place.area.max.y + place.below
-}
-
-/// The letter of panel `k`.
-pub(super) fn letter(k: usize) -> char {
-    char::from(b'a' + (k % 26) as u8)
 }
 
 /// How many corners a panel has and how large their errors are, in words.

@@ -3,8 +3,7 @@
 
 use super::corner_mark::CornerMark;
 use super::input::{Panel, drawable};
-use super::layout::Layout;
-use super::overview::letter;
+use super::layout::{Layout, letter};
 use crate::geom::Rect;
 use crate::plot::colour::{ACCENT, GREY, INK, SERIES, WHITE};
 use crate::plot::drawing::{Drawing, Item, Stroke};
