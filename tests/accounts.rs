@@ -152,7 +152,7 @@ fn the_command_prints_the_rows_of_table_1() {
 fn truth_layers_are_those_of_pixel_centres() {
     let folder = tempfile::tempdir().expect("a folder");
     small_scene(folder.path(), aside);
-    assert!(biprism(folder.path(), &["render", "scene.toml", "--out", "a.exr"]).status.success());
+    assert!(biprism(folder.path(), &["render", "scene.toml", "--stereo", "--out", "a.exr"]).status.success());
     let names = ["board.U", "board.V", "P.X", "P.Y", "P.Z", "class"];
     let layers = read_channels(&folder.path().join("a.exr"), &names).unwrap_or_else(|p| panic!("{p}"));
     let pixels: Vec<[usize; 2]> = (0..60).map(|k| [(k * 97) % 480, (k * 71) % 270]).collect();

@@ -11,6 +11,8 @@ use biprism::render::supersample::{SamplePlaces, supersampled};
 use biprism::scene::{self, Scene};
 use biprism::system::System;
 use biprism::system::aim::Aimer;
+use exr::meta::MetaData;
+use exr::prelude::{AttributeValue, Text};
 use glam::{DVec2, DVec3};
 use std::fs;
 
@@ -258,6 +260,15 @@ fn files_tell_which_object_is_seen_and_where() {
     assert!(str::from_utf8(&bytes[10..start]).unwrap().contains("('seen_by', '<u4'), ('object', '<u4')]"));
     let records: Vec<&[u8]> = bytes[start..].chunks_exact(76).collect();
 
+    let meta = MetaData::read_from_file(folder.path().join("a.exr"), true).unwrap();
+    let Some(AttributeValue::Text(notes)) = meta.headers[0].own_attributes.other.get(&Text::from("biprism")) else {
+        panic!("notes")
+    };
+    let notes: serde_json::Value = serde_json::from_str(&notes.to_string()).unwrap();
+    let axis = |object: usize, name: &str| {
+        DVec3::from_array([0, 1, 2].map(|k| notes["world_from_board"][object][name][k].as_f64().unwrap()))
+    };
+
     let scene = scene::parse(&text_of, "test", None).unwrap();
     let system = built(&scene);
     assert_eq!(records.len(), 60 * 34);
@@ -271,6 +282,8 @@ fn files_tell_which_object_is_seen_and_where() {
         assert!(off.abs().max_element() < 1e-3 && (values[4][k] - at.z).abs() < 1e-3, "{k}: {off}");
         let mm = [0, 8].map(|at| f64::from_le_bytes(*record[at..].first_chunk().unwrap()));
         assert!(world(&system, object, DVec2::from(mm)).distance(at) < 1e-9, "{k}");
+        let noted = axis(object, "origin_mm") + axis(object, "u") * mm[0] + axis(object, "v") * mm[1];
+        assert!(noted.distance(at) < 1e-9, "{k}: {noted}");
     }
 }
 

@@ -99,8 +99,8 @@ fn the_command_agrees_on_the_polynomial_prism() {
     command_agrees(&scene.path().display().to_string(), "freeform.csv");
 }
 
-/// The prism of the tables is the one that the paper's scene asks for today: the same terms, each to the rounding of a
-/// fit of a million points (condition number 1e3).
+/// The prism of the tables is the one that the paper's scene asks for, but for how the fit weights its points: alike there, by
+/// Simpson's rule today, which moves no term by more than what the fit leaves of a point.
 #[test]
 fn the_prism_of_the_tables_is_the_designed_one() {
     let out = tempfile::tempdir().expect("a temporary folder");
@@ -126,7 +126,8 @@ fn the_prism_of_the_tables_is_the_designed_one() {
     let (made, committed) = (numbers(&out.path().join("prism.toml")), numbers(&folder().join("prism.toml")));
     assert_eq!(made.len(), committed.len());
     for (a, b) in made.iter().zip(&committed) {
-        assert!((a - b).abs() <= 1e-11, "{a:?}, and the committed prism has {b:?}");
+        // The fit leaves 1.6e-6 mm at most, by `biprism design`.
+        assert!((a - b).abs() <= 1.6e-6, "{a:?}, and the committed prism has {b:?}");
     }
 }
 

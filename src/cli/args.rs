@@ -183,7 +183,7 @@ pub struct RenderArgs {
     #[arg(long, required = true)]
     pub out: Vec<PathBuf>,
     /// Write into EXR and NPY what is true of the stereo pair as well: depth, distance, the pixel of the other half that sees the
-    /// same point, disparity, and which halves see it.
+    /// same point, disparity, and which halves see it; into EXR also each point in the world.
     #[arg(long)]
     pub stereo: bool,
     /// Write left and right half apart, each with its truth: of `--out a.png` the files `a_left.png` and `a_right.png`.
@@ -312,9 +312,13 @@ pub struct CostArgs {
 pub struct TraceArgs {
     /// Scene file; `-` is stdin.
     pub scene: PathBuf,
-    /// CSV of pixel positions `x_px,y_px`, or with --back of `side,u_mm,v_mm` (left or right); `-` is stdin.
-    #[arg(long, default_value = "-")]
+    /// CSV of pixel positions `x_px,y_px`, or with --back of `side,u_mm,v_mm` (left or right); `-` is stdin. A name that ends in .npy is an
+    /// array of f64 with a row for each point, the side as 0 or 1.
+    #[arg(long, visible_alias = "in", default_value = "-")]
     pub points: PathBuf,
+    /// Write a table of records into this .npy, in place of text.
+    #[arg(long, value_name = "FILE", conflicts_with = "json")]
+    pub out: Option<PathBuf>,
     /// From board points to the pixels that see them.
     #[arg(long)]
     pub back: bool,

@@ -4,15 +4,21 @@ use super::args::CompareArgs;
 use super::expect::expectations;
 use super::outcome::Outcome;
 use super::progress::Progress;
+use super::threads::SPARE_THREADS;
 use super::{accuracy, files, origin, output};
 use crate::analysis::compare::{JudgeOptions, JudgedDesign, judge_design, named_apart, pixels, prisms};
 use crate::error::Error;
+use crate::plot::drawing::Drawing;
+use crate::progress::Observer;
 use crate::report::json::{Design, Report, SchemaName, to_text};
 use crate::report::page::comparison::{self as comparison_page, PagePrism};
 use crate::report::{self, budget, cameras, comparison, corner_table, picture, table};
 use crate::scene::{Expect, Scene};
 use crate::system::doubts;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::thread::{Builder, ScopedJoinHandle};
 
 /// A prism to be judged: its name, its scene, and where that comes from.
 pub(super) struct ToJudge {
@@ -29,19 +35,17 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     candidates.iter().try_for_each(|one| files::checkerboard(&one.scene, &one.path))?;
     outputs(&args.out, &candidates)?;
 
-    // Judge prism by prism.
+    // Judge the prisms, some at once.
     let options = JudgeOptions { budget: args.budget };
     let progress = Progress::new(candidates.iter().map(|one| pixels(&one.scene, options)).sum());
     let (mut judged, mut designs, mut written) = (Vec::new(), Vec::new(), Vec::new());
-    for ToJudge { name, scene, path } in candidates {
-        let design = files::named(&path, judge_design(&name, scene, options, &progress.watch(&name)))?;
-        progress.begin(&name, "write");
-        for ending in ["png", "exr"] {
-            let path = args.out.join(format!("{name}.{ending}"));
-            files::print_clamped(&path, picture::write(&path, &design.scene, &design.system, &design.film)?);
+    for done in side_by_side(candidates, |one| judge(one, options, &args.out, &progress)) {
+        let JudgedFiles { design, entry, files } = done?;
+        for (path, clamped) in files {
+            files::print_clamped(&path, clamped);
             written.push(path);
         }
-        designs.push(comparison::entry(&design, progress.take_seconds()));
+        designs.push(entry);
         judged.push(design);
     }
 
@@ -49,7 +53,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     progress.begin("all", "figure");
     let verdict = table::verdict(&designs);
     let report = Report { schema: SchemaName::V1, scene: scene_names(&judged), designs };
-    write_common(args, &judged, &report, &verdict, &mut written)?;
+    written.extend(write_common(args, &judged, &report, &verdict)?);
     drop(progress);
 
     // Say what came out.
@@ -121,36 +125,80 @@ fn scene_names(judged: &[JudgedDesign]) -> String {
     names.join(", ")
 }
 
-/// Writes the figures, the report, the cameras and the corners.
+/// A prism that was judged, with what the report says of it and its files, of each the pixels that were clamped.
+struct JudgedFiles {
+    design: JudgedDesign,
+    entry: Design,
+    files: Vec<(PathBuf, usize)>,
+}
+
+/// Judges a prism, and writes its pictures.
+fn judge(one: ToJudge, options: JudgeOptions, out: &Path, progress: &Progress) -> Result<JudgedFiles, Error> {
+    let ToJudge { name, scene, path } = one;
+    let watch = progress.watch_beside(&name);
+    let design = files::named(&path, judge_design(&name, scene, options, &watch))?;
+    watch.stage("write");
+    let paths = ["png", "exr"].map(|ending| out.join(format!("{name}.{ending}")));
+    let clamped = picture::write_all(&paths, &design.scene, &design.system, &design.film)?;
+    let files = paths.into_iter().zip(clamped).collect();
+    let entry = comparison::entry(&design, watch.take_seconds());
+    Ok(JudgedFiles { design, entry, files })
+}
+
+/// What `work` makes of each, in their order, by as many threads at once as pictures are made by, and no more than
+/// [`SPARE_THREADS`]. They are none of those, whose work on one prism would wait for that on another.
+fn side_by_side<T: Send, R: Send>(all: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let threads = rayon::current_num_threads().min(SPARE_THREADS).min(all.len());
+    if threads < 2 {
+        return all.into_iter().map(work).collect();
+    }
+    let left = Mutex::new(all.into_iter().enumerate());
+    let next = || left.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let worker = || std::iter::from_fn(next).map(|(k, one)| (k, work(one))).collect::<Vec<_>>();
+    let mut done: Vec<(usize, R)> = std::thread::scope(|scope| {
+        let others: Vec<_> = (1..threads).filter_map(|_| Builder::new().spawn_scoped(scope, worker).ok()).collect();
+        let own = worker();
+        let join = |other: ScopedJoinHandle<'_, _>| other.join().unwrap_or_else(|panic| resume_unwind(panic));
+        own.into_iter().chain(others.into_iter().flat_map(join)).collect()
+    });
+    done.sort_by_key(|(k, _)| *k);
+    done.into_iter().map(|(_, made)| made).collect()
+}
+
+/// Writes the figures, the report, the cameras and the corners, some at once: the names of the files.
 fn write_common(
     args: &CompareArgs,
     judged: &[JudgedDesign],
     report: &Report,
     verdict: &str,
-    written: &mut Vec<PathBuf>,
-) -> Result<(), Error> {
-    let title = comparison::title(judged);
-    written.extend(files::figure(
-        &args.out,
-        "comparison",
-        &comparison::figure(judged, &report.designs, verdict),
-        &title,
-    )?);
-    written.extend(files::figure(&args.out, "overview", &comparison::overview(judged), &title)?);
-    let title = format!("{}: where the error of a corner comes from", report.scene);
-    if let Some(figure) = args.budget.then(|| budget::figure(title.clone(), judged)).flatten() {
-        written.extend(files::figure(&args.out, "budget", &figure, &title)?);
-    }
-    let mut named = |name: &str| {
-        written.push(args.out.join(name));
-        args.out.join(name)
+) -> Result<Vec<PathBuf>, Error> {
+    type Job<'a> = Box<dyn FnOnce() -> Result<Vec<PathBuf>, Error> + Send + 'a>;
+    let title = &comparison::title(judged);
+    let figure =
+        |name: &str, drawing: &Drawing, title: &str| files::figure(&args.out, name, drawing, title).map(Vec::from);
+    let text = |name: &str, text: &str| {
+        let path = args.out.join(name);
+        files::text(&path, text).map(|()| vec![path])
     };
-    files::text(&named("report.json"), &to_text(report))?;
-    let pair = |design: &'_ Design| Some((design.name.clone(), design.cameras.clone()?));
-    let pairs: Vec<_> = report.designs.iter().filter_map(pair).collect();
-    files::text(&named("cameras.yml"), &cameras::opencv_text(&pairs))?;
-    files::text(&named("corners.csv"), &corner_table::text(judged))?;
-    files::text(&named("report.html"), &page(judged, report, verdict))
+    let cameras = || {
+        let pair = |design: &'_ Design| Some((design.name.clone(), design.cameras.clone()?));
+        cameras::opencv_text(&report.designs.iter().filter_map(pair).collect::<Vec<_>>())
+    };
+    let budget = || {
+        let title = format!("{}: where the error of a corner comes from", report.scene);
+        let drawing = args.budget.then(|| budget::figure(title.clone(), judged)).flatten();
+        drawing.map_or(Ok(Vec::new()), |drawing| figure("budget", &drawing, &title))
+    };
+    let jobs: Vec<Job<'_>> = vec![
+        Box::new(|| figure("comparison", &comparison::figure(judged, &report.designs, verdict), title)),
+        Box::new(|| figure("overview", &comparison::overview(judged), title)),
+        Box::new(budget),
+        Box::new(|| text("report.json", &to_text(report))),
+        Box::new(|| text("cameras.yml", &cameras())),
+        Box::new(|| text("corners.csv", &corner_table::text(judged))),
+        Box::new(|| text("report.html", &page(judged, report, verdict))),
+    ];
+    Ok(side_by_side(jobs, |job| job()).into_iter().collect::<Result<Vec<_>, Error>>()?.concat())
 }
 
 /// The page to look into.

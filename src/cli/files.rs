@@ -142,9 +142,8 @@ pub(super) fn drawing(path: &Path, drawing: &Drawing) -> Result<(), Error> {
 /// Writes a figure into a folder, as PNG and as SVG.
 pub(super) fn figure(folder: &Path, name: &str, drawing: &Drawing, title: &str) -> Result<[PathBuf; 2], Error> {
     let paths = ["png", "svg"].map(|ending| folder.join(format!("{name}.{ending}")));
-    self::drawing(&paths[0], drawing)?;
-    text(&paths[1], &svg::write(drawing, title))?;
-    Ok(paths)
+    let (png, svg) = rayon::join(|| self::drawing(&paths[0], drawing), || text(&paths[1], &svg::write(drawing, title)));
+    png.and(svg).map(|()| paths)
 }
 
 /// Says how many pixels of the picture at `path` were clamped, where some were.

@@ -44,6 +44,7 @@ mod rectify;
 mod render;
 mod study;
 mod trace;
+mod traced;
 mod output;
 mod origin;
 mod outcome;

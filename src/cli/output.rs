@@ -17,11 +17,16 @@ pub(super) fn stdout_is_closed() {
 
 /// Writes data to stdout. A reader that has seen enough (`| head`) is no error.
 pub(super) fn stdout(text: &str) -> Result<(), Error> {
+    numbers(&printable(text))
+}
+
+/// The same of text that holds nothing which a terminal obeys.
+pub(super) fn numbers(text: &str) -> Result<(), Error> {
     if CLOSED.load(Ordering::Relaxed) && !text.is_empty() {
         return Err(Error::new("stdout", "it is closed, and the data is lost", "say where the output goes"));
     }
     let mut out = std::io::stdout().lock();
-    match out.write_all(printable(text).as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             Err(Error::new("stdout", format!("cannot be written: {error}"), "check where the output goes"))
         }

@@ -4,7 +4,7 @@ use super::output;
 use crate::progress::Observer;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use std::collections::BTreeMap;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How often the bar is drawn while nothing is heard.
@@ -13,7 +13,9 @@ const TICK: Duration = Duration::from_millis(200);
 /// The bar and the clock of one job.
 pub(super) struct Progress {
     bar: ProgressBar,
-    clock: Mutex<Clock>,
+    clock: Arc<Mutex<Clock>>,
+    /// What is worked on at once, with the stage of each.
+    running: Mutex<BTreeMap<String, &'static str>>,
 }
 
 /// The stage that runs, and the seconds of those that have ended.
@@ -29,18 +31,27 @@ struct Clock {
 pub(super) struct Watch<'a> {
     progress: &'a Progress,
     what: &'a str,
+    clock: Arc<Mutex<Clock>>,
+}
+
+impl Watch<'_> {
+    /// Seconds by stage since the last call; the work ends, or goes on with another stage.
+    pub(super) fn take_seconds(&self) -> BTreeMap<String, f64> {
+        self.progress.running().remove(self.what);
+        self.progress.take_seconds_of(&self.clock)
+    }
 }
 
 impl Observer for Watch<'_> {
     fn stage(&self, name: &'static str) {
-        self.progress.begin(self.what, name);
+        self.progress.begin_of(&self.clock, self.what, name);
     }
 
     fn stage_of(&self, name: &'static str, steps: usize) {
         self.progress.bar.set_style(style(Some("")));
         self.progress.bar.set_length(steps as u64);
         self.progress.bar.reset();
-        self.progress.begin(self.what, name);
+        self.stage(name);
     }
 
     fn pixels(&self, count: usize) {
@@ -56,19 +67,32 @@ impl Progress {
         if !bar.is_hidden() {
             bar.enable_steady_tick(TICK);
         }
-        Self { bar, clock: Mutex::default() }
+        Self { bar, clock: Arc::default(), running: Mutex::default() }
     }
 
     /// What hears of the work on `what`, from any thread.
     pub(super) fn watch<'a>(&'a self, what: &'a str) -> Watch<'a> {
-        Watch { progress: self, what }
+        Watch { progress: self, what, clock: Arc::clone(&self.clock) }
+    }
+
+    /// The same of work that goes on beside other work, with a clock of its own.
+    pub(super) fn watch_beside<'a>(&'a self, what: &'a str) -> Watch<'a> {
+        Watch { progress: self, what, clock: Arc::default() }
     }
 
     /// The stage `name` begins, and the one before it ends.
     pub(super) fn begin(&self, what: &str, name: &'static str) {
-        let mut clock = self.clock();
+        self.begin_of(&self.clock, what, name);
+    }
+
+    fn begin_of(&self, clock: &Mutex<Clock>, what: &str, name: &'static str) {
+        let mut clock = locked(clock);
         self.tell(clock.end());
-        self.bar.set_message(format!("{what}: {name}"));
+        let mut running = self.running();
+        running.remove(&clock.what);
+        running.insert(what.to_owned(), name);
+        let told: Vec<String> = running.iter().map(|(what, name)| format!("{what}: {name}")).collect();
+        self.bar.set_message(told.join(", "));
         clock.what = what.to_owned();
         clock.started = Some((name, Instant::now()));
     }
@@ -82,14 +106,22 @@ impl Progress {
 
     /// Seconds by stage since the last call.
     pub(super) fn take_seconds(&self) -> BTreeMap<String, f64> {
-        let mut clock = self.clock();
+        self.take_seconds_of(&self.clock)
+    }
+
+    fn take_seconds_of(&self, clock: &Mutex<Clock>) -> BTreeMap<String, f64> {
+        let mut clock = locked(clock);
         self.tell(clock.end());
         std::mem::take(&mut clock.seconds)
     }
 
-    fn clock(&self) -> MutexGuard<'_, Clock> {
-        self.clock.lock().unwrap_or_else(PoisonError::into_inner)
+    fn running(&self) -> MutexGuard<'_, BTreeMap<String, &'static str>> {
+        locked(&self.running)
     }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Clock {
@@ -120,7 +152,7 @@ fn style(unit: Option<&'static str>) -> ProgressStyle {
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        let ended = self.clock().end();
+        let ended = locked(&self.clock).end();
         self.tell(ended);
         self.bar.finish_and_clear();
     }

@@ -9,7 +9,7 @@ use std::thread::{Builder, scope};
 /// Threads that pictures are made by, at most: more than any machine's processors gain nothing and cost memory each.
 pub(super) const MOST_THREADS: usize = 256;
 /// Threads that are left for the writing of files and the like.
-const SPARE: usize = 4;
+pub(super) const SPARE_THREADS: usize = 4;
 /// Address space of a thread: its stack, and what it works with.
 const BYTES_A_THREAD: usize = 16 << 20;
 
@@ -33,9 +33,9 @@ pub(super) fn set_up() -> Result<(), Error> {
             "allow more processes (`ulimit -u`) or more memory (`ulimit -v`), or end others",
         )
     };
-    let possible = possible_threads(wanted + SPARE);
+    let possible = possible_threads(wanted + SPARE_THREADS);
     // Where threads are short, so is memory: half of them leave some to work with.
-    let threads = if possible == wanted + SPARE { wanted } else { possible / 2 };
+    let threads = if possible == wanted + SPARE_THREADS { wanted } else { possible / 2 };
     if threads == 0 {
         return Err(refused(format!("it gives {possible}, and two are the fewest")));
     }

@@ -1,25 +1,29 @@
 //! `biprism trace`: pixel positions to the board and back, at full precision.
 
 use super::args::TraceArgs;
-use super::field_lines::{each_line, number};
+use super::field_lines::{LinePlace, each_line, number};
 use super::outcome::Outcome;
 use super::progress::Progress;
+use super::traced::{AimedPoint, TracedRay};
 use super::{files, output};
 use crate::effect::EffectId;
 use crate::effect::dispersion::Wavelength;
 use crate::error::Error;
-use crate::optics::fate::Fate;
+use crate::io::inputs::check_outputs;
+use crate::io::npy;
+use crate::io::npy_table::read_table;
 use crate::progress::Observer;
 use crate::scene::Scene;
 use crate::system::aim::Aimer;
 use crate::system::in_light::light_name;
 use crate::system::{InLight, Side, System};
-use glam::{DVec2, DVec3};
-use serde_json::json;
-use std::fmt::Write as _;
+use glam::DVec2;
+use rayon::prelude::*;
 use std::io::IsTerminal;
+use std::path::Path;
 
 /// What is to be traced for a line.
+#[derive(Clone, Copy)]
 enum Asked {
     /// Where this pixel position leads.
     Pixel(DVec2),
@@ -27,15 +31,23 @@ enum Asked {
     Board(Side, DVec2),
 }
 
-/// Most lines that are read: 240 MB in memory.
+/// Most points that are read: 240 MB in memory.
 const MAX_POINTS: usize = 10_000_000;
-/// Answers are written in pieces of this many.
+/// Answers that a thread makes at once, and their number before they are written.
 const PIECE: usize = 4096;
+const AT_ONCE: usize = 16 * PIECE;
 
 pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
     if files::is_stdin(&args.scene) && files::is_stdin(&args.points) {
         let rule = "scene and points are both to come from stdin";
         return Err(Error::new("stdin", rule, "give the points as a file, with --points"));
+    }
+    if let Some(path) = &args.out {
+        if !is_npy(path) {
+            let rule = format!("`{}` does not end in .npy", path.display());
+            return Err(Error::new("--out", rule, "name a .npy, or leave --out out for text"));
+        }
+        check_outputs(std::slice::from_ref(path))?;
     }
     let scene = files::load(&args.scene)?;
     let progress = Progress::new(0);
@@ -51,7 +63,112 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
             "note: places are on the board's plane, also behind an `[[object]]`; `biprism render` tells what hides it",
         );
     }
-    // Every line is read before the first is answered, so that a bad one leaves no half of an answer.
+
+    // Read every point before the first is answered, so that a bad one leaves no half of an answer.
+    let asked = read(args)?;
+
+    // Answer them, and say in which light.
+    let tracer = Tracer { light: InLight::new(&system), aimer: Aimer::new(&system) };
+    match &args.out {
+        Some(path) => tracer.table(path, args.back, &scene.name, &asked)?,
+        None => tracer.print(args, &scene.name, &asked)?,
+    }
+    match args.wavelength_nm {
+        Some(nm) => output::stderr(&format!("traced in light of {nm} nm")),
+        None if system.effects().acting().any(|row| row.id == EffectId::Dispersion) => {
+            output::stderr(&format!("traced in {}", light_name(&scene, &system)));
+        }
+        None => {}
+    }
+    Ok(Outcome::Done)
+}
+
+/// What answers.
+struct Tracer<'a> {
+    light: InLight<'a>,
+    aimer: Aimer<'a>,
+}
+
+impl Tracer<'_> {
+    /// Prints the answers as CSV or as JSON.
+    fn print(&self, args: &TraceArgs, name: &str, asked: &[Asked]) -> Result<(), Error> {
+        let (head, between, tail) = if args.json {
+            ("[\n".to_owned(), ",\n", "\n]\n")
+        } else {
+            (format!("{}\n", if args.back { AimedPoint::COLUMNS } else { TracedRay::COLUMNS }), "\n", "\n")
+        };
+        output::stdout(&head)?;
+        let answer = |piece: &[Asked]| {
+            let mut text = String::with_capacity(piece.len() * 512);
+            for (k, asked) in piece.iter().enumerate() {
+                text.push_str(if k == 0 { "" } else { between });
+                match (*asked, args.json) {
+                    (Asked::Pixel(px), true) => TracedRay::new(&self.light, px).json(&mut text),
+                    (Asked::Pixel(px), false) => TracedRay::new(&self.light, px).text(&mut text),
+                    (Asked::Board(side, mm), true) => AimedPoint::new(&self.aimer, side, mm).json(&mut text),
+                    (Asked::Board(side, mm), false) => AimedPoint::new(&self.aimer, side, mm).text(&mut text),
+                }
+            }
+            text
+        };
+        // Rows show how far it is where they go to the terminal; elsewhere the bar does.
+        let progress = Progress::new(0);
+        let watch = progress.watch(name);
+        if !std::io::stdout().is_terminal() {
+            watch.stage_of("trace", asked.len());
+        }
+        let mut first = true;
+        for some in asked.chunks(AT_ONCE) {
+            let pieces: Vec<String> = some.par_chunks(PIECE).map(answer).collect();
+            for piece in pieces {
+                output::numbers(if first { "" } else { between })?;
+                output::numbers(&piece)?;
+                first = false;
+            }
+            watch.pixels(some.len());
+        }
+        drop(progress);
+        output::stdout(if asked.is_empty() && !args.json { "" } else { tail })
+    }
+
+    /// Writes the answers as a table of records.
+    fn table(&self, path: &Path, back: bool, name: &str, asked: &[Asked]) -> Result<(), Error> {
+        let fields = if back { &AimedPoint::FIELDS[..] } else { &TracedRay::FIELDS };
+        let record: usize = fields.iter().map(|field| field.bytes()).sum();
+        let answer = |piece: &[Asked]| {
+            let mut bytes = Vec::with_capacity(record * piece.len());
+            for asked in piece {
+                match *asked {
+                    Asked::Pixel(px) => TracedRay::new(&self.light, px).record(&mut bytes),
+                    Asked::Board(side, mm) => AimedPoint::new(&self.aimer, side, mm).record(&mut bytes),
+                }
+            }
+            bytes
+        };
+        let progress = Progress::new(0);
+        let watch = progress.watch(name);
+        watch.stage_of("trace", asked.len());
+        let pieces = asked.chunks(AT_ONCE).flat_map(|some| {
+            let pieces: Vec<Vec<u8>> = some.par_chunks(PIECE).map(answer).collect();
+            watch.pixels(some.len());
+            pieces
+        });
+        npy::write_parts(path, fields, &[asked.len()], pieces)?;
+        drop(progress);
+        output::stderr(&format!("wrote {}", path.display()));
+        Ok(())
+    }
+}
+
+fn is_npy(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"))
+}
+
+/// The points that are asked for, in their order.
+fn read(args: &TraceArgs) -> Result<Vec<Asked>, Error> {
+    if is_npy(&args.points) {
+        return table(&args.points, args.back);
+    }
     let mut asked = Vec::new();
     each_line(&args.points, &HEADINGS, |place, fields| {
         if asked.len() == MAX_POINTS {
@@ -61,38 +178,25 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
         asked.push(if args.back { parse_board(place, fields)? } else { parse_pixel(place, fields)? });
         Ok(())
     })?;
-    let (light, aimer) = (InLight::new(&system), Aimer::new(&system));
-    let answer = |asked: &Asked| match *asked {
-        Asked::Pixel(px) => forth(&light, args.json, px),
-        Asked::Board(side, mm) => back(&aimer, args.json, side, mm),
-    };
-    let (head, between, tail) = if args.json {
-        ("[\n".to_owned(), ",\n", "\n]\n")
-    } else {
-        (format!("{}\n", if args.back { BACK_COLUMNS } else { COLUMNS }), "\n", "\n")
-    };
-    output::stdout(&head)?;
-    // Rows show how far it is where they go to the terminal; elsewhere the bar does.
-    let progress = Progress::new(0);
-    let watch = progress.watch(&scene.name);
-    if !std::io::stdout().is_terminal() {
-        watch.stage_of("trace", asked.len());
+    Ok(asked)
+}
+
+/// The points of an NPY table: `x_px, y_px`, or `side, u_mm, v_mm` with 0 for left and 1 for right.
+fn table(path: &Path, back: bool) -> Result<Vec<Asked>, Error> {
+    if !back {
+        let values = read_table(path, 2, MAX_POINTS)?;
+        return Ok(values.as_chunks::<2>().0.iter().map(|px| Asked::Pixel(DVec2::from_array(*px))).collect());
     }
-    for (k, piece) in asked.chunks(PIECE).enumerate() {
-        let lines: Vec<String> = piece.iter().map(answer).collect();
-        output::stdout(&format!("{}{}", if k == 0 { "" } else { between }, lines.join(between)))?;
-        watch.pixels(piece.len());
-    }
-    drop(progress);
-    output::stdout(if asked.is_empty() && !args.json { "" } else { tail })?;
-    match args.wavelength_nm {
-        Some(nm) => output::stderr(&format!("traced in light of {nm} nm")),
-        None if system.effects().acting().any(|row| row.id == EffectId::Dispersion) => {
-            output::stderr(&format!("traced in {}", light_name(&scene, &system)));
+    let values = read_table(path, 3, MAX_POINTS)?;
+    let one = |(row, &[side, u, v]): (usize, &[f64; 3])| match side {
+        0.0 => Ok(Asked::Board(Side::Left, DVec2::new(u, v))),
+        1.0 => Ok(Asked::Board(Side::Right, DVec2::new(u, v))),
+        _ => {
+            let rule = format!("[{row}, 0], the side, is {side}, and must be 0 (left) or 1 (right)");
+            Err(Error::new(path.display(), rule, "write rows of side, u_mm, v_mm"))
         }
-        None => {}
-    }
-    Ok(Outcome::Done)
+    };
+    values.as_chunks::<3>().0.iter().enumerate().map(one).collect()
 }
 
 /// The instrument of `scene` in light of one wavelength, in nm.
@@ -121,16 +225,7 @@ fn at_line(system: &System, scene: &Scene, wavelength_nm: f64) -> Result<System,
 /// First columns of the headings that a file may have.
 const HEADINGS: [&str; 3] = ["x_px", "x", "side"];
 
-const COLUMNS: &str = "x_px,y_px,side,fate,u_mm,v_mm,world_x_mm,world_y_mm,world_z_mm,\
-front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,back_z_mm,exit_dx,exit_dy,exit_dz";
-
-const BACK_COLUMNS: &str = "side,u_mm,v_mm,fate,x_px,y_px,seen";
-
-fn side_name(side: Side) -> &'static str {
-    if side == Side::Left { "left" } else { "right" }
-}
-
-fn parse_pixel(place: &str, fields: &[&str]) -> Result<Asked, Error> {
+fn parse_pixel(place: LinePlace<'_>, fields: &[&str]) -> Result<Asked, Error> {
     let [x, y] = fields else {
         let rule = format!("the line has {} fields, and must have 2", fields.len());
         return Err(Error::new(place, rule, "write x_px,y_px, as in 960.5,540.5"));
@@ -138,7 +233,7 @@ fn parse_pixel(place: &str, fields: &[&str]) -> Result<Asked, Error> {
     Ok(Asked::Pixel(DVec2::new(number(place, "x_px", x)?, number(place, "y_px", y)?)))
 }
 
-fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Error> {
+fn parse_board(place: LinePlace<'_>, fields: &[&str]) -> Result<Asked, Error> {
     let [side, u, v] = fields else {
         let rule = format!("the line has {} fields, and must have 3", fields.len());
         return Err(Error::new(place, rule, "write side,u_mm,v_mm, as in left,12.5,-3"));
@@ -152,71 +247,4 @@ fn parse_board(place: &str, fields: &[&str]) -> Result<Asked, Error> {
         }
     };
     Ok(Asked::Board(side, DVec2::new(number(place, "u_mm", u)?, number(place, "v_mm", v)?)))
-}
-
-/// A pixel position to the board, with every point on the way. All points and directions are in the world.
-fn forth(light: &InLight<'_>, as_json: bool, px: DVec2) -> String {
-    let system = light.main();
-    let (path, end) = light.path(px);
-    let landed = match light.lights() {
-        [_] => end.and_then(|(ray, side)| system.board().intersect(&ray).map(|(mm, _)| (mm, side))),
-        // On a tilted board the mean of positions is not where the mean ray lands.
-        _ => light.trace(px).map(|hit| (hit.board_mm, hit.side)),
-    };
-    // A ray that ended in the glass came in through the side of its first point.
-    let entered = || Some(system.prism()?.side_at(*path.points.first()?));
-    let (fate, side) = match (&landed, &end) {
-        (Ok((_, side)), _) => ("board", Some(*side)),
-        (Err(fate), Ok((_, side))) => (fate.name(), Some(*side)),
-        (Err(fate), Err(_)) => (fate.name(), entered()),
-    };
-    let reflected_at = match path.points.len() {
-        n if landed != Err(Fate::TotalReflection) || n == path.directions.len() => None,
-        1 => Some("front"),
-        _ => Some("back"),
-    };
-    let board = landed.ok().map(|(mm, _)| mm);
-    let world = board.map(|mm| system.board().world(mm));
-    let point = |k: usize| path.points.get(k).copied();
-    let direction = |k: usize| path.directions.get(k).copied();
-    if as_json {
-        let array = |v: Option<DVec3>| v.map(|v| v.to_array());
-        return json!({
-            "pixel_px": px.to_array(), "side": side.map(side_name), "fate": fate, "reflected_at": reflected_at,
-            "board_mm": board.map(|mm| mm.to_array()), "world_mm": array(world),
-            "front_mm": array(point(0)), "inner_direction": array(direction(0)),
-            "back_mm": array(point(1)), "exit_direction": array(end.ok().map(|(ray, _)| ray.direction)),
-        })
-        .to_string();
-    }
-    let mut line = format!("{:?},{:?},{},{fate}", px.x, px.y, side.map_or("", side_name));
-    let _ = match board {
-        Some(mm) => write!(line, ",{:?},{:?}", mm.x, mm.y),
-        None => write!(line, ",,"),
-    };
-    for v in [world, point(0), direction(0), point(1), end.ok().map(|(ray, _)| ray.direction)] {
-        let _ = match v {
-            Some(v) => write!(line, ",{:?},{:?},{:?}", v.x, v.y, v.z),
-            None => write!(line, ",,,"),
-        };
-    }
-    line
-}
-
-/// A board point to the pixel position that sees it through one side. `seen` says whether that is on the sensor and on
-/// the side's own part of it.
-fn back(aimer: &Aimer<'_>, as_json: bool, side: Side, mm: DVec2) -> String {
-    let aimed: Result<(DVec2, bool), Fate> = aimer.aim(mm, side).map(|px| (px, aimer.sees(px, side)));
-    let name = side_name(side);
-    let fate = aimed.map_or_else(Fate::name, |_| "board");
-    if as_json {
-        let px = aimed.ok().map(|(px, _)| px.to_array());
-        let seen = aimed.ok().map(|(_, seen)| seen);
-        return json!({ "side": name, "board_mm": mm.to_array(), "fate": fate, "pixel_px": px, "seen": seen })
-            .to_string();
-    }
-    match aimed {
-        Ok((px, seen)) => format!("{name},{:?},{:?},{fate},{:?},{:?},{seen}", mm.x, mm.y, px.x, px.y),
-        Err(_) => format!("{name},{:?},{:?},{fate},,,", mm.x, mm.y),
-    }
 }

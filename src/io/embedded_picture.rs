@@ -22,8 +22,9 @@ pub fn png_bytes(grey: &Raster<u8>) -> Option<Vec<u8>> {
 
 /// The same of red, green and blue.
 pub fn rgb_png_bytes(colours: &Raster<[u8; 3]>) -> Option<Vec<u8>> {
+    // A figure is of a few colours in runs, which differences between pixels would break.
     let data = colours.data().as_flattened();
-    encoded([colours.width(), colours.height()], ColorType::Rgb, Filter::Adaptive, data)
+    encoded([colours.width(), colours.height()], ColorType::Rgb, Filter::NoFilter, data)
 }
 
 fn encoded(size_px: [usize; 2], color: ColorType, filter: Filter, samples: &[u8]) -> Option<Vec<u8>> {

@@ -16,6 +16,7 @@ pub mod memory;
 pub mod exr;
 pub mod png;
 pub mod npy;
+pub mod npy_table;
 pub mod embedded_picture;
 mod ply;
 pub mod mesh;

@@ -40,15 +40,18 @@ impl NpyField {
     }
 }
 
-/// The header of so many rows and columns of records.
-fn header(fields: &[NpyField], size: [usize; 2]) -> Vec<u8> {
+/// The header of an array of records of this shape.
+fn header(fields: &[NpyField], shape: &[usize]) -> Vec<u8> {
     let fields: Vec<String> = fields.iter().map(|field| field.described()).collect();
-    header_of(&format!("[{}]", fields.join(", ")), size)
+    header_of(&format!("[{}]", fields.join(", ")), shape)
 }
 
-/// The header of so many rows and columns of values that are described so.
-fn header_of(described: &str, [rows, columns]: [usize; 2]) -> Vec<u8> {
-    let text = format!("{{'descr': {described}, 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
+/// The header of an array of this shape whose values are described so.
+fn header_of(described: &str, shape: &[usize]) -> Vec<u8> {
+    let sizes: Vec<String> = shape.iter().map(ToString::to_string).collect();
+    // A tuple of one has a comma behind it.
+    let sizes = sizes.join(", ") + if shape.len() == 1 { "," } else { "" };
+    let text = format!("{{'descr': {described}, 'fortran_order': False, 'shape': ({sizes}), }}");
     // The magic bytes, the length in two bytes, the text, blanks, and a line's end.
     let whole = (MAGIC.len() + 2 + text.len() + 1).next_multiple_of(ALIGNMENT);
     let length = u16::try_from(whole - MAGIC.len() - 2).expect("a dictionary of a few fields");
@@ -60,7 +63,8 @@ fn header_of(described: &str, [rows, columns]: [usize; 2]) -> Vec<u8> {
     bytes
 }
 
-/// Writes a table of `size` (rows, columns) whose records come in `parts`, one behind the other, row by row. It is never held
+/// Writes an array of records of this `shape`, (rows, columns) or as many as there are, which come in `parts`, one behind the other,
+/// row by row. It is never held
 /// as a whole.
 ///
 /// # Errors
@@ -68,13 +72,13 @@ fn header_of(described: &str, [rows, columns]: [usize; 2]) -> Vec<u8> {
 pub fn write_parts(
     path: &Path,
     fields: &[NpyField],
-    size: [usize; 2],
+    shape: &[usize],
     parts: impl Iterator<Item = Vec<u8>>,
 ) -> Result<(), Error> {
     let record: usize = fields.iter().map(|field| field.bytes()).sum();
     write_atomically(path, |out| {
-        out.write_all(&header(fields, size))?;
-        let mut left = record * size[0] * size[1];
+        out.write_all(&header(fields, shape))?;
+        let mut left = record * shape.iter().product::<usize>();
         for part in parts {
             left = left.checked_sub(part.len()).ok_or_else(|| io::Error::other("more records than the table has"))?;
             out.write_all(&part)?;
@@ -89,7 +93,7 @@ pub fn write_parts(
 /// Those of [`write_atomically`].
 pub fn write_plane(path: &Path, plane: &Raster<f32>) -> Result<(), Error> {
     write_atomically(path, |out| {
-        out.write_all(&header_of("'<f4'", [plane.height(), plane.width()]))?;
+        out.write_all(&header_of("'<f4'", &[plane.height(), plane.width()]))?;
         (0..plane.height()).try_for_each(|j| {
             let row: Vec<u8> = plane.row(j).iter().flat_map(|value| value.to_le_bytes()).collect();
             out.write_all(&row)
@@ -106,7 +110,7 @@ mod tests {
     /// The header by the letter of the format: magic, length, a dictionary, blanks to 64 bytes, a line's end.
     #[test]
     fn the_header_is_that_of_the_format() {
-        let bytes = header(&FIELDS, [3, 12]);
+        let bytes = header(&FIELDS, &[3, 12]);
         assert_eq!(bytes[..8], [0x93, b'N', b'U', b'M', b'P', b'Y', 1, 0]);
         let length = usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
         assert!(bytes.len() == 10 + length && bytes.len().is_multiple_of(64) && bytes.last() == Some(&b'\n'));
@@ -116,7 +120,7 @@ mod tests {
         assert_eq!(text.trim_end(), expected);
         // A text that fills up its block to the last byte, and others.
         for columns in [1, 100, 10_000, 1_000_000, usize::MAX] {
-            assert!(header(&FIELDS, [columns, columns]).len().is_multiple_of(64));
+            assert!(header(&FIELDS, &[columns, columns]).len().is_multiple_of(64));
         }
     }
 
@@ -140,11 +144,11 @@ mod tests {
         let path = folder.path().join("a.npy");
         for sizes in [&[20, 60][..], &[100, 1], &[]] {
             let parts = sizes.iter().map(|bytes| vec![0; *bytes]);
-            write_parts(&path, &FIELDS, [1, 5], parts).unwrap_err();
+            write_parts(&path, &FIELDS, &[1, 5], parts).unwrap_err();
             assert!(!path.exists());
         }
-        write_parts(&path, &FIELDS, [1, 5], [vec![1; 40], vec![2; 60]].into_iter()).unwrap();
+        write_parts(&path, &FIELDS, &[1, 5], [vec![1; 40], vec![2; 60]].into_iter()).unwrap();
         let bytes = std::fs::read(path).unwrap();
-        assert!(bytes.ends_with(&[2; 60]) && bytes.len() == header(&FIELDS, [1, 5]).len() + 100);
+        assert!(bytes.ends_with(&[2; 60]) && bytes.len() == header(&FIELDS, &[1, 5]).len() + 100);
     }
 }

@@ -20,6 +20,7 @@ use crate::system::in_light::light_name;
 use crate::system::{Board, System};
 use crate::vision::half::{Half, columns_of};
 use glam::DVec2;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::iter::once;
@@ -55,6 +56,17 @@ pub fn check_name(path: &Path) -> Result<(), Error> {
 /// As [`check_name`], and when the file cannot be written.
 pub fn write(path: &Path, scene: &Scene, system: &System, film: &Film) -> Result<usize, Error> {
     write_strips(&PictureFile::plain(path.to_owned()), scene, system, once(Arc::new(Strip::from(film))))
+}
+
+/// The same into several files at once, of each the pixels that were clamped.
+///
+/// # Errors
+/// As [`write()`], of the first file that has one.
+pub fn write_all(paths: &[PathBuf], scene: &Scene, system: &System, film: &Film) -> Result<Vec<usize>, Error> {
+    let strip = Arc::new(Strip::from(film));
+    let write =
+        |path: &PathBuf| write_strips(&PictureFile::plain(path.clone()), scene, system, once(Arc::clone(&strip)));
+    paths.par_iter().map(write).collect::<Vec<_>>().into_iter().collect()
 }
 
 /// A file of a picture, and what goes into it.
@@ -136,7 +148,7 @@ pub fn write_strips(
         "exr" => {
             let parts = strips.scan(0, |done, strip| {
                 let stereo = part(rows_of(done, &strip));
-                let mut all = channels(system, &strip);
+                let mut all = channels(system, &strip, file);
                 all.extend(stereo.iter().flat_map(StereoPart::channels));
                 Some(all)
             });
@@ -151,7 +163,7 @@ pub fn write_strips(
             let plain = if *stereo { &stereo_file::FIELDS[..] } else { &truth::FIELDS };
             let objects = truth.has_objects().then_some(truth::OBJECT);
             let fields: Vec<NpyField> = plain.iter().copied().chain(objects).collect();
-            npy::write_parts(path, &fields, [size.1, size.0], parts).map(|()| 0)
+            npy::write_parts(path, &fields, &[size.1, size.0], parts).map(|()| 0)
         }
         _ => check_name(path).map(|()| 0),
     }
@@ -168,7 +180,7 @@ fn notes(scene: &Scene, system: &System, sampled: bool, file: &PictureFile) -> S
         "Y": "of a colour picture the luminance 0.2126 R + 0.7152 G + 0.0722 B of its channels as they are stored",
         "truth_light": light_name(scene, system),
         "board.U, board.V": "position on the board that the pixel's centre sees, mm in the board's frame, f32",
-        "P": "the same in the world, mm",
+        "world_from_board": boards(system).map(world_from_board).collect::<Vec<_>>(),
         "class": ["left", "right", "missed", "total_reflection", "not_converged", "past_board"],
     });
     if let Some(sensor) = system.effects().sensor.filter(|sensor| sensor.gamma != 1.0) {
@@ -183,12 +195,25 @@ fn notes(scene: &Scene, system: &System, sampled: bool, file: &PictureFile) -> S
         what["half"] = half.name().into();
     }
     if file.stereo {
+        what["P"] = "the same in the world, mm".into();
         what["stereo"] = STEREO_WORDS.into();
     }
     if sampled {
         what["Y.error"] = "standard error of Y, from the spread of random sets of samples".into();
     }
     what.to_string()
+}
+
+/// The board, and the objects before it, in the scene's order.
+fn boards(system: &System) -> impl Iterator<Item = &Board> {
+    once(system).chain(system.layers()).map(System::board)
+}
+
+/// How a position on a board becomes one in the world: origin + u U + v V.
+fn world_from_board(board: &Board) -> serde_json::Value {
+    let pose = board.pattern.world_from_board;
+    let [origin, u, v] = [pose.translation_mm, pose.rotation.x_axis, pose.rotation.y_axis].map(|axis| axis.to_array());
+    serde_json::json!({ "origin_mm": origin, "u": u, "v": v })
 }
 
 /// What the channels of a stereo pair are.
@@ -221,29 +246,24 @@ fn radiance_words(sensor: Option<&Sensor>) -> String {
     words
 }
 
-/// Radiance and, for each pixel's centre, what it sees through the prism.
-fn channels(system: &System, strip: &Strip) -> Vec<Channel> {
+/// Radiance and, for each pixel's centre, what it sees through the prism; in the world as well where the stereo pair is asked for.
+fn channels(system: &System, strip: &Strip, file: &PictureFile) -> Vec<Channel> {
     let mut channels = vec![Channel::f32("Y", strip.radiance.clone())];
     if let (Some(classes), Some(board_mm)) = (&strip.class, &strip.board_mm) {
-        let boards: Vec<_> = once(system).chain(system.layers()).map(System::board).collect();
-        let of = |k: usize| boards[strip.object.as_ref().map_or(0, |object| object.data()[k] as usize)];
-        let truth = |value: &dyn Fn(&Board, [f32; 2]) -> f64| {
-            let pixels = board_mm.data().iter().zip(classes.data()).enumerate();
-            let seen = |(k, (&mm, &class)): (usize, (&[f32; 2], &Class))| match class.side() {
-                Some(_) => value(of(k), mm) as f32,
-                None => f32::NAN,
-            };
-            Raster::from_data(board_mm.width(), board_mm.height(), pixels.map(seen).collect())
-        };
-        let world = |axis: usize| truth(&|board, mm| board.world(DVec2::new(f64::from(mm[0]), f64::from(mm[1])))[axis]);
+        let planes = (board_mm, classes);
         channels.extend([
-            Channel::f32("board.U", truth(&|_, mm| f64::from(mm[0]))),
-            Channel::f32("board.V", truth(&|_, mm| f64::from(mm[1]))),
-            Channel::f32("P.X", world(0)),
-            Channel::f32("P.Y", world(1)),
-            Channel::f32("P.Z", world(2)),
+            Channel::f32("board.U", where_seen(planes, |_, mm| mm[0])),
+            Channel::f32("board.V", where_seen(planes, |_, mm| mm[1])),
             Channel::u32("class", classes.map(|class| class as u32)),
         ]);
+        if file.stereo {
+            let boards: Vec<_> = boards(system).collect();
+            let of = |k: usize| boards[strip.object.as_ref().map_or(0, |object| object.data()[k] as usize)];
+            let world =
+                |axis: usize| where_seen(planes, |k, mm| of(k).world(DVec2::from(mm.map(f64::from)))[axis] as f32);
+            let axes = ["P.X", "P.Y", "P.Z"].into_iter().enumerate();
+            channels.extend(axes.map(|(axis, name)| Channel::f32(name, world(axis))));
+        }
         channels.extend(strip.object.clone().map(|object| Channel::u32("object", object)));
     }
     if let Some(colour) = &strip.colour {
@@ -255,6 +275,16 @@ fn channels(system: &System, strip: &Strip) -> Vec<Channel> {
         channels.push(Channel::f32("Y.error", noise.clone()));
     }
     channels
+}
+
+/// A value of each pixel, by its number and its position on the board, where a side of the prism sees something; else NaN.
+fn where_seen(
+    (board_mm, classes): (&Raster<[f32; 2]>, &Raster<Class>),
+    value: impl Fn(usize, [f32; 2]) -> f32,
+) -> Raster<f32> {
+    let pixels = board_mm.data().iter().zip(classes.data()).enumerate();
+    let seen = pixels.map(|(k, (mm, class))| if class.side().is_some() { value(k, *mm) } else { f32::NAN });
+    Raster::from_data(board_mm.width(), board_mm.height(), seen.collect())
 }
 
 /// What came of a picture that was rendered into files.

@@ -27,18 +27,101 @@ fn tracing_forth_and_back_is_the_identity() {
     assert!(text(&bad.stderr).contains("stdin:2") && text(&bad.stderr).contains("y_px"), "{}", text(&bad.stderr));
 }
 
+/// The records of an NPY file, of so many bytes each.
+fn records(bytes: &[u8], size: usize) -> Vec<&[u8]> {
+    let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
+    bytes[start..].chunks_exact(size).collect()
+}
+
+/// An NPY file of f64.
+fn npy(rows: &[&[f64]]) -> Vec<u8> {
+    let header =
+        format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({}, {}), }}\n", rows.len(), rows[0].len());
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes.extend(rows.concat().iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}
+
+/// Arrays in and out hold what the text holds, bit by bit, also of rays that end in the glass.
+#[test]
+fn rays_are_the_same_as_text_and_as_arrays() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    let pixels = [[10.25, 20.5], [400.75, 133.125], [-900.0, 0.5]];
+    fs::write(folder.path().join("in.npy"), npy(&pixels.each_ref().map(|px| &px[..]))).expect("written");
+    let run = |args: &[&str]| {
+        let done = biprism(folder.path(), &[&["trace", "scene.toml"], args].concat());
+        assert!(done.status.success(), "{}", text(&done.stderr));
+        text(&done.stdout)
+    };
+    let read = |name: &str| fs::read(folder.path().join(name)).expect("written");
+    let rows = run(&["--in", "in.npy"]);
+    assert_eq!(run(&["--points", "in.npy", "--out", "out.npy"]), "", "the array is all that is written");
+    let bytes = read("out.npy");
+    let found = records(&bytes, 160);
+    assert_eq!(found.len(), 3);
+    for (line, record) in rows.lines().skip(1).zip(found) {
+        let mut fields: Vec<&str> = line.split(',').collect();
+        let (side, fate) = (fields.remove(2), fields.remove(2));
+        for (k, field) in fields.iter().enumerate() {
+            let value = f64::from_le_bytes(*record[8 * k..].first_chunk().expect("8 bytes"));
+            let told = if field.is_empty() { f64::NAN } else { field.parse().expect("a number") };
+            assert!(value == told || (value.is_nan() && told.is_nan()), "{k}: {value} {field}");
+        }
+        let number = |at: usize| u32::from_le_bytes(*record[at..].first_chunk().expect("4 bytes"));
+        let side = ["left", "right", ""].iter().position(|name| *name == side).expect("a side");
+        let class = if fate == "board" { side } else { 2 };
+        assert_eq!([number(152), number(156)], [side as u32, class as u32], "{line}");
+    }
+
+    // Back, by the places that were found, and one far beside the picture.
+    let places: Vec<[f64; 3]> = rows
+        .lines()
+        .skip(1)
+        .take(2)
+        .map(|line| {
+            let fields: Vec<&str> = line.split(',').collect();
+            let [u, v] = [4, 5].map(|k| fields[k].parse().expect("a number"));
+            [f64::from(fields[2] == "right"), u, v]
+        })
+        .chain([[0.0, 3000.0, 0.0]])
+        .collect();
+    fs::write(folder.path().join("back.npy"), npy(&places.iter().map(|place| &place[..]).collect::<Vec<_>>()))
+        .expect("written");
+    run(&["--back", "--in", "back.npy", "--out", "pixels.npy"]);
+    let bytes = read("pixels.npy");
+    for ((record, px), place) in records(&bytes, 44).iter().zip(pixels).zip(&places) {
+        let value = |k: usize| f64::from_le_bytes(*record[8 * k..].first_chunk().expect("8 bytes"));
+        assert_eq!([value(0), value(1)], place[1..]);
+        let seen = u32::from_le_bytes(*record[40..].first_chunk().expect("4 bytes"));
+        let near = libm::hypot(value(2) - px[0], value(3) - px[1]) < 1e-10;
+        assert_eq!([near, seen == 1], [place[1] < 2000.0; 2], "{px:?}");
+    }
+    for (args, said) in [
+        (&["--in", "back.npy"][..], "shape (3, 3)"),
+        (&["--back", "--in", "in.npy"], "must have (n, 3)"),
+        (&["--in", "in.npy", "--out", "a.csv"], "does not end in .npy"),
+        (&["--in", "in.npy", "--out", "in.npy"], "read"),
+    ] {
+        let done = biprism(folder.path(), &[&["trace", "scene.toml"], args].concat());
+        assert!(done.status.code() == Some(2) && text(&done.stderr).contains(said), "{args:?}: {}", text(&done.stderr));
+    }
+}
+
 #[test]
 fn a_designed_prism_comes_back_through_the_front_door() {
     let folder = tempfile::tempdir().expect("a folder");
-    let scene = small_scene(folder.path(), as_is);
+    let scene = small_scene(folder.path(), |text| text.replace("degree = 5", "degree = 9"));
     let figures = json(&biprism(folder.path(), &["design", "scene.toml", "--json"]));
     assert!((figures["facet_angle_deg"].as_f64().expect("a number") - 8.85428).abs() < 5e-6);
     let prism = fs::read_to_string(folder.path().join("out/prism.toml")).expect("written");
     let whole = fs::read_to_string(scene).expect("the scene");
     let (camera, rest) = whole.split_once("[prism]").expect("a prism");
     let board = &rest[rest.find("[board]").expect("a board")..];
-    let clouds = "[prism]\nkind = \"point_cloud\"\nindex = 1.48\n[prism.front]\nfile = \"out/front.ply\"\ndegree = 5\n\
-                  [prism.back]\nfile = \"out/cloud.csv\"\ndegree = 5\n";
+    let clouds = "[prism]\nkind = \"point_cloud\"\nindex = 1.48\n[prism.front]\nfile = \"out/front.ply\"\ndegree = 9\n\
+                  [prism.back]\nfile = \"out/cloud.csv\"\ndegree = 9\n";
     fs::write(folder.path().join("polynomial.toml"), format!("{camera}{prism}\n{board}")).expect("written");
     fs::write(folder.path().join("clouds.toml"), format!("{camera}{clouds}\n{board}")).expect("written");
     let board_of = |scene: &str| {
@@ -48,9 +131,10 @@ fn a_designed_prism_comes_back_through_the_front_door() {
     let designed = board_of("scene.toml");
     // Scene text keeps every bit of a coefficient.
     assert_eq!(board_of("polynomial.toml"), designed);
-    // The cloud is fitted about another centre and scale: the same surface but for rounding.
+    // The points of a cloud count alike, those of a design by Simpson's rule: the same surface but for what degree 9 leaves of the
+    // points, below 1e-10 mm over 6 mm, so that slopes differ by less than 81 * 2e-10 / 6 (Markov's inequality), and at 1000 mm by this.
     let refitted = board_of("clouds.toml");
-    assert!((0..2).all(|k| (refitted[k] - designed[k]).abs() < 1e-8), "{refitted:?} {designed:?}");
+    assert!((0..2).all(|k| (refitted[k] - designed[k]).abs() < 2.7e-6), "{refitted:?} {designed:?}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod read;
 mod write;
+mod zip;
 mod channel;
 
 pub(super) use channel::SIGNATURE;

@@ -1,12 +1,12 @@
 //! Planes to an EXR file: one part, so that every viewer shows all channels; scan lines in order, ZIP16, no loss.
 
 use super::channel::{Channel, ChannelSamples};
+use super::zip::{SampleRow, pack};
 use crate::error::Error;
 use crate::io::atomic::write_atomically;
 use crate::io::metadata::{KEY, Notes, checked_size};
-use ::exr::block::lines::LineRefMut;
+use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use ::exr::block::writer::{ChunkWriter, ChunksWriter, write_chunks_with};
-use ::exr::block::{BlockIndex, UncompressedBlock};
 use ::exr::error::Error as ExrError;
 use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::{ChannelDescription, LineOrder, SampleType};
@@ -85,25 +85,18 @@ fn blocks<W: io::Write + io::Seek>(
             return Err(ExrError::Invalid("a strip does not fit into the picture".into()));
         }
         let block = |first: usize| {
-            let index = BlockIndex {
-                layer: 0,
-                pixel_position: Vec2(0, row + first),
-                pixel_size: Vec2(width, BLOCK_ROWS.min(rows - first)),
-                level: Vec2(0, 0),
-            };
-            let line = |line: LineRefMut<'_>| {
-                let from = (line.location.position.y() - row) * width;
-                match &strip[line.location.channel].samples {
-                    ChannelSamples::F32(plane) => line.write_samples_from_slice(&plane.data()[from..from + width]),
-                    ChannelSamples::U32(plane) => line.write_samples_from_slice(&plane.data()[from..from + width]),
-                }
-                .expect("a line of the block is as long as a row of the strip");
-            };
-            UncompressedBlock::from_lines(&header.channels, index, line).compress_to_chunk(headers)
+            let rows = first..rows.min(first + BLOCK_ROWS);
+            let lines = rows.flat_map(|row| strip.iter().map(move |channel| row_of(&channel.samples, row)));
+            pack(&lines.collect::<Vec<_>>())
         };
         let packed: Vec<_> = (0..rows).into_par_iter().step_by(BLOCK_ROWS).map(block).collect();
-        for (k, chunk) in packed.into_iter().enumerate() {
-            chunks.write_chunk(row / BLOCK_ROWS + k, chunk?)?;
+        for (k, packed) in packed.into_iter().enumerate() {
+            let number = row / BLOCK_ROWS + k;
+            let lines = CompressedScanLineBlock {
+                y_coordinate: (number * BLOCK_ROWS) as i32,
+                compressed_pixels_le: packed.map_err(ExrError::Io)?,
+            };
+            chunks.write_chunk(number, Chunk { layer_index: 0, compressed_block: CompressedBlock::ScanLine(lines) })?;
         }
         row += rows;
     }
@@ -116,6 +109,14 @@ fn blocks<W: io::Write + io::Seek>(
 fn sorted(mut channels: Vec<Channel>) -> Vec<Channel> {
     channels.sort_by(|a, b| a.name.cmp(&b.name));
     channels
+}
+
+/// A row of a channel.
+fn row_of(samples: &ChannelSamples, row: usize) -> SampleRow<'_> {
+    match samples {
+        ChannelSamples::F32(plane) => SampleRow::F32(plane.row(row)),
+        ChannelSamples::U32(plane) => SampleRow::U32(plane.row(row)),
+    }
 }
 
 fn kind(samples: &ChannelSamples) -> SampleType {
@@ -245,6 +246,42 @@ mod tests {
         let other = |k: usize| part(0, 96 + k).filter(move |c| k == 0 || c.name != "Y").collect();
         write_strips(&directory.path().join("wrong.exr"), 200, [0, 8].map(other).into_iter(), &notes).unwrap_err();
         assert!(!directory.path().join("wrong.exr").exists());
+    }
+
+    /// Another program's reader finds every bit: of blocks that packing makes smaller, and of noise, which it does not.
+    #[test]
+    fn a_reader_that_shares_no_code_finds_every_bit() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.exr");
+        let mut state = 1u32;
+        let mut noise = || {
+            state ^= state << 13;
+            state ^= state >> 17;
+            state ^= state << 5;
+            state
+        };
+        // 37 rows: two blocks and a part of one.
+        let random = Raster::from_data(30, 37, (0..30 * 37).map(|_| noise()).collect());
+        let smooth = Raster::from_data(30, 37, (0..30 * 37).map(|k| k as f32 * 0.25).collect());
+        for channels in
+            [vec![Channel::u32("N", random.clone())], vec![Channel::f32("S", smooth), Channel::u32("N", random)]]
+        {
+            write(&path, channels.clone(), &Notes::default()).unwrap();
+            let image = ::exr::prelude::read_first_flat_layer_from_file(&path).unwrap();
+            for Channel { name, samples } in &channels {
+                let list = &image.layer_data.channel_data.list;
+                let found = list.iter().find(|found| found.name == *name.as_str()).unwrap();
+                match (samples, &found.sample_data) {
+                    (ChannelSamples::F32(wanted), ::exr::prelude::FlatSamples::F32(found)) => {
+                        assert_eq!(wanted.data(), found);
+                    }
+                    (ChannelSamples::U32(wanted), ::exr::prelude::FlatSamples::U32(found)) => {
+                        assert_eq!(wanted.data(), found);
+                    }
+                    (_, other) => panic!("{name}: {other:?}"),
+                }
+            }
+        }
     }
 
     #[test]

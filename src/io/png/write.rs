@@ -6,7 +6,9 @@ use crate::io::atomic::write_atomically;
 use crate::io::metadata::{KEY, Notes, checked_size};
 use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
-use ::png::{BitDepth, ColorType, Compression, Encoder, PixelDimensions, ScaledFloat, SrgbRenderingIntent, Unit};
+use ::png::{
+    BitDepth, ColorType, Compression, Encoder, Filter, PixelDimensions, ScaledFloat, SrgbRenderingIntent, Unit,
+};
 use rayon::prelude::*;
 use std::borrow::Borrow;
 use std::io::{self, Write};
@@ -176,6 +178,10 @@ fn encode(
         SamplePacking::Small => Compression::Balanced,
         SamplePacking::Fast => Compression::Fastest,
     });
+    if form.depth == BitDepth::Eight {
+        // Figures are of a few colours in runs, which differences between pixels would break.
+        encoder.set_filter(Filter::NoFilter);
+    }
     match form.transfer {
         Transfer::Linear => encoder.set_source_gamma(ScaledFloat::from_scaled(100_000)),
         Transfer::Srgb => encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric),
