@@ -57,7 +57,7 @@ for scene in "$@"; do
             exit 2
         }
         awk -v s="$(basename "$scene" .toml), $level" -v a="$a" -v b="$b" -v c="$c" -v d="$d" 'BEGIN {
-            printf "%-32s %12d %12d %+8.3f %%   %13d %13d %+8.3f %%\n", s, a, b, 100*(b/a-1), c, d, 100*(d/c-1)
+            printf "%-32s %12.0f %12.0f %+8.3f %%   %13.0f %13.0f %+8.3f %%\n", s, a, b, 100*(b/a-1), c, d, 100*(d/c-1)
             exit b > 1.005*a }' || status=1
     done
 done

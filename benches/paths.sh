@@ -58,6 +58,6 @@ awk -v hold="$hold" '
     NR == FNR { if ($1 != "#") was[$1] = $2; next }
     { change = was[$1] ? 100 * ($2 / was[$1] - 1) : 100
       bad = change > 1 || change < -1
-      printf "%-28s %13d %13d %+8.3f %%%s\n", $1, was[$1], $2, change, bad ? "  beyond 1 %" : ""
+      printf "%-28s %13.0f %13.0f %+8.3f %%%s\n", $1, was[$1], $2, change, bad ? "  beyond 1 %" : ""
       if (bad) failed = 1; delete was[$1] }
     END { for (name in was) { print name " is no path any more"; failed = 1 }; exit hold && failed }' "$list" "$work/found"
