@@ -8,7 +8,7 @@
 # checkout takes over 0.5 % more than the other's: a compiler lays the same loops out anew when code around them
 # changes, and moves counts by less than that.
 #
-# Instructions are counted by the name of the functions. Revisions whose `render_band` the compiler may still inline are
+# Instructions are counted by the name of the functions, which the release profile strips and these builds keep. Revisions whose `render_band` the compiler may still inline are
 # counted with CARGO_INCREMENTAL=1, which keeps modules apart.
 set -eu
 revision=${1:-HEAD~1}
@@ -23,7 +23,7 @@ trap 'git worktree remove --force "$work/old" >/dev/null 2>&1 || true; rm -rf "$
 build() { # directory, name
     # Cargo takes two checkouts of one package for the same, and compares times only.
     touch "$1/src/lib.rs"
-    (cd "$1" && CARGO_TARGET_DIR=$target cargo build --release --bin biprism >&2 2>&1)
+    (cd "$1" && CARGO_PROFILE_RELEASE_STRIP=false CARGO_TARGET_DIR=$target cargo build --release --bin biprism >&2 2>&1)
     cp "$target/release/biprism" "$work/$2"
 }
 git worktree add --detach "$work/old" "$revision" >/dev/null 2>&1
@@ -57,7 +57,7 @@ for scene in "$@"; do
             exit 2
         }
         awk -v s="$(basename "$scene" .toml), $level" -v a="$a" -v b="$b" -v c="$c" -v d="$d" 'BEGIN {
-            printf "%-32s %12d %12d %+8.3f %%   %13d %13d %+8.3f %%\n", s, a, b, 100*(b/a-1), c, d, 100*(d/c-1)
+            printf "%-32s %12.0f %12.0f %+8.3f %%   %13.0f %13.0f %+8.3f %%\n", s, a, b, 100*(b/a-1), c, d, 100*(d/c-1)
             exit b > 1.005*a }' || status=1
     done
 done

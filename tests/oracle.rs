@@ -32,13 +32,19 @@ fn every_table_says_how_it_was_made() {
         if path.extension().is_some_and(|e| e == "csv") {
             tables += 1;
             let text = std::fs::read_to_string(&path).expect("it is text");
-            let makers = ["make_tables.py (mpmath ", "effects.py (numpy ", "camera.py (cv2 ", "relay.py (optiland "];
+            let makers = [
+                "make_tables.py (mpmath ",
+                "effects.py (numpy ",
+                "camera.py (cv2 ",
+                "relay.py (optiland ",
+                "export.py (optiland ",
+            ];
             let made_by = |maker: &&str| text.starts_with(&format!("# made by: python3 tests/oracle/{maker}"));
             assert!(makers.iter().any(made_by), "{}", path.display());
             assert!(text.len() < 100_000, "{} is not small", path.display());
         }
     }
-    assert_eq!(tables, 11);
+    assert_eq!(tables, 12);
 }
 
 /// Traces the pixels of a table with the command, and holds what it prints against the table: positions on the board in

@@ -50,7 +50,7 @@ pub fn degree_fits(scene: &Scene) -> Result<DegreeFits, Error> {
         }
         PrismSpec::Freeform(_, settings) => designed(scene, settings.degree),
         PrismSpec::PointCloud(clouds) => {
-            let of = |face, cloud: &CloudSpec| one(face, &cloud.points_mm, cloud.degree, cloud.powers(), None);
+            let of = |face, cloud: &CloudSpec| one(face, (&cloud.points_mm, &[]), cloud.degree, cloud.powers(), None);
             Ok(DegreeFits::Fitted([of(Face::Front, &clouds.front), of(Face::Back, &clouds.back)].concat()))
         }
         PrismSpec::None | PrismSpec::Flat(_) => Ok(DegreeFits::NotFitted("its surfaces are planes")),
@@ -67,11 +67,12 @@ fn designed(scene: &Scene, degree: usize) -> Result<DegreeFits, Error> {
     let integrator = design::stated_integrator(&input.settings);
     let Some(points) = design::fitted_points(&input, integrator)? else { return Ok(none) };
     let ([front_mm, back_mm], [front, back]) = (points.surfaces_mm(), points.centres_mm());
-    let of = |face, points: &[DVec3], centre| one(face, points, degree, Powers::EvenInY, Some(centre));
+    let weights = points.weights();
+    let of = |face, points: &[DVec3], centre| one(face, (points, &weights), degree, Powers::EvenInY, Some(centre));
     Ok(DegreeFits::Fitted([of(Face::Front, &front_mm, front), of(Face::Back, &back_mm, back)].concat()))
 }
 
-fn one(face: Face, points_mm: &[DVec3], own: usize, kept: Powers, centre: Option<DVec2>) -> Vec<DegreeFit> {
+fn one(face: Face, points: (&[DVec3], &[f64]), own: usize, kept: Powers, centre: Option<DVec2>) -> Vec<DegreeFit> {
     let mut degrees: Vec<usize> = (DEGREES[0]..=DEGREES[1]).collect();
     if !degrees.contains(&own) {
         degrees.push(own);
@@ -86,6 +87,6 @@ fn one(face: Face, points_mm: &[DVec3], own: usize, kept: Powers, centre: Option
         rms_mm: fit.rms_mm,
         max_mm: fit.max_mm,
     };
-    let found = fit_degrees(points_mm, &degrees, kept, centre);
+    let found = fit_degrees(points, &degrees, kept, centre);
     degrees.iter().zip(found).filter_map(|(degree, fit)| fit.ok().map(|fit| named((degree, fit)))).collect()
 }

@@ -93,19 +93,20 @@ pub fn fit_weighted(
 }
 
 /// [`fit_powers`] of several degrees, with one pass over the points for the equations of all of them: those of a lower degree
-/// are columns of those of the highest. Residuals differ from those of [`fit_powers`] in the last bits.
+/// are columns of those of the highest. Residuals differ from those of [`fit_powers`] in the last bits. Each point counts as its weight,
+/// or as any other where there are none.
 ///
 /// # Errors
 /// As [`fit_powers`], of each degree by itself.
 pub fn fit_degrees(
-    points_mm: &[DVec3],
+    (points_mm, weights): (&[DVec3], &[f64]),
     degrees: &[usize],
     kept: Powers,
     centre_mm: Option<DVec2>,
 ) -> Vec<Result<SurfaceFit, Error>> {
     let highest = degrees.iter().copied().max().unwrap_or(1);
     let equations = checked(points_mm, highest)
-        .and_then(|()| FitEquations::new(Samples { points_mm, weights: &[] }, highest, kept, centre_mm));
+        .and_then(|()| FitEquations::new(Samples { points_mm, weights }, highest, kept, centre_mm));
     degrees.iter().map(|degree| equations.as_ref().map_err(Clone::clone)?.solved(*degree)).collect()
 }
 

@@ -82,7 +82,7 @@ fn blocks_make_no_difference() {
 fn degrees_of_one_pass_are_those_of_their_own() {
     let points: Vec<_> = grid(300, 11).iter().map(|p| DVec3::new(p.x, p.y, libm::cos(0.4 * p.x + 0.2 * p.y))).collect();
     for kept in [Powers::EvenInY, Powers::All] {
-        for (degree, found) in (2..=9).zip(fit_degrees(&points, &[2, 3, 4, 5, 6, 7, 8, 9], kept, None)) {
+        for (degree, found) in (2..=9).zip(fit_degrees((&points, &[]), &[2, 3, 4, 5, 6, 7, 8, 9], kept, None)) {
             let (found, own) = (found.unwrap(), fit_powers(&points, degree, kept, None).unwrap());
             // Roundings of z (up to 1) times a condition number of some hundreds.
             assert!((found.rms_mm - own.rms_mm).abs() < 1e-13 && (found.max_mm - own.max_mm).abs() < 1e-12);
@@ -91,7 +91,7 @@ fn degrees_of_one_pass_are_those_of_their_own() {
     }
     // What the points do not determine is refused, and the rest is there.
     let few = &grid(4, 3)[..];
-    let found = fit_degrees(few, &[2, 9], Powers::All, None);
+    let found = fit_degrees((few, &[]), &[2, 9], Powers::All, None);
     assert!(found[0].is_ok() && found[1].as_ref().unwrap_err().rule.contains("of degree 9"));
 }
 

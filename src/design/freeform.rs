@@ -205,14 +205,18 @@ impl DesignPoints {
         [self.camera.front_mm.truncate(), self.camera.back_mm.truncate()]
     }
 
+    /// What each point counts in the fit; none where all count alike. Over the march's grid the sum of squares stands for their
+    /// integral, so that a coarse grid gives what a fine one does.
+    pub fn weights(&self) -> Vec<f64> {
+        if self.others.is_some() { Vec::new() } else { self.cloud.weights() }
+    }
+
     fn fits(&self, degree: usize) -> Result<[SurfaceFit; 2], Error> {
         let ([front_mm, back_mm], [front, back]) = (self.surfaces_mm(), self.centres_mm());
-        if self.others.is_some() {
+        let weights = self.weights();
+        if weights.is_empty() {
             return Ok([fit(&front_mm, degree, Some(front))?, fit(&back_mm, degree, Some(back))?]);
         }
-
-        // Over the march's grid the sum of squares stands for their integral, so that a coarse grid gives what a fine one does.
-        let weights = self.cloud.weights();
         let fitted = |points_mm: &[DVec3], centre| fit_weighted(points_mm, &weights, degree, Some(centre));
         Ok([fitted(&front_mm, front)?, fitted(&back_mm, back)?])
     }

@@ -1,7 +1,10 @@
 //! A corner candidate: a crossing of two edges.
 
 use super::ring_test::Ring;
-use glam::DVec2;
+use glam::{DVec2, IVec2};
+
+/// The four neighbours of a cell of the lattice.
+pub(super) const NEIGHBOURS: [IVec2; 4] = [IVec2::X, IVec2::NEG_X, IVec2::Y, IVec2::NEG_Y];
 
 /// A crossing that passed the ring test.
 #[derive(Debug, Clone, Copy)]

@@ -5,10 +5,9 @@
 //! coarser pictures too.
 
 use super::buckets::Buckets;
-use super::candidate::Candidate;
+use super::candidate::{Candidate, NEIGHBOURS};
 use super::detection::{Detection, Reason, Rejected};
 use super::halving::halved;
-use super::lattice_growth::NEIGHBOURS;
 use super::response::{Peak, peaks};
 use super::ring_test::{RADIUS_PX, Ring, RingTest};
 use crate::raster::Raster;

@@ -15,7 +15,8 @@
 
 use super::corner_model::{Effort, LIGHT, Model, PARAMETERS, Right};
 use super::corner_pixel_model::CornerPixelModel;
-use super::equations::{Equations, equations};
+use super::equation_sums::Equations;
+use super::equations::equations;
 use super::profile::Profile;
 use super::window::Window;
 use glam::{DMat2, DVec2};

@@ -4,10 +4,10 @@
 //! with normals n0 and n1 the mean of sign(d0) sign(d1) is E0 E1 plus a correction, which vanishes for edges along the
 //! pixel's sides and is needed for all others: without it a slanted crossing errs by up to 0.03 px.
 
+use super::column::{CHUNK, Column};
 use super::corner_model::Model;
 use super::edge_spread::{PIXEL_VARIANCE, SHARP_PX};
 use super::sharp_crossing::{excess, half_extent};
-use super::strip::{CHUNK, Column};
 use crate::num::gauss::Gauss;
 use crate::num::simd::{LANES, Lanes};
 use glam::DVec2;

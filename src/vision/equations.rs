@@ -2,23 +2,13 @@
 
 use super::corner_model::{LIGHT, Model, PARAMETERS, Right};
 use super::corner_pixel_model::CornerPixelModel;
+use super::equation_sums::{Equations, Normal};
 use super::listed::{ListedSums, Ready};
 use super::pixel_sums::PixelSums;
 use super::profile::Profile;
 use super::strip::{EdgeModel, EdgeStrip, StripSums, strip_sums};
 use super::window::Window;
 use crate::num::simd::widest;
-use nalgebra::SMatrix;
-
-pub(super) type Normal = SMatrix<f64, PARAMETERS, PARAMETERS>;
-
-/// The normal matrix, the right side and the weighted sum of squared differences at a model.
-#[derive(Debug, Clone)]
-pub(super) struct Equations {
-    pub(super) normal: Normal,
-    pub(super) right: Right,
-    pub(super) squares: f64,
-}
 
 /// The equations over the first `active` parameters; the others stand still.
 pub(super) fn equations(

@@ -2,7 +2,7 @@
 //! only, so that no global model of the picture is needed and bending does not matter.
 
 use super::buckets::Buckets;
-use super::candidate::Candidate;
+use super::candidate::{Candidate, NEIGHBOURS};
 use super::candidates::Candidates;
 use super::settings::Settings;
 use crate::raster::Raster;
@@ -35,9 +35,6 @@ const EDGE_ASIDE: [(f64, f64); 2] = [(0.1, 1.5), (0.05, 1.5)];
 /// The least mean difference across the edge, as a share of the ring's amplitude: a true edge has 1.6 and more, a way over
 /// squares (to a corner that is not next) less than 1.
 const EDGE_SHARE: f64 = 1.0;
-
-/// The four neighbours of a cell of the lattice.
-pub(super) const NEIGHBOURS: [IVec2; 4] = [IVec2::X, IVec2::NEG_X, IVec2::Y, IVec2::NEG_Y];
 
 /// Lattice index (column, row) -> number of the candidate.
 pub(super) type Lattice = BTreeMap<[i32; 2], usize>;

@@ -1,12 +1,13 @@
 //! The lattice about one corner: direction and curvature of its two lines, and the steps to its neighbours.
 
+use super::candidate::NEIGHBOURS;
 use super::corner_fit::CornerFit;
 use super::corner_model::Model;
 use super::corner_site::CornerSite;
 use super::curvature::{
     LatticeLine, LineCorner, Tangent, bend, bend_doubt, least_power, left_by_power, line, powers_of,
 };
-use super::lattice_growth::{Lattice, NEIGHBOURS};
+use super::lattice_growth::Lattice;
 use super::lean::Lean;
 use glam::{DMat2, DVec2, IVec2};
 use std::collections::{BTreeMap, VecDeque};

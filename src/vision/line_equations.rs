@@ -120,7 +120,8 @@ mod tests {
             // The variance of one coefficient is that of its row of the inverse.
             let mut by = [0.0; TERMS];
             by[power] = 1.0;
-            assert!((all.variance(power, &by) * all.factor[power][power].powi(2) - 1.0).abs() < 1e-12);
+            let factor = all.factor[power][power];
+            assert!((all.variance(power, &by) * factor * factor - 1.0).abs() < 1e-12);
         }
         assert!(
             all.solve(MOST_POWER).unwrap().iter().enumerate().all(|(k, c)| (c * (1.0 + k as f64) - 1.0).abs() < 1e-6)

@@ -1,11 +1,11 @@
 //! The pixels near both edges of a corner, some at a time: what the model says of them, and its derivatives.
 
+use super::column::{CHUNK, Column};
 use super::corner_model::{Model, PARAMETERS};
 use super::corner_pixel_model::{CornerPixelModel, Patterns, SeenEdges};
 use super::edge_spread::PIXEL_VARIANCE;
-use super::equations::Equations;
+use super::equation_sums::Equations;
 use super::profile::Profile;
-use super::strip::{CHUNK, Column};
 use super::window::ListedPixel;
 use crate::num::simd::Kernel;
 use glam::DVec2;

@@ -39,6 +39,8 @@ mod shape_fit;
 mod line_equations;
 mod curvature;
 mod equations;
+mod equation_sums;
+mod column;
 pub mod half;
 mod response;
 mod strip;

@@ -1,8 +1,9 @@
 //! What a corner is held against: the corners around it. Light may fall by any factor over a board, and with it contrast and
 //! noise, so that no corner is judged by those at the other end.
 
+use super::candidate::NEIGHBOURS;
 use super::corner_fit::CornerFit;
-use super::lattice_growth::{Lattice, NEIGHBOURS};
+use super::lattice_growth::Lattice;
 use crate::num::stats::quantile;
 use glam::IVec2;
 use std::collections::BTreeMap;

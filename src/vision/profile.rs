@@ -1,10 +1,10 @@
 //! An edge response prepared for many distances: the closed form of a sharp edge, and a table of a blurred one.
 
 use super::blur_shape::{BUMPS, BlurShape, PictureBlur};
+use super::column::{CHUNK, Column};
 #[cfg(test)]
 use super::edge_spread::Edge;
 use super::edge_spread::{EdgeShape, SHARP_PX};
-use super::strip::{CHUNK, Column};
 use crate::num::gauss::Gauss;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;

@@ -7,6 +7,7 @@
 use super::blur::FIRST_MARGIN_PX;
 use super::blur_shape::{BUMPS, BlurShape, PictureBlur};
 use super::candidates::Candidates;
+use super::column::{CHUNK, Column};
 use super::corner_fit::{CornerFit, fit, profiles};
 use super::corner_model::{Effort, Model};
 use super::corner_site::CornerSite;
@@ -14,7 +15,7 @@ use super::edge_spread::{EdgeShape, SHARP_PX};
 use super::equations::edge_models;
 use super::profile::{Profile, pairs};
 use super::settings::Settings;
-use super::strip::{CHUNK, Column, EdgeModel, EdgeStrip, product};
+use super::strip::{EdgeModel, EdgeStrip, product};
 use super::window::{Window, gather};
 use crate::num::simd::{Kernel, widest};
 use nalgebra::{SMatrix, SVector};

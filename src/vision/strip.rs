@@ -4,6 +4,7 @@
 //! direction are combinations of two columns: T = A sign E'(d), and T t with t the way along the edge. So the normal
 //! equations of a strip follow from some thirty sums, taken over many pixels at a time.
 
+use super::column::{CHUNK, Column};
 use super::corner_model::Model;
 #[cfg(test)]
 use super::edge_spread::Edge;
@@ -12,13 +13,8 @@ use super::profile::Profile;
 use crate::num::simd::{Kernel, widest};
 use glam::DVec2;
 
-/// Pixels that are worked on together.
-pub(super) const CHUNK: usize = 32;
 /// Lanes of a sum.
 const LANES: usize = 4;
-
-/// A number of each of them.
-pub(super) type Column = [f64; CHUNK];
 
 const ONE: Column = [1.0; CHUNK];
 

@@ -12,10 +12,12 @@ fn trials(folder: &Path, out: &str, more: &[&str]) -> std::process::Output {
 }
 
 /// Every file of a folder by name, with what is in it.
+/// The files of a folder, but for the page, which names its command.
 fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut found: Vec<_> = fs::read_dir(folder)
         .expect("a folder")
         .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.extension().is_none_or(|ending| ending != "html"))
         .map(|path| (path.file_name().expect("a name").to_string_lossy().into_owned(), fs::read(&path).expect("bytes")))
         .collect();
     found.sort();

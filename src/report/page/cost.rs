@@ -21,6 +21,10 @@ struct CostContext<'a> {
 
 /// A mark of a chart: time in ms, error, and what it is.
 type Mark = (f64, f64, String);
+/// The marks of one knob.
+type KnobMarks<'a> = (&'a str, Vec<Mark>);
+/// A chart: title, words of both axes, marks by knob, and the front that no other beats.
+type CostChart<'a> = (&'a str, &'a str, &'a str, Vec<KnobMarks<'a>>, Vec<Mark>);
 
 /// The page of `study`, which was taken on `machine`; `title` names the scene.
 pub fn page(title: &str, scene: &str, machine: &Machine, study: &CostStudy, origin: &PageOrigin) -> String {
@@ -61,7 +65,7 @@ fn verdict(study: &CostStudy) -> String {
 
 fn charts(study: &CostStudy) -> Vec<Value> {
     // Pictures: what no setting beats, and all settings by knob.
-    let mut knobs: Vec<(&str, Vec<Mark>)> = Vec::new();
+    let mut knobs: Vec<KnobMarks<'_>> = Vec::new();
     for setting in &study.pictures {
         let mark = (setting.time_ms.median, error_px(setting), format!("{} {}", setting.knob, setting.value));
         push(&mut knobs, setting.knob, mark);
@@ -81,17 +85,17 @@ fn charts(study: &CostStudy) -> Vec<Value> {
         let mark = (design.time_ms.median, design.optical_path_spread_mm, format!("{} {}", design.knob, design.value));
         push(&mut designs, design.knob, mark);
     }
-    let charts = [
+    let charts: [CostChart<'_>; 3] = [
         ("A picture", "CPU time of a picture on one thread, ms", "largest shift of lines, px", knobs, best),
         ("A mesh prism, one ray a pixel", "CPU time, ms", "largest shift of corners, px", meshes, Vec::new()),
         ("A design", "CPU time of a design, ms", "spread of the optical path, mm", designs, Vec::new()),
     ];
-    let chart = |(title, x, y, series, front): (&str, &str, &str, Vec<(&str, Vec<Mark>)>, Vec<Mark>)| json!({ "title": title, "x": x, "y": y, "series": series, "front": front });
+    let chart = |(title, x, y, series, front): CostChart<'_>| json!({ "title": title, "x": x, "y": y, "series": series, "front": front });
     charts.into_iter().filter(|chart| !chart.3.is_empty()).map(chart).collect()
 }
 
 /// Adds a mark that both axes can show to the series of that name.
-fn push<'a>(series: &mut Vec<(&'a str, Vec<Mark>)>, name: &'a str, mark: Mark) {
+fn push<'a>(series: &mut Vec<KnobMarks<'a>>, name: &'a str, mark: Mark) {
     if !(mark.0 > 0.0 && mark.1 > 0.0 && mark.1.is_finite()) {
         return;
     }
