@@ -15,7 +15,7 @@ use rayon::prelude::*;
 /// Highest degree in both image coordinates together, and in the inverse depth.
 const DEGREES: [usize; 2] = [6, 4];
 /// Points that are traced, along the columns, the rows and the inverse depth of a half.
-const POINTS: [usize; 3] = [11, 11, 7];
+const POINTS: [usize; 3] = [9, 9, 6];
 /// The nearest depth as a share of the nearest board that a scene names, and the farthest as a multiple of the farthest.
 const BEYOND: [f64; 2] = [0.6, 4.0];
 
@@ -60,7 +60,8 @@ pub fn epipolar_polynomials(scene: &Scene, system: &System) -> [Option<EpipolarP
         let centre_mm = scene.camera.position_mm + DVec3::Z * depth_mm;
         let board = BoardSpec { world_from_board: Pose { translation_mm: centre_mm, ..Pose::IDENTITY }, ..scene.board };
         let facing = system.with_board(&board);
-        Half::BOTH.map(|half| matched(&facing, half, *w))
+        let aimer = Aimer::new(&facing);
+        Half::BOTH.map(|half| matched(&facing, &aimer, half, *w))
     };
     let traced: Vec<[Vec<MatchedPoint>; 2]> = w.par_iter().map(at_depth).collect();
 
@@ -82,15 +83,17 @@ pub fn epipolar_polynomials(scene: &Scene, system: &System) -> [Option<EpipolarP
 }
 
 /// The points of a grid of `half` that both halves of `facing` see, in the picture or beyond its border.
-fn matched(facing: &System, half: Half, w: f64) -> Vec<MatchedPoint> {
-    let (frame, aimer) = (HalfFrame::new(facing, half), Aimer::new(facing));
+fn matched(facing: &System, aimer: &Aimer<'_>, half: Half, w: f64) -> Vec<MatchedPoint> {
+    let frame = HalfFrame::new(facing, half);
     let other = HalfFrame::new(facing, if half == Half::Left { Half::Right } else { Half::Left });
     let [columns, rows] = [POINTS[0], POINTS[1]].map(chebyshev::points);
     let grid = columns.iter().flat_map(|s| rows.iter().map(move |t| [*s, *t]));
     let point = |[s, t]: [f64; 2]| {
         let half_px = 0.5 * (DVec2::new(s, t) + 1.0) * frame.size_px;
         let hit = facing.trace(frame.full(half_px)).ok().filter(|hit| hit.side == frame.side())?;
-        let seen = other.own(aimer.aim(hit.board_mm, other.side()).ok()?);
+        // The other half sees it at about the same place.
+        let near = other.full(half_px);
+        let seen = other.own(aimer.aim_only_from(hit.board_mm, other.side(), near).ok()?);
         Some(MatchedPoint { at: [s, t, w], shift_px: seen - half_px })
     };
     grid.filter_map(point).collect()

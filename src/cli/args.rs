@@ -293,7 +293,7 @@ pub struct CheckArgs {
 pub struct CostArgs {
     /// Scene file, `-` is stdin; without it, the design paper's scene.
     pub scene: Option<PathBuf>,
-    /// Folder for cost.html, cost.json, cost.csv, cost.png, cost.svg, cost_mesh.png and .svg and, of a designed prism, cost_design.png and .svg.
+    /// Folder for cost.html, cost.json, cost.csv, cost.png, cost.svg, cost_mesh.png, cost_effects.png and, of a designed prism, cost_design.png, these as .svg too.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
     /// How often each setting is timed, all of them in turn.

@@ -37,7 +37,7 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
     let (picture, choice) = light.map_or((None, None), |light| (Some(light.picture), light.choice));
     if let Some(path) = &args.out {
         inputs::check_outputs(std::slice::from_ref(path))?;
-        path.parent().map_or(Ok(()), files::folder)?;
+        files::folder_of(path)?;
     }
     let mut told = Vec::new();
     let mut views = match (&args.scene, picture) {

@@ -25,6 +25,8 @@ pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
         "cost_design.svg",
         "cost_mesh.png",
         "cost_mesh.svg",
+        "cost_effects.png",
+        "cost_effects.svg",
     ];
     files::outputs(&args.out, &names)?;
     let preset = if args.quick { CostSettings::quick() } else { CostSettings::default() };
@@ -51,6 +53,10 @@ pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
     if !study.designs.is_empty() {
         let drawing = cost::designs(&scene.name, &machine, &study);
         written.extend(files::figure(&args.out, "cost_design", &drawing, &cost::design_title(&scene.name))?);
+    }
+    if !study.effects.is_empty() {
+        let drawing = cost::effects(&scene.name, &machine, &study);
+        written.extend(files::figure(&args.out, "cost_effects", &drawing, &cost::effect_title(&scene.name))?);
     }
     output::stdout(&if args.json { json } else { table::text(&scene.name, &machine, &study) })?;
     written.iter().for_each(|path| output::stderr(&format!("wrote {}", path.display())));

@@ -100,11 +100,6 @@ fn checked(paths: Vec<PathBuf>) -> Result<Vec<PathBuf>, Error> {
     Ok(paths)
 }
 
-/// Makes the folder of a file.
-fn folder_of(path: &Path) -> Result<(), Error> {
-    files::folder(path.parent().unwrap_or(Path::new("")))
-}
-
 /// Which body a format is, if it is one.
 fn body(format: ExportFormat) -> Option<SolidFormat> {
     match format {
@@ -131,7 +126,7 @@ impl Export<'_> {
 
     fn solid(&self, path: &Path, format: SolidFormat) -> Result<Vec<Exported>, Error> {
         let body = solid_within(&self.system, self.args.tolerance_mm.unwrap_or(BODY_TOLERANCE_MM))?;
-        folder_of(path)?;
+        files::folder_of(path)?;
         format.write(path, &body.solid)?;
         let figures = vec![
             ("points", body.solid.points_mm.len().into()),
@@ -149,7 +144,7 @@ impl Export<'_> {
             SampledSurface::new(&self.system, Face::Back, tolerance_mm)?,
         ];
         let mut exported = Vec::new();
-        folder_of(&paths[0])?;
+        files::folder_of(&paths[0])?;
         for (path, surface) in paths.iter().zip(&sampled) {
             write_atomically(path, |out| write_grid_sag(&surface.grid, &surface.points, out))?;
             let figures = vec![
@@ -181,7 +176,7 @@ impl Export<'_> {
 
     fn extended(&self, path: &Path) -> Result<Vec<Exported>, Error> {
         let prism = ExtendedPrism::new(&self.system)?;
-        folder_of(path)?;
+        files::folder_of(path)?;
         files::text(path, &prism.text(&self.scene.name))?;
         let [front, back] = &prism.surfaces;
         let both = |of: fn(&_) -> f64| json!([of(front), of(back)]);
@@ -201,7 +196,7 @@ impl Export<'_> {
             prism.json(side, &name, self.glass().wavelength_nm)
         };
         let halves = [file(Side::Left, "left")?, file(Side::Right, "right")?];
-        folder_of(&paths[0])?;
+        files::folder_of(&paths[0])?;
         for (path, half) in paths.iter().zip(&halves) {
             files::text(path, &format!("{half:#}\n"))?;
         }
@@ -212,7 +207,7 @@ impl Export<'_> {
         let cameras = SetCameras::of(&self.system, &self.scene.analysis.depths_mm).map_err(|why| {
             Error::new("the virtual cameras", why.reason(), "`biprism compare` fits pinholes to what the halves see")
         })?;
-        folder_of(path)?;
+        files::folder_of(path)?;
         files::text(path, &cameras_text(&cameras))?;
         let figures = vec![("baseline_mm", cameras.baseline_mm().into())];
         Ok(vec![Exported { path: path.to_owned(), figures }])
@@ -220,7 +215,7 @@ impl Export<'_> {
 
     fn truth(&self, path: &Path, progress: &Progress) -> Result<Vec<Exported>, Error> {
         let picture = PictureFile::plain(path.to_owned());
-        folder_of(path)?;
+        files::folder_of(path)?;
         render_to_files(&[picture], &self.scene, &self.system, &progress.watch(&self.scene.name))?;
         let figures = vec![("size_px", json!([self.scene.camera.width_px, self.scene.camera.height_px]))];
         Ok(vec![Exported { path: path.to_owned(), figures }])

@@ -109,6 +109,11 @@ pub(super) fn folder(path: &Path) -> Result<(), Error> {
     })
 }
 
+/// The folder of a file, created if need be.
+pub(super) fn folder_of(path: &Path) -> Result<(), Error> {
+    folder(path.parent().unwrap_or(Path::new("")))
+}
+
 /// The files of these names in a folder, none of which may be one that was read; the folder is made if need be.
 pub(super) fn outputs(folder: &Path, names: &[&str]) -> Result<Vec<PathBuf>, Error> {
     let paths: Vec<PathBuf> = names.iter().map(|name| folder.join(name)).collect();

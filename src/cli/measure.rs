@@ -114,7 +114,7 @@ fn checked_page(path: &Path) -> Result<(), Error> {
         let rule = format!("`{}` does not end in .html", path.display());
         return Err(Error::new("--page", rule, "name a .html file"));
     }
-    files::folder(path.parent().unwrap_or(Path::new("")))
+    files::folder_of(path)
 }
 
 /// A corner file by its ending, else a picture, which must be of the scene's size.

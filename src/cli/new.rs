@@ -30,7 +30,7 @@ pub(super) fn run(args: &NewArgs) -> Result<Outcome, Error> {
     if to_stdout {
         output::stdout(&text)?;
     } else {
-        files::folder(args.path.parent().unwrap_or(Path::new("")))?;
+        files::folder_of(&args.path)?;
         files::text(&args.path, &text)?;
         output::stderr(&format!("wrote {}", args.path.display()));
     }

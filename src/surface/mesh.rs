@@ -124,6 +124,16 @@ impl Mesh {
         Self { own, normals, hierarchy, facets, pieces, first_z }
     }
 
+    /// The triangles as they were given.
+    pub fn own(&self) -> &Triangles {
+        &self.own
+    }
+
+    /// Which normals refract.
+    pub fn normals(&self) -> Normals {
+        self.normals
+    }
+
     /// The numbers of the facet that a hit is on, over which the normal that refracts does not jump, and of the piece of it, over
     /// which it has no kink.
     pub fn parts(&self, hit: &Hit) -> [u32; 2] {

@@ -6,6 +6,7 @@ use crate::optics::fate::Fate;
 use crate::prism::side::Side;
 use glam::DVec2;
 use std::borrow::Cow;
+use std::sync::OnceLock;
 
 /// Rays along each edge of the coarse grid from which a search starts.
 const STARTS: usize = 17;
@@ -15,7 +16,8 @@ const MAX_STEPS: usize = 40;
 /// kilometre (1e-10 mm) over 0.1 mm on the board per pixel, a few hundred times over.
 const ROUNDING_PX: f64 = 1e-6;
 
-/// Finds pixel positions by board positions, starting from a coarse grid of positions traced once.
+/// Finds pixel positions by board positions, starting from a place near by where one is known, else from a coarse grid of positions,
+/// which is traced when the first search needs it.
 ///
 /// In light of one wavelength that is the position itself; in light of several it is their mean, weighted by what the
 /// sensor receives of each, as in the grey picture.
@@ -30,12 +32,12 @@ pub struct Aimer<'a> {
 struct OneLight<'a> {
     share: f64,
     system: Cow<'a, System>,
-    /// For the left and the right side: image positions with what they see.
-    starts: [Vec<(DVec2, DVec2)>; 2],
+    /// For the left and the right side, once they are needed: image positions with what they see.
+    starts: [OnceLock<Vec<(DVec2, DVec2)>>; 2],
 }
 
 impl<'a> Aimer<'a> {
-    /// Traces the grid of starts.
+    /// Of an instrument, in every light that it is in.
     pub fn new(system: &'a System) -> Self {
         let light = InLight::new(system);
         let lights = light.lights().iter().map(|(share, system)| OneLight::new(*share, system.clone())).collect();
@@ -73,6 +75,19 @@ impl<'a> Aimer<'a> {
         self.aim_from(board_mm, side, None)
     }
 
+    /// [`Aimer::aim`], from a position `near` the one that is sought and from no other: of a point that may not be seen at all this tells
+    /// sooner.
+    ///
+    /// # Errors
+    /// [`Fate::NotConverged`] when no position is found from there; the fate of the first ray.
+    pub fn aim_only_from(&self, board_mm: DVec2, side: Side, near: DVec2) -> Result<DVec2, Fate> {
+        let weighted = |light: &OneLight<'_>| Ok(light.system.aim_from(near, board_mm, side)? * light.share);
+        match &self.lights[..] {
+            [only] => only.system.aim_from(near, board_mm, side),
+            lights => lights.iter().map(weighted).sum(),
+        }
+    }
+
     /// [`Aimer::aim`], from a position `near` the one that is sought, where one is known.
     ///
     /// # Errors
@@ -93,16 +108,20 @@ impl<'a> Aimer<'a> {
 
 impl<'a> OneLight<'a> {
     fn new(share: f64, system: Cow<'a, System>) -> Self {
-        let [width, height] = system.camera().size_px().map(|n| n as f64);
-        let starts = Side::ALL.map(|side| {
+        Self { share, system, starts: [OnceLock::new(), OnceLock::new()] }
+    }
+
+    /// The coarse grid of a side.
+    fn starts(&self, side: Side) -> &[(DVec2, DVec2)] {
+        self.starts[side as usize].get_or_init(|| {
+            let [width, height] = self.system.camera().size_px().map(|n| n as f64);
             let first = if side == Side::Left { 0.0 } else { 0.5 * width };
             let along = |k: usize| k as f64 / (STARTS - 1) as f64;
             let places = (0..STARTS).flat_map(|j| (0..STARTS).map(move |i| (i, j)));
             let places = places.map(|(i, j)| DVec2::new(first + 0.5 * width * along(i), height * along(j)));
-            let seen = |px| system.footprint_through(px, side).ok().map(|f| (px, f.sight.board_mm));
+            let seen = |px| self.system.footprint_through(px, side).ok().map(|f| (px, f.sight.board_mm));
             places.filter_map(seen).collect()
-        });
-        Self { share, system, starts }
+        })
     }
 
     /// The position that sees `board_mm`: from `near`, and where nothing is found from there, from the grid.
@@ -115,7 +134,7 @@ impl<'a> OneLight<'a> {
 
     /// The position of the grid that sees what lies nearest to `board_mm`.
     fn nearest(&self, board_mm: DVec2, side: Side) -> Option<DVec2> {
-        let starts = self.starts[side as usize].iter();
+        let starts = self.starts(side).iter();
         let far = |seen: &DVec2| seen.distance_squared(board_mm);
         starts.min_by(|a, b| far(&a.1).total_cmp(&far(&b.1))).map(|(px, _)| *px)
     }

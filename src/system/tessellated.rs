@@ -4,6 +4,7 @@ use super::instrument::System;
 use crate::geom::Rect;
 use crate::optics::fate::Fate;
 use crate::prism::side::Side;
+use crate::scene::{GlassSpec, MeshSpec};
 use crate::surface::face::Face;
 use crate::surface::mesh::{Mesh, Normals, Triangles};
 use crate::surface::shape::Surface;
@@ -64,6 +65,12 @@ impl<'a> Tessellated<'a> {
             }
         };
         Some(Self { system, meshes: [mesh(Face::Front)?, mesh(Face::Back)?] })
+    }
+
+    /// The prism of these triangles as a scene gives it, of the glass and in the place of `body`.
+    pub fn spec(&self, body: &GlassSpec) -> MeshSpec {
+        let [front, back] = self.meshes.each_ref().map(|mesh| mesh.own().clone());
+        MeshSpec { body: *body, front, back, normals: self.meshes[0].normals(), left: None, told: None }
     }
 
     /// Count of triangles on front and back together.

@@ -6,6 +6,7 @@
 
 mod corners;
 mod designs;
+mod effects;
 mod lines;
 mod meshes;
 mod time;
@@ -22,6 +23,7 @@ use time::Job;
 
 pub use designs::DesignSetting;
 pub use detector::Measured;
+pub use effects::EffectSetting;
 pub use meshes::Meshed;
 pub use time::{Spread, calibration, cpu_ms};
 
@@ -39,13 +41,17 @@ pub fn cost(scene: &Scene, system: &System, settings: &CostSettings, observer: &
     let ways = methods::all(settings);
     let meshes = pool.install(|| meshes::all(&exact, settings));
     let designs = designs::all(scene, settings);
+    let seen_with = pool.install(|| effects::all(scene, &exact.without_effects(), settings));
     let pictures = ways.iter().map(|way| job(|| way.picture(system)));
     let traces = meshes.iter().map(|mesh| job(|| mesh.trace()));
-    let jobs: Vec<Job> = pictures.chain(traces).chain(designs.iter().map(|plan| job(|| plan.make()))).collect();
+    let made = designs.iter().map(|plan| job(|| plan.make()));
+    let with_effects = seen_with.iter().flat_map(|runs| runs.pictures()).map(job);
+    let jobs: Vec<Job> = pictures.chain(traces).chain(made).chain(with_effects).collect();
     observer.stage_of("times", jobs.len() * settings.repetitions.max(1));
     let times = pool.install(|| time::interleaved(&jobs, settings.repetitions, settings.patience_s, observer));
     let (of_pictures, rest) = times.split_at(ways.len());
-    let (of_meshes, of_designs) = rest.split_at(meshes.len());
+    let (of_meshes, rest) = rest.split_at(meshes.len());
+    let (of_designs, mut of_effects) = rest.split_at(designs.len());
 
     observer.stage_of("errors", jobs.len());
     let judge = Judge { system, reference: &reference.radiance, corners: &corners, eye: &eye };
@@ -57,6 +63,13 @@ pub fn cost(scene: &Scene, system: &System, settings: &CostSettings, observer: &
     let heard = |_: &_| observer.pixels(1);
     let designs = designs.iter().zip(of_designs).map(|(plan, taken)| plan.judged(scene, taken)).inspect(heard);
     let designs = designs.flatten().collect();
+    let mut effects = Vec::new();
+    for runs in &seen_with {
+        let (own, others) = of_effects.split_at(runs.len());
+        effects.extend(runs.judged(own));
+        observer.pixels(runs.len());
+        of_effects = others;
+    }
     CostStudy {
         yardstick_ns: time::yardstick_ns(&times),
         size_px: [width, height],
@@ -65,6 +78,7 @@ pub fn cost(scene: &Scene, system: &System, settings: &CostSettings, observer: &
         pictures,
         meshes,
         designs,
+        effects,
     }
 }
 

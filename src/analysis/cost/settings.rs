@@ -21,6 +21,12 @@ pub struct CostSettings {
     pub degrees: Vec<usize>,
     /// Triangles of front and back together.
     pub triangles: Vec<usize>,
+    /// Points of the pupil of a lens.
+    pub pupil_points: Vec<usize>,
+    /// Those of the picture that a lens is held against.
+    pub pupil_reference: usize,
+    /// Triangles of the prism that is rendered as a mesh, front and back together.
+    pub mesh_triangles: usize,
 }
 
 impl Default for CostSettings {
@@ -35,6 +41,9 @@ impl Default for CostSettings {
             steps_um: vec![91.0, 55.0, 22.0, 11.0, 5.5, 2.75, 1.0],
             degrees: vec![3, 4, 5, 6, 7, 9],
             triangles: vec![1_000, 10_000, 100_000, 1_000_000],
+            pupil_points: vec![8, 32, 128, 512],
+            pupil_reference: 2048,
+            mesh_triangles: 10_000,
         }
     }
 }
@@ -51,6 +60,9 @@ impl CostSettings {
             steps_um: vec![91.0, 22.0],
             degrees: vec![3, 5],
             triangles: vec![1_000],
+            pupil_points: vec![8, 32],
+            pupil_reference: 128,
+            mesh_triangles: 1_000,
             ..Self::default()
         }
     }

@@ -40,6 +40,7 @@ impl Judge<'_> {
     }
 }
 
+/// Root of the mean square of the difference of two pictures.
 pub(super) fn rmse(a: &Raster<f32>, b: &Raster<f32>) -> f64 {
     let squares = a.data().iter().zip(b.data()).map(|(a, b)| f64::from(a - b) * f64::from(a - b));
     (squares.sum::<f64>() / a.data().len() as f64).sqrt()

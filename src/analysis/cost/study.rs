@@ -2,6 +2,7 @@
 
 use super::designs::DesignSetting;
 use super::detector::Measured;
+use super::effects::EffectSetting;
 use super::meshes::Meshed;
 use super::shifts::Shifts;
 use super::time::Spread;
@@ -24,6 +25,8 @@ pub struct CostStudy {
     pub meshes: Vec<Meshed>,
     /// Settings of the design; none where the scene does not design its prism.
     pub designs: Vec<DesignSetting>,
+    /// Lenses and triangles in place of pinhole and surfaces.
+    pub effects: Vec<EffectSetting>,
 }
 
 /// One setting of the simulator.

@@ -18,6 +18,9 @@ fn study() -> CostStudy {
         steps_um: vec![165.0, 20.625],
         degrees: vec![3, 5],
         triangles: vec![2_000, 20_000],
+        pupil_points: vec![8, 64],
+        pupil_reference: 512,
+        mesh_triangles: 8,
     };
     cost(&scene, &system, &settings, &())
 }
@@ -57,6 +60,14 @@ fn the_study_tells_better_settings_from_worse() {
     }
     let (coarse, fine) = (&study.meshes[1], &study.meshes[3]);
     assert!(fine.corners_px.expect("all met").max < coarse.corners_px.expect("all met").max);
+
+    // More points of a pupil and higher levels are nearer to the finer picture of the same effect.
+    for (effect, count) in [("thin_lens", 2), ("telecentric", 2), ("mesh", 3)] {
+        let own: Vec<&EffectSetting> = study.effects.iter().filter(|s| s.effect == effect).collect();
+        assert_eq!(own.len(), count, "{effect}");
+        let (first, last) = (own[0], own[count - 1]);
+        assert!(last.rmse < first.rmse && last.rmse < 0.01 && first.time_ms.min > 0.0, "{first:?} {last:?}");
+    }
 
     let design = |knob: &str| study.designs.iter().filter(|d| d.knob == knob).collect::<Vec<_>>();
     for knob in ["euler", "midpoint", "rk4"] {

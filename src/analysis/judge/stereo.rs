@@ -120,6 +120,7 @@ fn epipolar_curves(scene: &Scene, system: &System, halves: &[HalfView; 2], [near
     let [left, right] = [&halves[0].frame, &halves[1].frame];
     let sightings = grid_sightings(system, left, CURVES);
     let mut curves = vec![Vec::new(); sightings.len()];
+    let mut nearest = vec![None; sightings.len()];
     for s in 0..SAMPLES {
         let share = s as f64 / (SAMPLES - 1) as f64;
         let depth_mm = 1.0 / ((1.0 - share) / near + share / far);
@@ -128,9 +129,12 @@ fn epipolar_curves(scene: &Scene, system: &System, halves: &[HalfView; 2], [near
         plane.world_from_board = Pose { translation_mm: place, ..Pose::IDENTITY };
         let system = system.with_board(&plane);
         let aimer = Aimer::new(&system);
-        for (curve, sighting) in curves.iter_mut().zip(&sightings) {
-            let seen = system.board().intersect(&sighting.ray).and_then(|(mm, _)| aimer.aim(mm, right.side()));
-            let inside = seen.ok().map(|full_px| right.own(full_px)).filter(|px| right.contains(*px));
+        for ((curve, near), sighting) in curves.iter_mut().zip(&mut nearest).zip(&sightings) {
+            // The search starts where the same ray was seen at the depth before.
+            let met = system.board().intersect(&sighting.ray);
+            let seen = met.and_then(|(mm, _)| aimer.aim_from(mm, right.side(), *near)).ok();
+            *near = seen.or(*near);
+            let inside = seen.map(|full_px| right.own(full_px)).filter(|px| right.contains(*px));
             curve.extend(inside.map(|px| right.rectified(system.camera(), px)));
         }
     }

@@ -1,6 +1,6 @@
 //! The study as one table of comma-separated values: a row per setting, whatever was turned.
 
-use crate::analysis::cost::{CostStudy, DesignSetting, Meshed, Setting, Shifts, Spread};
+use crate::analysis::cost::{CostStudy, DesignSetting, EffectSetting, Meshed, Setting, Shifts, Spread};
 
 /// The columns. Times in ms, shifts in px; a field that does not apply is empty.
 pub const HEADER: &str = "kind,knob,value,number,time_min_ms,time_median_ms,time_p90_ms,repetitions,yardsticks_median,\
@@ -14,6 +14,7 @@ pub fn text(study: &CostStudy) -> String {
     lines.extend(study.pictures.iter().map(picture));
     lines.extend(study.meshes.iter().map(mesh));
     lines.extend(study.designs.iter().map(design));
+    lines.extend(study.effects.iter().map(effect));
     lines.join("\n") + "\n"
 }
 
@@ -51,6 +52,15 @@ fn mesh(m: &Meshed) -> String {
     values.extend([None, None, None, m.reprojection_rms_px, None, None, None, None]);
     let number = m.triangles as f64;
     format!("{},{}", start("mesh", &knob, &m.triangles.to_string(), number, m.time_ms, m.yardsticks), fields(&values))
+}
+
+fn effect(s: &EffectSetting) -> String {
+    let mut values = vec![None; 4];
+    values.push(Some(s.rmse));
+    values.extend(shifts(s.lines_px));
+    values.extend([None; 11]);
+    let knob = format!("{}, {}", s.effect, s.knob);
+    format!("{},{}", start("effect", &knob, &s.value, s.number, s.time_ms, s.yardsticks), fields(&values))
 }
 
 fn design(d: &DesignSetting) -> String {

@@ -18,6 +18,7 @@ pub fn text(scene: &str, machine: &Machine, study: &CostStudy) -> String {
     pictures(&mut text, study);
     meshes(&mut text, study);
     designs(&mut text, study);
+    effects(&mut text, study);
     text
 }
 
@@ -152,4 +153,32 @@ fn designs(text: &mut String, study: &CostStudy) {
         "path = spread of the optical path, the error of the integration; axis = mean distance of the back-extended rays from \
          the virtual centre (Fig. 4b)\n",
     );
+}
+
+fn effects(text: &mut String, study: &CostStudy) {
+    if study.effects.is_empty() {
+        return;
+    }
+    let _ = writeln!(
+        text,
+        "\n{:21} {:>10}  {:>8} {:>8} {:>8}  {:>9} {:>8} {:>8}",
+        "effects", "", "ms", "to p90", "yardst.", "RMSE", "line p99", "line max"
+    );
+    let mut effect = "";
+    for s in &study.effects {
+        let name = if s.effect == effect { String::new() } else { format!("{}, {}", s.effect, s.knob) };
+        effect = s.effect;
+        let _ = writeln!(
+            text,
+            "{name:21} {:>10}  {:>8} {:>8} {:>8}  {:>9} {:>8} {:>8}",
+            s.value,
+            short(Some(s.time_ms.median)),
+            short(Some(s.time_ms.p90)),
+            short(Some(s.yardsticks.median)),
+            short(Some(s.rmse)),
+            short(s.lines_px.map(|l| l.p99)),
+            short(s.lines_px.map(|l| l.max)),
+        );
+    }
+    text.push_str("against a finer picture with the same effect: more points of the pupil, or the level reference\n");
 }

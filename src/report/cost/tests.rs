@@ -1,5 +1,5 @@
 use super::*;
-use crate::analysis::cost::{CostStudy, Measured, Meshed, Setting, Shifts, Spread};
+use crate::analysis::cost::{CostStudy, EffectSetting, Measured, Meshed, Setting, Shifts, Spread};
 use crate::plot::svg;
 use crate::render::Counts;
 use crate::report::figures::cost as chart;
@@ -70,6 +70,16 @@ fn study() -> CostStudy {
         ],
         meshes: vec![mesh],
         designs: Vec::new(),
+        effects: vec![EffectSetting {
+            effect: "thin_lens",
+            knob: "points",
+            value: "32".to_owned(),
+            number: 32.0,
+            time_ms: spread(250.0),
+            yardsticks: spread(5.0),
+            rmse: 6e-3,
+            lines_px: None,
+        }],
     }
 }
 
@@ -96,7 +106,7 @@ fn every_line_of_the_csv_has_every_column() {
         commas.count() + 1
     };
     let n = columns(csv::HEADER);
-    assert_eq!(text.lines().count(), 6);
+    assert_eq!(text.lines().count(), 7);
     assert!(text.lines().all(|line| columns(line) == n), "{text}");
     assert!(text.contains("picture,\"samples, grid\",2 x 2,1,3.6,4,4.8,5,"), "{text}");
 }
@@ -125,6 +135,9 @@ fn table_and_chart_name_the_machine_and_each_setting() {
     }
     assert!(table.contains("4 x 4*") && !table.contains("3 x 3*"), "{table}");
     assert!(chart.contains("Pareto front") && !chart.contains("triangles"), "lines and corners share no axis: {chart}");
+    let effects = svg::write(&chart::effects("paper", &machine, &study), &chart::effect_title("paper"));
+    assert!(effects.contains("thin lens, points of its pupil") && !effects.contains("telecentric"), "{effects}");
+    assert!(table.contains("thin_lens, points"), "{table}");
     let meshes = svg::write(&chart::meshes("paper", &machine, &study), &chart::mesh_title("paper"));
     assert!(meshes.contains("10³ triangles") && !meshes.contains("Pareto front"), "{meshes}");
 }

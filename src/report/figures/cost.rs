@@ -1,6 +1,6 @@
 //! The study as charts: error over time.
 
-use crate::analysis::cost::{CostStudy, DesignSetting, Meshed, Setting, Spread};
+use crate::analysis::cost::{CostStudy, DesignSetting, EffectSetting, Meshed, Setting, Spread};
 use crate::plot::axis::{Scale, superscript};
 use crate::plot::chart::{self, AxisInput, ChartInput, ChartSeries, Front, Look, Point};
 use crate::plot::drawing::Drawing;
@@ -23,6 +23,11 @@ pub fn design_title(scene: &str) -> String {
 /// The title of [`meshes`].
 pub fn mesh_title(scene: &str) -> String {
     format!("What a mesh costs: scene {scene}, one ray a pixel")
+}
+
+/// The title of [`effects`].
+pub fn effect_title(scene: &str) -> String {
+    format!("What lenses and triangles cost: scene {scene}")
 }
 
 /// Largest shift of a line of the board over the time of a picture, for every setting of the simulator.
@@ -96,6 +101,33 @@ pub fn designs(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
         y: axis("spread of the optical path over the points, mm"),
         series: series.map(named).into(),
         front: Front::SmallIsGood,
+        size_px: SIZE_PX,
+    })
+}
+
+/// Difference from a finer picture with the same effect over the time of a picture.
+pub fn effects(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
+    let named = |(name, effect): (&str, &str)| {
+        let own: Vec<&EffectSetting> = study.effects.iter().filter(|s| s.effect == effect).collect();
+        ChartSeries {
+            name: name.to_owned(),
+            look: Look::MarkersAndLine,
+            points: own.iter().map(|s| point(s.time_ms, s.rmse)).collect(),
+            labels: own.iter().map(|s| s.value.clone()).collect(),
+        }
+    };
+    let series = [
+        ("thin lens, points of its pupil", "thin_lens"),
+        ("telecentric lens, points of its pupil", "telecentric"),
+        ("prism of triangles, level", "mesh"),
+    ];
+    chart::draw(&ChartInput {
+        title: effect_title(scene),
+        note: note(machine, study),
+        x: axis("CPU time of a picture on one thread, ms"),
+        y: axis("RMSE against a finer picture, of full scale 1"),
+        series: series.into_iter().map(named).filter(|s| !s.points.is_empty()).collect(),
+        front: Front::None,
         size_px: SIZE_PX,
     })
 }

@@ -85,10 +85,16 @@ fn charts(study: &CostStudy) -> Vec<Value> {
         let mark = (design.time_ms.median, design.optical_path_spread_mm, format!("{} {}", design.knob, design.value));
         push(&mut designs, design.knob, mark);
     }
-    let charts: [CostChart<'_>; 3] = [
+    let mut effects = Vec::new();
+    for setting in &study.effects {
+        let mark = (setting.time_ms.median, setting.rmse, format!("{} {}", setting.knob, setting.value));
+        push(&mut effects, setting.effect, mark);
+    }
+    let charts: [CostChart<'_>; 4] = [
         ("A picture", "CPU time of a picture on one thread, ms", "largest shift of lines, px", knobs, best),
         ("A mesh prism, one ray a pixel", "CPU time, ms", "largest shift of corners, px", meshes, Vec::new()),
         ("A design", "CPU time of a design, ms", "spread of the optical path, mm", designs, Vec::new()),
+        ("Lenses and triangles", "CPU time of a picture, ms", "RMSE, of full scale 1", effects, Vec::new()),
     ];
     let chart = |(title, x, y, series, front): CostChart<'_>| json!({ "title": title, "x": x, "y": y, "series": series, "front": front });
     charts.into_iter().filter(|chart| !chart.3.is_empty()).map(chart).collect()
