@@ -3,6 +3,7 @@
 use super::centre_rays::CentreTracer;
 use super::checkerboard::Checkerboard;
 use super::film::AccuracyReport;
+use super::kinks;
 use super::map::MapPatch;
 use super::region::Region;
 use super::seam_map::SeamMap;
@@ -132,8 +133,13 @@ impl<'a> Plan<'a> {
         };
         let [facets, pieces] = system.most_parts();
         let by_differences = sampling != Sampling::SingleRays && !tiling.traced.is_empty();
-        let truncation_px =
-            if by_differences { truncation_error::of_differences_px(system, &mut tiling.rays) } else { 0.0 };
+        let kinks = PartBorders::of(pieces, MOST_PIECES);
+        let truncation_px = match (by_differences, kinks) {
+            (false, _) => 0.0,
+            (true, PartBorders::None) => truncation_error::of_differences_px(system, &mut tiling.rays),
+            // Expansions stand where they hold.
+            (true, _) => kinks::STRAY_SHARE * system.accuracy().bend_px,
+        };
         Self {
             system,
             truncation_px,
@@ -151,7 +157,7 @@ impl<'a> Plan<'a> {
             active: system.effects().active_side(),
             few_pixels: width * height <= FEW_PIXELS,
             creases: PartBorders::of(facets, MOST_FACETS),
-            kinks: PartBorders::of(pieces, MOST_PIECES),
+            kinks,
             straight_ridge: system.prism().is_none_or(|prism| {
                 let plane = |side| matches!(prism.surface(side, Face::Front), Surface::Plane { .. });
                 system.camera().keeps_lines() && [Side::Left, Side::Right].into_iter().all(plane)

@@ -41,9 +41,9 @@ const THERE_PX: f64 = 1e-11;
 const BESIDE_PX: f64 = 1e-7;
 /// Pixels under the seam are divided in so many parts along each side at most.
 const MOST_PARTS: u32 = 8;
-/// A polygon between the places that its corners see strays from the pixel's part by at most the stray of the map along its
-/// sides, and weighs what is within by another one.
-const STRAYS: f64 = 2.0;
+/// A polygon between the places that its corners see strays from the pixel's part by as much as the map does along each of its four
+/// sides, and weighs what is within by as much again.
+const STRAYS: f64 = 8.0;
 /// An arc takes this share of the rectangle about it.
 const ARC_SHARE: f64 = 2.0 / 3.0;
 /// Places along the upper and the lower border of the region.

@@ -149,3 +149,52 @@ fn mean(plan: &Plan, map: &Taylor2, outline: &[DVec2]) -> f64 {
     let (face, seen) = (plan.face(), &seen[..outline.len()]);
     face.mean_over(seen).unwrap_or_else(|| mean_of_points(&|c| face.radiance(c), seen, outline))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::accuracy::Accuracy;
+    use crate::render::bands::picture;
+    use crate::render::film::Outputs;
+    use crate::render::plan::Plan;
+    use crate::render::tests::{built, scene};
+    use crate::system::System;
+
+    /// A slanted and a curved seam, by the map and with every pixel traced: radiances within the promise of both, and the truth.
+    #[test]
+    fn what_the_seam_cuts_is_as_every_pixel_traced() {
+        let tilted =
+            "kind = \"flat\"\nindex = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545\ntilt_deg = [1, 0.5, 2]";
+        let bent = "kind = \"polynomial\"\nindex = 1.48\nposition_mm = [3.0, 0.0, 0.0]\n\
+                    front = { centre_mm = [0, 0], scale_mm = [1, 1], domain_mm = [[-1, 20], [-9, 9]],\
+                    terms = [[0, 0, 79], [1, 0, 0.155779], [0, 2, 0.004]] }\n\
+                    back = { centre_mm = [0, 0], scale_mm = [1, 1], domain_mm = [[-1, 20], [-9, 9]],\
+                    terms = [[0, 0, 87]] }";
+        let board = "columns = 81\nrows = 81\nsquare_mm = 5.0\nposition_mm = [1.0, 2.0, 1000.0]\ntilt_deg = [3, 8, 1]";
+        for prism in [tilted, bent] {
+            let plain = scene(800, 450, prism, board);
+            let [by_map, traced] = [Accuracy::standard(), Accuracy::exact()].map(|accuracy| built(&plain, accuracy));
+            let plan = Plan::new(&by_map);
+            let seam = plan.seam.as_ref().expect("rays vouch for it");
+            let film = |system: &System| picture(&Plan::new(system), Outputs { truth: true }, &());
+            let (a, b) = (film(&by_map), film(&traced));
+            assert_eq!(a.class, b.class, "{prism}");
+            let (mut cut, mut lined) = (0, 0);
+            for (j, i) in seam.region.rows.clone().flat_map(|j| seam.region.columns.clone().map(move |i| (j, i))) {
+                let (mapped, exact) = (a.radiance.get(i, j), b.radiance.get(i, j));
+                // The promises of both levels over a pixel's diagonal, for a contrast of 0.8, and roundings to f32.
+                assert!(
+                    (mapped - exact).abs() < 2.0 * 1e-5 * 1.42 * 0.8 + 1.2e-7,
+                    "{i} {j}: {mapped} {exact}\n{prism}"
+                );
+                let [x, y] = [0, 1].map(|axis| {
+                    let [mapped, exact] = [&a, &b].map(|film| film.board_mm.as_ref().expect("wanted").get(i, j)[axis]);
+                    (mapped - exact).abs()
+                });
+                assert!(x.max(y) < 1e-4, "{i} {j}: {x} {y}");
+                cut += usize::from((i as f64 + 0.5 - seam.column(j as f64 + 0.5)).abs() < 0.5);
+                lined += usize::from(![0.05, 0.85].iter().any(|plain| (exact - plain).abs() < 1e-3));
+            }
+            assert!(cut >= 400 && lined > 100, "{cut} {lined}");
+        }
+    }
+}
