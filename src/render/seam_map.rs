@@ -24,10 +24,8 @@ pub(super) struct SeamMap {
     curve: Vec<f64>,
     /// How far the seam strays from its chord within a row at most, in px.
     pub(super) stray_px: f64,
-    /// Parts along each side of a pixel, in each of which map and seam are as straight as the bend allowed asks.
-    pub(super) parts: u32,
-    /// What the lines of the pattern and the seam may be off for the bend in such parts, in px.
-    pub(super) off_px: f64,
+    /// How far pixels under the seam may be off for the bend of map and seam, in px: what third orders leave of the bend allowed.
+    pub(super) allowed_px: f64,
 }
 
 /// Fewer rows are traced for less than the fit costs.
@@ -39,13 +37,6 @@ const SECANTS: usize = 12;
 const THERE_PX: f64 = 1e-11;
 /// Rays on either side of the curve vouch for it: this far from it, in px, or the error allowed to the map.
 const BESIDE_PX: f64 = 1e-7;
-/// Pixels under the seam are divided in so many parts along each side at most.
-const MOST_PARTS: u32 = 8;
-/// A polygon between the places that its corners see strays from the pixel's part by as much as the map does along each of its four
-/// sides, and weighs what is within by as much again.
-const STRAYS: f64 = 8.0;
-/// An arc takes this share of the rectangle about it.
-const ARC_SHARE: f64 = 2.0 / 3.0;
 /// Places along the upper and the lower border of the region.
 const ALONG_BORDER: usize = 8;
 
@@ -91,23 +82,10 @@ impl SeamMap {
         };
         let [left, right] = patches;
         let sides = [fit(Side::Left, left, rays)?, fit(Side::Right, right, rays)?];
-        Self::straightened(
-            system,
-            Self { region: region.clone(), sides, curve, stray_px: bend_px, parts: 1, off_px: 0.0 },
-        )
-    }
-
-    /// The map with as many parts of a pixel as keep to the bend allowed.
-    fn straightened(system: &System, map: Self) -> Option<Self> {
-        let most = |of: fn(&MapPatch) -> f64| map.sides.iter().map(of).fold(0.0, f64::max);
-        let off_px = (STRAYS * most(|side| side.stray_px)).max(ARC_SHARE * map.stray_px);
-        let allowed_px = system.accuracy().bend_px - most(|side| side.truncation_px);
-        let wanted = (off_px / allowed_px).sqrt().ceil().max(1.0);
+        let truncation_px = sides.iter().map(|side| side.truncation_px).fold(0.0, f64::max);
+        let allowed_px = system.accuracy().bend_px - truncation_px;
         // NaN must not pass.
-        (allowed_px > 0.0 && wanted <= f64::from(MOST_PARTS)).then(|| {
-            let parts = wanted as u32;
-            Self { parts, off_px: off_px / f64::from(parts * parts), ..map }
-        })
+        (allowed_px > 0.0).then(|| Self { region: region.clone(), sides, curve, stray_px: bend_px, allowed_px })
     }
 
     /// The column of the seam at the height y of the picture, in px.

@@ -13,6 +13,14 @@ use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use crate::texture::Convex;
 use glam::DVec2;
 
+/// Parts along each side of a pixel at most.
+const MOST_PARTS: f64 = 16.0;
+/// A polygon between the places that its corners see strays from the pixel's part by as much as the map does along two of its
+/// sides at a corner, and weighs what is within by as much again.
+const STRAYS: f64 = 4.0;
+/// An arc takes this share of the rectangle about it.
+const ARC_SHARE: f64 = 2.0 / 3.0;
+
 /// Renders the part of the map that lies in `band`.
 pub(super) fn render(plan: &Plan, seam: &SeamMap, band: &mut Band) -> Work {
     let region = band.part_of(&seam.region);
@@ -106,10 +114,17 @@ fn cut_pixel(plan: &Plan, seam: &SeamMap, px: DVec2, maps: &[Taylor2; 2], work: 
     let plain = maps.each_ref().map(|map| constant(plan, map));
     work.counts.cut_pixels += 1;
     work.counts.edge_pixels += u64::from(plain.iter().any(Option::is_none));
-    work.bend_px = work.bend_px.max(seam.off_px);
+
+    // Divide it until map and seam are as straight in its parts as the bend allowed asks.
+    let lined = maps.iter().zip(plain).filter(|(_, plain)| plain.is_none());
+    let off_px = lined.map(|(map, _)| STRAYS * map.stray_px()).fold(ARC_SHARE * seam.stray_px, f64::max);
+    let wanted = (off_px / seam.allowed_px).sqrt().ceil().max(1.0);
+    let n = wanted.min(MOST_PARTS) as u32;
+    work.counts.capped_pixels += u64::from(wanted > MOST_PARTS);
+    work.bend_px = work.bend_px.max(off_px / f64::from(n * n));
 
     // Sum up the parts, each cut along the chord of the seam.
-    let (n, active) = (seam.parts, plan.active);
+    let active = plan.active;
     let columns = if plain.iter().all(Option::is_some) { 1 } else { n };
     let (width, height) = (active / f64::from(columns), active / f64::from(n));
     let mut sums = [0.0; 2];
