@@ -104,6 +104,17 @@ impl Prism {
     }
 }
 
+/// Whether a ray that starts on the other half leads away from that of `side`, and starts so far from it, in mm, that no rounding
+/// along its way brings it there.
+fn is_beyond_reach(side: Side, ray: &Ray) -> bool {
+    const FAR_MM: f64 = 1e-6;
+    let (x, dx) = (ray.origin.x, ray.direction.x);
+    match side {
+        Side::Right => x < -FAR_MM && dx <= 0.0,
+        Side::Left => x > FAR_MM && dx >= 0.0,
+    }
+}
+
 /// Whether a place with this x is on the half of `side`.
 fn is_on_half(side: Side, x: f64) -> bool {
     match side {
@@ -195,7 +206,7 @@ impl Prism {
             let itself = start
                 .from
                 .is_some_and(|from| if at.face == Face::Back { from.face == Face::Back } else { from == *at });
-            if itself {
+            if itself || (at.face == Face::Front && is_beyond_reach(at.side, ray)) {
                 continue;
             }
             let meeting = match self.intersect_face(*at, ray, residual_mm) {

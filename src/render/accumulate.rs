@@ -1,11 +1,12 @@
 //! Multi-pass accumulation: the picture of an instrument with ray effects is a mean over passes, each the picture of an
 //! instrument without.
 
-use super::bands::picture;
-use super::film::{AccuracyReport, Film, Outputs};
+use super::band::Band;
+use super::bands::{picture, render_band};
+use super::film::{AccuracyReport, Counts, Film, Outputs};
 use super::ghosts;
 use super::ground_truth::ground_truth;
-use super::plan::Plan;
+use super::plan::{BAND_ROWS, Plan};
 use super::work::Work;
 use crate::effect::quadrature::LEAST_REPLICATES;
 use crate::effect::{Variant, Variants};
@@ -17,6 +18,8 @@ use rayon::prelude::*;
 /// Side of the blocks by whose mean variance the error of a picture is judged, in px: one pixel's own spread over a few
 /// sets tells little.
 const BLOCK: usize = 16;
+/// Variants whose plans are held at a time.
+const PLANS: usize = 16;
 
 /// The light that falls on the pixels of `system`, before film effects: one picture, or the mean over its variants.
 pub(super) fn light(system: &System, wanted: Outputs, observer: &dyn Observer) -> Film {
@@ -151,22 +154,27 @@ fn sum(
     let mut grey = Raster::filled(width, height, 0.0f64);
     let mut colour = variants.in_colour().then(|| Raster::filled(width, height, [0.0f64; 3]));
 
-    // Render each variant with its ghosts and add it by its weights.
-    for variant in variants.iter() {
-        let instrument = system.variant(&variant);
-        let mut film = picture(&Plan::new(&instrument), Outputs { truth: false }, observer);
-        ghosts::add(&instrument, &mut film);
-        let values = film.radiance.data();
-        (grey.data_mut().par_iter_mut().zip(values)).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));
-        if let (Some(colour), Some(shares)) = (&mut colour, variant.colour) {
-            (colour.data_mut().par_iter_mut().zip(values)).for_each(|(sums, value)| {
-                sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * f64::from(*value));
-            });
-        }
+    // Render some variants at a time, and add them by their weights: band by band while a band is at hand, or each with its
+    // ghosts, which are those of a whole picture.
+    let all: Vec<Variant> = variants.iter().collect();
+    let with_ghosts = system.effects().ghosts.is_some_and(|ghosts| !ghosts.is_nothing());
+    for some in all.chunks(PLANS) {
+        let instruments: Vec<System> = some.par_iter().map(|variant| system.variant(variant)).collect();
+        let plans: Vec<Plan> = instruments.par_iter().map(Plan::new).collect();
+        let mut bands = Sums::bands(&mut grey, &mut colour);
+        let done: Vec<Done> = if with_ghosts {
+            let whole =
+                plans.iter().zip(some).map(|(plan, variant)| with_its_ghosts(plan, variant, &mut bands, observer));
+            whole.collect()
+        } else {
+            band_by_band(&plans, some, &mut bands, observer)
+        };
 
-        // Account for its rays and for the worst of its errors.
-        *work += Work { counts: film.counts, bend_px: film.account.bend_px };
-        *account = account.with(&film.account);
+        // Account for their rays and for the worst of their errors.
+        for (counts, of_plan) in done {
+            *work += Work { counts, bend_px: of_plan.bend_px };
+            *account = account.with(&of_plan);
+        }
     }
 
     // Points of a set are not their own mirror images; of a symmetric scene, take those that are for as many again.
@@ -177,6 +185,72 @@ fn sum(
         }
     }
     RunningMean { grey, colour }
+}
+
+/// What became of a picture that was added: its operations, and its accuracy.
+type Done = (Counts, AccuracyReport);
+
+/// Weighted sums over a band of rows.
+struct Sums<'a> {
+    first_row: usize,
+    width: usize,
+    grey: &'a mut [f64],
+    colour: Option<&'a mut [[f64; 3]]>,
+}
+
+impl<'a> Sums<'a> {
+    /// The bands of a picture.
+    fn bands(grey: &'a mut Raster<f64>, colour: &'a mut Option<Raster<[f64; 3]>>) -> Vec<Self> {
+        let width = grey.width();
+        let size = width * BAND_ROWS;
+        let mut colours = colour.iter_mut().flat_map(|colour| colour.data_mut().chunks_mut(size));
+        let bands = grey.data_mut().chunks_mut(size).enumerate();
+        bands.map(|(k, grey)| Self { first_row: k * BAND_ROWS, width, grey, colour: colours.next() }).collect()
+    }
+
+    /// Adds the radiances of a variant by its weights.
+    fn add(&mut self, variant: &Variant, values: &[f32]) {
+        self.grey.iter_mut().zip(values).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));
+        if let (Some(colour), Some(shares)) = (&mut self.colour, variant.colour) {
+            colour.iter_mut().zip(values).for_each(|(sums, value)| {
+                sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * f64::from(*value));
+            });
+        }
+    }
+}
+
+/// Adds the pictures of these plans, which are those of `variants`, to the bands.
+fn band_by_band(plans: &[Plan], variants: &[Variant], bands: &mut [Sums], observer: &dyn Observer) -> Vec<Done> {
+    let of_band = |sums: &mut Sums| -> Vec<Work> {
+        let mut radiance = vec![0.0; sums.grey.len()];
+        let mut of_plan = |(plan, variant): (&Plan, &Variant)| {
+            let (width, first_row) = (sums.width, sums.first_row);
+            let mut band = Band { width, first_column: 0, first_row, radiance: &mut radiance, truth: None };
+            let work = render_band(plan, &mut band);
+            sums.add(variant, &radiance);
+            observer.pixels(radiance.len());
+            work
+        };
+        plans.iter().zip(variants).map(&mut of_plan).collect()
+    };
+    let done: Vec<Vec<Work>> = bands.par_iter_mut().with_max_len(1).map(of_band).collect();
+
+    // Sum up the work on each plan in the order of the bands.
+    let of_plan = |(k, plan): (usize, &Plan)| {
+        let mut work = plan.work();
+        done.iter().for_each(|band| work += band[k]);
+        (work.counts, plan.account_of(&work))
+    };
+    plans.iter().enumerate().map(of_plan).collect()
+}
+
+/// Adds the picture of a plan, with its ghosts, to the bands.
+fn with_its_ghosts(plan: &Plan, variant: &Variant, bands: &mut [Sums], observer: &dyn Observer) -> Done {
+    let mut film = picture(plan, Outputs { truth: false }, observer);
+    ghosts::add(plan.system(), &mut film);
+    let rows = film.radiance.data().par_chunks(film.radiance.width() * BAND_ROWS);
+    bands.par_iter_mut().zip(rows).for_each(|(sums, values)| sums.add(variant, values));
+    (film.counts, film.account)
 }
 
 /// Makes each pixel the mean of itself and its mirror image to the left or right.

@@ -4,7 +4,7 @@ use super::band::{Band, Truth};
 use super::film::{Class, Film, Outputs, Strip};
 use super::plan::{BAND_ROWS, Plan};
 use super::work::Work;
-use super::{layers, mapped, reference, tile};
+use super::{layers, mapped, reference, seam_pixels, tile};
 use crate::accuracy::Sampling;
 use crate::progress::Observer;
 use crate::raster::Raster;
@@ -79,6 +79,9 @@ fn band_alone(plan: &Plan, band: &mut Band) -> Work {
     for patch in &plan.patches {
         work += mapped::render(plan, patch, band);
     }
+    if let Some(seam) = &plan.seam {
+        work += seam_pixels::render(plan, seam, band);
+    }
     for region in &plan.traced {
         work += tile::render(plan, &band.part_of(region), band);
     }
@@ -107,6 +110,9 @@ fn part_alone(plan: &Plan, band: &mut Band) -> Work {
         } else if !region.rows.is_empty() {
             work += mapped::render(plan, &patch.part(region), band);
         }
+    }
+    if let Some(seam) = &plan.seam {
+        work += seam_pixels::render(plan, seam, band);
     }
     for region in &plan.traced {
         work += tile::render(plan, &band.part_of(region), band);

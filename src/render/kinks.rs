@@ -11,7 +11,7 @@ use crate::system::System;
 use glam::{DMat2, DVec2};
 
 /// What the map may stray from its expansion at the corners of a pixel, as a share of the bend allowed.
-const STRAY_SHARE: f64 = 0.5;
+pub(super) const STRAY_SHARE: f64 = 0.5;
 
 /// Whether the expansion of the pixel at `px`, by steps of a pixel, holds at its corners and at the middles of its sides. A
 /// straight kink that passes through the pixel has a corner beyond it, at which the map strays most.

@@ -47,7 +47,7 @@ pub(super) struct MapPatch {
 /// The tries before the patch is divided: degrees of the interpolation.
 const DEGREES: [usize; 4] = [4, 8, 12, MAX_DEGREE];
 /// Rays inside a patch that check it.
-const INSIDE: usize = 64;
+pub(super) const INSIDE: usize = 64;
 /// Px between the rays along the border of a patch.
 pub(super) const BORDER_STEP: usize = 16;
 /// A polynomial stands for the throughput of a patch where it differs from them by less than this: a sixth of the
@@ -110,16 +110,14 @@ impl MapPatch {
         (DVec2::new(sign * u, v), d)
     }
 
-    /// A patch over `region` that is not fitted yet.
-    fn over(system: &System, region: &Region) -> Self {
-        let [width, _] = system.camera().size_px();
-        let axis = 0.5 * width as f64;
+    /// A patch over `region`, of what is seen through the side `class`, that is not fitted yet; with x counted to the left where `flip`.
+    pub(super) fn over(system: &System, region: &Region, class: Class, flip: bool) -> Self {
+        let axis = axis(system);
         let [low, high] = corners(region);
-        let flip = high.x <= axis + 0.5;
         let middle = 0.5 * (low + high);
         Self {
             region: region.clone(),
-            class: Class::Missed,
+            class,
             flip,
             axis,
             centre: DVec2::new(if flip { axis - middle.x } else { middle.x - axis }, middle.y),
@@ -135,9 +133,9 @@ impl MapPatch {
 
     /// Traces `region` and fits it; `None` where rays do not vouch for it. `rays` counts them.
     pub(super) fn fit(system: &System, region: &Region, rays: &mut u64) -> Option<Self> {
-        let Accuracy { map_px, map_degree, .. } = *system.accuracy();
         let scale = 1.0 / system.board().pattern.square_mm;
-        let mut patch = Self::over(system, region);
+        let flip = corners(region)[1].x <= axis(system) + 0.5;
+        let mut patch = Self::over(system, region, Class::Missed, flip);
         let mut trace_at = |px: DVec2| {
             *rays += 1;
             trace_scalar(system, px)
@@ -148,16 +146,26 @@ impl MapPatch {
         patch.class = trace_at(0.5 * (low + high)).1;
         patch.class.side()?;
         let checks = patch.trace_checks(&mut trace_at, scale)?;
+        patch.fitted(system.accuracy(), &checks, &mut trace_at, scale)
+    }
 
-        // Interpolate by rising degree, until coefficients and checking rays vouch for the polynomial.
-        let px_per_square = coarse_scale(&checks)?;
+    /// The patch by polynomials of rising degree, until coefficients and the rays that check it, two or more, vouch for it;
+    /// `trace_at` says what a place sees, in mm, and `scale` how many squares a mm is.
+    pub(super) fn fitted(
+        mut self,
+        &Accuracy { map_px, map_degree, .. }: &Accuracy,
+        checks: &[(DVec2, DVec2)],
+        trace_at: &mut impl FnMut(DVec2) -> (DVec2, Class),
+        scale: f64,
+    ) -> Option<Self> {
+        let px_per_square = coarse_scale(checks)?;
         let fixed = map_degree.map(|degree| degree.clamp(1, MAX_DEGREE));
         let degrees = fixed.as_ref().map_or(&DEGREES[..], std::slice::from_ref);
         degrees.iter().find_map(|&degree| {
             // A degree that is fixed stands, whatever its coefficients say; the rays still judge it.
             let error = if fixed.is_some() { None } else { Some(map_px / px_per_square) };
-            let bounds = patch.interpolate(degree, error, &mut trace_at, scale)?;
-            patch.agrees(&checks, map_px, bounds).then(|| patch.clone())
+            let bounds = self.interpolate(degree, error, trace_at, scale)?;
+            self.agrees(checks, map_px, bounds).then(|| self.clone())
         })
     }
 
@@ -209,7 +217,7 @@ impl MapPatch {
 
     /// Place k of a sequence that fills the patch evenly and hits no node: multiples of the plastic number's inverse
     /// powers (Roberts 2018, the R2 sequence).
-    fn inside(&self, k: usize) -> DVec2 {
+    pub(super) fn inside(&self, k: usize) -> DVec2 {
         let fill = |alpha: f64| 2.0 * (0.5 + alpha * (k + 1) as f64).fract() - 1.0;
         self.place(fill(0.754_877_666_246_693), fill(0.569_840_290_998_053_3))
     }
@@ -289,8 +297,13 @@ impl MapPatch {
     }
 }
 
+/// The middle column of a picture, in px.
+fn axis(system: &System) -> f64 {
+    0.5 * system.camera().size_px()[0] as f64
+}
+
 /// The upper left and the lower right corner of a region, in px.
-fn corners(region: &Region) -> [DVec2; 2] {
+pub(super) fn corners(region: &Region) -> [DVec2; 2] {
     [
         DVec2::new(region.columns.start as f64, region.rows.start as f64),
         DVec2::new(region.columns.end as f64, region.rows.end as f64),

@@ -29,7 +29,7 @@ type Line = [f64; MAX_DEGREE + 1];
 
 /// The map along one row: u and v as polynomials in s, with their first and second derivatives by steps of a pixel's
 /// active side down the picture.
-struct RowMap {
+pub(super) struct RowMap {
     degree: [usize; 2],
     value: [Line; 2],
     down: [Line; 2],
@@ -38,7 +38,7 @@ struct RowMap {
 
 impl RowMap {
     #[inline(always)]
-    fn new(patch: &MapPatch, y: f64, active: f64) -> Self {
+    pub(super) fn new(patch: &MapPatch, y: f64, active: f64) -> Self {
         let (t, step) = (patch.t(y), patch.steps().y * active);
         let mut row = Self {
             degree: [0, 1].map(|axis| patch.powers[axis].len() - 1),
@@ -75,7 +75,7 @@ impl RowMap {
 
     /// Value and the derivatives ss, t, st and tt after s.
     #[inline(always)]
-    fn derivatives(&self, axis: usize, s: Lanes) -> [Lanes; 6] {
+    pub(super) fn derivatives(&self, axis: usize, s: Lanes) -> [Lanes; 6] {
         let zero = Lanes::splat(0.0);
         let (mut p, mut p1, mut p2, mut q, mut q1, mut r) = (zero, zero, zero, zero, zero, zero);
         for k in (0..=self.degree[axis]).rev() {
@@ -293,7 +293,7 @@ fn constant_pixels(
 
 /// Integrates the pixels of `edge_pixels`, each by the Taylor expansion of the map at its centre.
 #[inline(always)]
-fn edge_means(
+pub(super) fn edge_means(
     plan: &Plan,
     patch: &MapPatch,
     row: &RowMap,
@@ -339,7 +339,7 @@ fn throughput(patch: &MapPatch, powers: &[Vec<f64>], y: f64, out: &mut [f32]) {
 /// The Taylor expansions in the picture's frame, from u and v with their derivatives s, ss, t, st, tt (s by s, t by
 /// px).
 #[inline(always)]
-fn packed_taylor2(flip: bool, step: f64, u: [Lanes; 6], v: [Lanes; 6]) -> PackedTaylor2 {
+pub(super) fn packed_taylor2(flip: bool, step: f64, u: [Lanes; 6], v: [Lanes; 6]) -> PackedTaylor2 {
     // Where x is counted to the left, u and every derivative by x change their signs.
     let f = Lanes::splat(if flip { -1.0 } else { 1.0 });
     let (step, step2) = (Lanes::splat(step), Lanes::splat(step * step));
@@ -355,7 +355,7 @@ fn packed_taylor2(flip: bool, step: f64, u: [Lanes; 6], v: [Lanes; 6]) -> Packed
 
 /// What the centres of a row see, in mm.
 #[inline(always)]
-fn board(plan: &Plan, patch: &MapPatch, row: &RowMap, out: &mut [[f32; 2]]) {
+pub(super) fn board(plan: &Plan, patch: &MapPatch, row: &RowMap, out: &mut [[f32; 2]]) {
     let first_x = patch.region.columns.start as f64 + 0.5;
     let mm = 1.0 / plan.pattern.squares_per_mm();
     let sign = if patch.flip { -mm } else { mm };

@@ -2,7 +2,7 @@
 //!
 //! [`render`] reads from top to bottom: passes, plan and bands, accumulation, diffraction, sensor. A plan (`plan`)
 //! fixes everything before the first pixel; its bands (`bands`) are filled by the certified map (`map`, `tiling`,
-//! `mapped`), by tracing every pixel's centre (`tile`), or by the slow and simple reference (`reference`); pixels under
+//! `mapped`, along the seam `seam_map` and `seam_pixels`), by tracing every pixel's centre (`tile`), or by the slow and simple reference (`reference`); pixels under
 //! a border are clipped (`border`).
 
 pub mod checkerboard;
@@ -14,6 +14,7 @@ mod band;
 mod centre_rays;
 mod truncation_error;
 mod map;
+mod seam_map;
 mod tiling;
 mod steepness;
 mod plan;
@@ -29,6 +30,7 @@ mod piece;
 mod tile;
 mod draft;
 mod mapped;
+mod seam_pixels;
 mod reference;
 mod layers;
 mod bands;

@@ -2,7 +2,7 @@
 
 use super::film::Class;
 use super::pixel_mean::{PackedTaylor2, PixelMean, Taylor2, divided_mean, mean_of_points, pixel_means};
-use super::plan::Plan;
+use super::plan::{PartBorders, Plan};
 use super::work::Work;
 use crate::accuracy::Accuracy;
 use crate::num::simd::LANES;
@@ -11,7 +11,9 @@ use std::f64::consts::SQRT_2;
 
 /// The mean radiance of a pixel that sees the board through one side all over.
 pub(super) fn whole_pixel(plan: &Plan, px: DVec2, taylor: &Taylor2, work: &mut Work) -> f64 {
-    mean_or_subdivide(plan, px, means_of(plan, &PackedTaylor2::splat(taylor), &plan.less(plan.truncation_px))[0], work)
+    // Where there are kinks no expansion stands that is not compared with the map.
+    let truncation_px = if plan.kinks == PartBorders::None { plan.truncation_px } else { f64::INFINITY };
+    mean_or_subdivide(plan, px, means_of(plan, &PackedTaylor2::splat(taylor), &plan.less(truncation_px))[0], work)
 }
 
 /// The means of what the board shows over [`LANES`] pixels.

@@ -21,6 +21,16 @@ pub(super) struct Taylor2 {
 }
 
 impl Taylor2 {
+    /// How far the map may stray from its tangent inside the pixel, in steps.
+    #[inline(always)]
+    pub(super) fn stray_px(&self) -> f64 {
+        let stray = 0.125 * (self.dxx.abs() + 2.0 * self.dxy.abs() + self.dyy.abs());
+        // |J^-1| on what it strays along each axis.
+        let right = self.dy.y.abs() * stray.x + self.dy.x.abs() * stray.y;
+        let down = self.dx.y.abs() * stray.x + self.dx.x.abs() * stray.y;
+        right.max(down) / self.dx.perp_dot(self.dy).abs()
+    }
+
     /// The same map by steps of `side` px.
     #[inline(always)]
     pub(super) fn by_steps_of(self, side: f64) -> Self {
@@ -256,11 +266,7 @@ fn of_squares(pattern: &Checkerboard) -> impl Fn(&[DVec2; 4]) -> f64 {
 /// The mean over a pixel, given that over a parallelogram on the board, from as many parts as are flat to the error allowed.
 #[inline]
 pub(super) fn divided_mean(taylor: &Taylor2, accuracy: &Accuracy, mean: &impl Fn(&[DVec2; 4]) -> f64) -> PixelMean {
-    let stray = 0.125 * (taylor.dxx.abs() + 2.0 * taylor.dxy.abs() + taylor.dyy.abs());
-    // |J^-1| on what it strays along each axis.
-    let right = taylor.dy.y.abs() * stray.x + taylor.dy.x.abs() * stray.y;
-    let down = taylor.dx.y.abs() * stray.x + taylor.dx.x.abs() * stray.y;
-    let stray_px = right.max(down) / taylor.dx.perp_dot(taylor.dy).abs();
+    let stray_px = taylor.stray_px();
     // NaN must not pass.
     if stray_px.is_nan() || stray_px > MOST_BEND_PX || accuracy.bend_px <= 0.0 {
         return PixelMean::TooBent;

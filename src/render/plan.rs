@@ -3,8 +3,10 @@
 use super::centre_rays::CentreTracer;
 use super::checkerboard::Checkerboard;
 use super::film::AccuracyReport;
+use super::kinks;
 use super::map::MapPatch;
 use super::region::Region;
+use super::seam_map::SeamMap;
 use super::steepness::is_steep;
 use super::tiling::{Tiling, certify};
 use super::truncation_error;
@@ -68,6 +70,8 @@ pub struct Plan<'a> {
     pub(super) centre_tracer: CentreTracer<'a>,
     /// Rectangles that a polynomial map stands for.
     pub(super) patches: Vec<MapPatch>,
+    /// The columns that the seam between the sides passes through, where a map stands for them.
+    pub(super) seam: Option<SeamMap>,
     /// Rectangles whose every pixel is traced.
     pub(super) traced: Vec<Region>,
     /// What the Taylor expansions of traced pixels are wrong by, in px: see [`truncation_error`].
@@ -129,8 +133,13 @@ impl<'a> Plan<'a> {
         };
         let [facets, pieces] = system.most_parts();
         let by_differences = sampling != Sampling::SingleRays && !tiling.traced.is_empty();
-        let truncation_px =
-            if by_differences { truncation_error::of_differences_px(system, &mut tiling.rays) } else { 0.0 };
+        let kinks = PartBorders::of(pieces, MOST_PIECES);
+        let truncation_px = match (by_differences, kinks) {
+            (false, _) => 0.0,
+            (true, PartBorders::None) => truncation_error::of_differences_px(system, &mut tiling.rays),
+            // Expansions stand where they hold.
+            (true, _) => kinks::STRAY_SHARE * system.accuracy().bend_px,
+        };
         Self {
             system,
             truncation_px,
@@ -139,6 +148,7 @@ impl<'a> Plan<'a> {
             objects: system.layers().iter().map(|layer| Self::by(layer, sampling, false, grain)).collect(),
             centre_tracer: CentreTracer::new(system, sampling != Sampling::SingleRays),
             patches: tiling.patches,
+            seam: tiling.seam,
             traced: tiling.traced,
             rays: tiling.rays,
             mirrored,
@@ -147,7 +157,7 @@ impl<'a> Plan<'a> {
             active: system.effects().active_side(),
             few_pixels: width * height <= FEW_PIXELS,
             creases: PartBorders::of(facets, MOST_FACETS),
-            kinks: PartBorders::of(pieces, MOST_PIECES),
+            kinks,
             straight_ridge: system.prism().is_none_or(|prism| {
                 let plane = |side| matches!(prism.surface(side, Face::Front), Surface::Plane { .. });
                 system.camera().keeps_lines() && [Side::Left, Side::Right].into_iter().all(plane)
@@ -186,8 +196,10 @@ impl<'a> Plan<'a> {
             let within = |v: f64, range: &Range<usize>| v >= range.start as f64 && v <= range.end as f64;
             within(px.x, columns) && within(px.y, rows)
         };
-        let mapped =
-            |px: DVec2| self.patches.iter().find(|patch| inside(&patch.region, px)).map(|patch| patch.trace(px).0);
+        let by_seam =
+            |px: DVec2| self.seam.as_ref().filter(|seam| inside(&seam.region, px)).map(|seam| seam.side_at(px));
+        let by_patch = |px: DVec2| self.patches.iter().find(|patch| inside(&patch.region, px));
+        let mapped = |px: DVec2| by_patch(px).or_else(|| by_seam(px)).map(|patch| patch.trace(px).0);
         let mm = 1.0 / self.pattern.squares_per_mm();
         if let Some(seen) = mapped(px) {
             return Ok(seen * mm);
@@ -217,19 +229,25 @@ impl<'a> Plan<'a> {
         AccuracyReport { unpromised_pixels: halves * work.counts.unpromised_pixels, ..self.account(work.bend_px) }
     }
 
+    /// Everything that the map consists of.
+    fn all_patches(&self) -> impl Iterator<Item = &MapPatch> {
+        self.patches.iter().chain(self.seam.iter().flat_map(|seam| &seam.sides))
+    }
+
     /// The largest error of a map, of the board and of objects.
     fn map_px(&self) -> f64 {
         let objects = self.objects.iter().map(Self::map_px);
-        self.patches.iter().map(|p| p.error_px).chain(objects).fold(0.0, f64::max)
+        self.all_patches().map(|p| p.error_px).chain(objects).fold(0.0, f64::max)
     }
 
     /// What the picture promises and keeps, given the bend left inside its pixels.
     pub fn account(&self, bend_px: f64) -> AccuracyReport {
         let [width, height] = self.system.camera().size_px();
         let sides = if self.mirrored { 2 } else { 1 };
-        let mapped: usize = self.patches.iter().map(|p| p.region.columns.len() * p.region.rows.len()).sum();
+        let regions = self.patches.iter().map(|patch| &patch.region).chain(self.seam.iter().map(|seam| &seam.region));
+        let mapped: usize = regions.map(|region| region.columns.len() * region.rows.len()).sum();
         let accuracy = &self.system.accuracy();
-        let truncations = self.patches.iter().map(|p| p.truncation_px).chain([self.truncation_px]);
+        let truncations = self.all_patches().map(|p| p.truncation_px).chain([self.truncation_px]);
         let truncation_px = truncations.filter(|truncation| *truncation < accuracy.bend_px).fold(0.0, f64::max);
         AccuracyReport {
             level: accuracy.level,
@@ -237,7 +255,7 @@ impl<'a> Plan<'a> {
             promise_px: accuracy.promise_px,
             map_px: self.map_px(),
             bend_px: bend_px + truncation_px,
-            patches: sides * self.patches.len(),
+            patches: sides * self.patches.len() + 2 * usize::from(self.seam.is_some()),
             mapped: (sides * mapped) as f64 / (width * height) as f64,
             passes: 1,
             noise: None,

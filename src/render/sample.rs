@@ -44,7 +44,9 @@ impl Plan<'_> {
             regions.map(|region| region.columns.len() * region.rows.len()).sum()
         };
         PixelWork {
-            mapped: count(&mut self.patches.iter().map(|patch| &patch.region)),
+            mapped: count(
+                &mut self.patches.iter().map(|patch| &patch.region).chain(self.seam.iter().map(|s| &s.region)),
+            ),
             traced: count(&mut self.traced.iter()),
         }
     }
@@ -95,6 +97,7 @@ fn traced<'a>(plan: &Plan, window: &'a System) -> Plan<'a> {
         objects: Vec::new(),
         centre_tracer: CentreTracer::new(window, window.accuracy().sampling != Sampling::SingleRays),
         patches: Vec::new(),
+        seam: None,
         traced: vec![Region { columns: 0..width, rows: 0..height }],
         truncation_px: plan.truncation_px,
         rays: 0,

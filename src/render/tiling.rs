@@ -4,6 +4,7 @@ use super::centre_rays::trace_scalar;
 use super::film::Class;
 use super::map::{BORDER_STEP, INSET_PX, MapPatch};
 use super::region::Region;
+use super::seam_map::SeamMap;
 use crate::effect::Hook;
 use crate::system::{Side, System};
 use glam::DVec2;
@@ -12,6 +13,8 @@ use glam::DVec2;
 #[derive(Debug, Default)]
 pub(super) struct Tiling {
     pub(super) patches: Vec<MapPatch>,
+    /// The columns that the seam between the sides passes through, where a map stands for them.
+    pub(super) seam: Option<SeamMap>,
     pub(super) traced: Vec<Region>,
     /// Rays that it took.
     pub(super) rays: u64,
@@ -47,7 +50,11 @@ pub(super) fn certify(system: &System, first: usize, grain: usize) -> Tiling {
             let regions = [first..seam.start.max(first), seam.start.max(first)..seam.end, seam.end..width];
             for (k, columns) in regions.into_iter().enumerate() {
                 let region = Region { columns, rows: rows.clone() };
-                if k == 1 { tiling.trace(region) } else { tiling.divide(system, region) }
+                match k {
+                    1 if creased => tiling.trace(region),
+                    1 => tiling.cross(system, region),
+                    _ => tiling.divide(system, region),
+                }
             }
         }
         _ => tiling.divide(system, Region { columns: first..width, rows }),
@@ -59,6 +66,14 @@ impl Tiling {
     fn trace(&mut self, region: Region) {
         if !region.columns.is_empty() && !region.rows.is_empty() {
             self.traced.push(region);
+        }
+    }
+
+    /// Fits the region that the seam between the sides passes through, or leaves it to be traced.
+    fn cross(&mut self, system: &System, region: Region) {
+        self.seam = SeamMap::fit(system, &region, &mut self.rays);
+        if self.seam.is_none() {
+            self.trace(region);
         }
     }
 

@@ -3,8 +3,11 @@
 //! The boxes of an f32 hierarchy only propose triangles; each is met in f64 by a watertight test (Woop, Benthin & Wald,
 //! "Watertight Ray/Triangle Intersection", 2013), so that no ray slips between two triangles that share an edge.
 
+use super::graph::{Graph, Met};
 use super::hit::Hit;
+use super::normals::edges;
 use super::parts::{Parts, facets, pieces};
+use super::shear::ShearAxes;
 use crate::geom::{Ray, Rect};
 use crate::optics::fate::Fate;
 use glam::{DVec2, DVec3};
@@ -59,6 +62,8 @@ pub struct Mesh {
     own: Triangles,
     normals: Normals,
     hierarchy: Bvh2,
+    /// Where a steep ray meets it once, and how it is found there without the hierarchy.
+    graph: Option<Graph>,
     /// Between which the normal that refracts may jump.
     facets: Parts,
     /// Between which it may have a kink: the facets, or parts of them.
@@ -116,12 +121,14 @@ impl Mesh {
             .collect();
         let hierarchy = hierarchy(&boxes);
         let first_z = points.iter().fold(f64::INFINITY, |z, p| z.min(p.z)) - 1.0;
-        let facets = facets(&own.points_mm, &own.triangles, normals);
+        let edges = edges(&own.triangles);
+        let graph = Graph::new(&own.points_mm, &own.triangles, &edges);
+        let facets = facets(&own.points_mm, &own.triangles, &edges, normals);
         let pieces = match normals {
             Normals::Flat => facets.clone(),
-            Normals::Smooth => pieces(&own.points_mm, &own.triangles, &own.point_normals),
+            Normals::Smooth => pieces(&own.points_mm, &own.triangles, &edges, &own.point_normals),
         };
-        Self { own, normals, hierarchy, facets, pieces, first_z }
+        Self { own, normals, hierarchy, graph, facets, pieces, first_z }
     }
 
     /// The triangles as they were given.
@@ -174,9 +181,35 @@ impl Mesh {
         let ahead = if ahead.is_finite() && ray.direction.z > 0.0 { ahead } else { 0.0 };
         let near = Ray { origin: ray.at(ahead), direction: ray.direction };
 
-        // Traverse the hierarchy, and intersect the triangles that it proposes.
         let axes = ShearAxes::new(near.direction);
-        let mut best: Option<(f64, usize, [f64; 3])> = None;
+        let (t, id, weights) =
+            self.at_once(&near, ahead, &axes).or_else(|| self.nearest(&near, ahead, &axes)).ok_or(Fate::Missed)?;
+
+        // Take the normal of the triangle, or blend those of its corners.
+        let normal = match self.normals {
+            Normals::Flat => self.plane(id),
+            Normals::Smooth => self.blend(id, weights),
+        };
+        Ok(Hit { t_mm: t + ahead, normal: normal.normalize(), part: id as u32 })
+    }
+
+    /// What a steep ray meets, where the mesh is a graph, but for edges.
+    #[inline(always)]
+    fn at_once(&self, near: &Ray, ahead: f64, axes: &ShearAxes) -> Option<Met> {
+        let within = |id: usize| axes.intersect(near.origin, self.corners(id)).filter(|(t, _)| t + ahead > 0.0);
+        self.graph.as_ref()?.meet(near, within, |id| (self.corners(id)[0], self.plane(id)))
+    }
+
+    #[cfg(test)]
+    pub(super) fn met_both_ways(&self, ray: &Ray) -> [Option<Met>; 2] {
+        let axes = ShearAxes::new(ray.direction);
+        [self.at_once(ray, 0.0, &axes), self.nearest(ray, 0.0, &axes)]
+    }
+
+    /// Which triangle the ray meets first, of those farther than `-ahead`, where, and with which weights of its corners.
+    fn nearest(&self, near: &Ray, ahead: f64, axes: &ShearAxes) -> Option<Met> {
+        // Traverse the hierarchy, and intersect the triangles that it proposes.
+        let mut best: Option<Met> = None;
         let proposal = obvhs::ray::Ray::new_inf(near.origin.as_vec3a(), near.direction.as_vec3a());
         self.hierarchy.ray_traverse(proposal, &mut RayHit::none(), |_, i| {
             let id = self.hierarchy.primitive_indices[i] as usize;
@@ -193,13 +226,7 @@ impl Mesh {
             }
         });
 
-        // Take the normal of the triangle, or blend those of its corners.
-        let (t, id, weights) = best.ok_or(Fate::Missed)?;
-        let normal = match self.normals {
-            Normals::Flat => self.plane(id),
-            Normals::Smooth => self.blend(id, weights),
-        };
-        Ok(Hit { t_mm: t + ahead, normal: normal.normalize(), part: id as u32 })
+        best
     }
 
     fn corners(&self, id: usize) -> [DVec3; 3] {
@@ -237,44 +264,6 @@ impl Mesh {
         let blend = self.blend(id, weights);
         let turn = (self.blend(id, change) - normal * normal.dot(self.blend(id, change))) / blend.length();
         if normal.dot(blend) < 0.0 { -turn } else { turn }
-    }
-}
-
-/// The axes of the watertight test: the one along which the ray runs most comes last.
-struct ShearAxes {
-    order: [usize; 3],
-    /// Shears that bring the ray onto its last axis.
-    shear: DVec3,
-}
-
-impl ShearAxes {
-    fn new(direction: DVec3) -> Self {
-        let d = direction.to_array();
-        let last = (0..3).max_by(|&i, &k| d[i].abs().total_cmp(&d[k].abs())).unwrap_or(2);
-        let order = [(last + 1) % 3, (last + 2) % 3, last];
-        let shear = DVec3::new(d[order[0]] / d[last], d[order[1]] / d[last], 1.0 / d[last]);
-        Self { order, shear }
-    }
-
-    /// Distance, and the weights of the corners, where the ray from `origin` meets the triangle, on its border included.
-    #[inline]
-    fn intersect(&self, origin: DVec3, corners: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
-        let [i, j, k] = self.order;
-        let q = corners.map(|p| {
-            let v = (p - origin).to_array();
-            [v[i] - self.shear.x * v[k], v[j] - self.shear.y * v[k], self.shear.z * v[k]]
-        });
-        let u = q[2][0] * q[1][1] - q[2][1] * q[1][0];
-        let v = q[0][0] * q[2][1] - q[0][1] * q[2][0];
-        let w = q[1][0] * q[0][1] - q[1][1] * q[0][0];
-        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-            return None;
-        }
-        let sum = u + v + w;
-        if sum == 0.0 {
-            return None;
-        }
-        Some(((u * q[0][2] + v * q[1][2] + w * q[2][2]) / sum, [u / sum, v / sum, w / sum]))
     }
 }
 
@@ -339,7 +328,7 @@ mod tests {
                 }
             }
         }
-        assert!(aimed > 40_000);
+        assert!(aimed > 40_000 && mesh.graph.is_some());
         assert_eq!(mesh.intersect(&towards(DVec3::new(10.5, 0.0, 81.0))), Err(Fate::Missed));
     }
 

@@ -11,6 +11,8 @@ mod revolved_height;
 mod height_field;
 pub(crate) mod normals;
 mod parts;
+mod graph;
+mod shear;
 pub mod mesh;
 pub mod closed_body;
 pub mod solid;

@@ -70,8 +70,11 @@ impl Sets {
     }
 }
 
+/// An edge, by its ends, and a triangle that has it.
+pub(super) type EdgeOf = ([u32; 2], u32);
+
 /// Every edge with each of its triangles, in order.
-pub(super) fn edges(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
+pub(super) fn edges(triangles: &[[u32; 3]]) -> Vec<EdgeOf> {
     let mut edges = Vec::with_capacity(3 * triangles.len());
     for (id, [a, b, c]) in triangles.iter().enumerate() {
         edges.extend([(a, b), (b, c), (c, a)].map(|(p, q)| ([*p.min(q), *p.max(q)], id as u32)));
@@ -81,7 +84,7 @@ pub(super) fn edges(triangles: &[[u32; 3]]) -> Vec<([u32; 2], u32)> {
 }
 
 /// The triangles at each edge.
-pub(super) fn by_edge(edges: &[([u32; 2], u32)]) -> impl Iterator<Item = &[([u32; 2], u32)]> {
+pub(super) fn by_edge(edges: &[EdgeOf]) -> impl Iterator<Item = &[EdgeOf]> {
     edges.chunk_by(|a, b| a.0 == b.0)
 }
 

@@ -1,7 +1,7 @@
 //! Parts of a surface of triangles: facets, between which the normal that refracts may jump, and their pieces, between which
 //! it may have a kink.
 
-use super::normals::{Normals, Sets, by_edge, edges, normals};
+use super::normals::{EdgeOf, Normals, Sets, by_edge, normals};
 use glam::DVec3;
 
 /// Triangles whose unit normals differ by less than this lie in one plane.
@@ -33,13 +33,13 @@ impl Parts {
     }
 }
 
-/// The pieces of a surface by smooth normals, given those of its corners: what lies in one plane and refracts by one normal,
+/// The pieces of a surface by smooth normals, given its edges and the normals of its corners: what lies in one plane and refracts by one normal,
 /// and each other triangle by itself. At its sides the normal that refracts has a kink.
-pub(super) fn pieces(points: &[DVec3], triangles: &[[u32; 3]], at_corners: &[DVec3]) -> Parts {
+pub(super) fn pieces(points: &[DVec3], triangles: &[[u32; 3]], edges: &[EdgeOf], at_corners: &[DVec3]) -> Parts {
     let (own, mut sets) = (normals(points, triangles), Sets::of_one(triangles.len()));
     let same = |a: DVec3, b: DVec3| (a - b).length() < SAME_PLANE;
     let corners = |id: u32| triangles[id as usize].map(|k| at_corners[k as usize]);
-    for group in by_edge(&edges(triangles)) {
+    for group in by_edge(edges) {
         for pair in group.windows(2) {
             let [a, b] = [pair[0].1, pair[1].1];
             let alike = corners(a).into_iter().chain(corners(b)).all(|normal| same(normal, corners(a)[0]));
@@ -51,9 +51,9 @@ pub(super) fn pieces(points: &[DVec3], triangles: &[[u32; 3]], at_corners: &[DVe
     Parts::of((0..triangles.len() as u32).map(|id| sets.name(id)).collect())
 }
 
-/// The facets of a surface: of smooth normals what shares corners, of flat ones what lies in one plane. At their sides the
+/// The facets of a surface, given its edges: of smooth normals what shares corners, of flat ones what lies in one plane. At their sides the
 /// normal that refracts may jump.
-pub(super) fn facets(points: &[DVec3], triangles: &[[u32; 3]], refracting: Normals) -> Parts {
+pub(super) fn facets(points: &[DVec3], triangles: &[[u32; 3]], edges: &[EdgeOf], refracting: Normals) -> Parts {
     let facets: Vec<u32> = match refracting {
         Normals::Smooth => {
             let mut sets = Sets::of_one(points.len());
@@ -65,7 +65,7 @@ pub(super) fn facets(points: &[DVec3], triangles: &[[u32; 3]], refracting: Norma
         }
         Normals::Flat => {
             let (normals, mut sets) = (normals(points, triangles), Sets::of_one(triangles.len()));
-            for group in by_edge(&edges(triangles)) {
+            for group in by_edge(edges) {
                 for pair in group.windows(2) {
                     let [a, b] = [pair[0].1, pair[1].1];
                     if (normals[a as usize] - normals[b as usize]).length() < SAME_PLANE {
@@ -82,13 +82,15 @@ pub(super) fn facets(points: &[DVec3], triangles: &[[u32; 3]], refracting: Norma
 #[cfg(test)]
 mod tests {
     use super::super::normals::tests::{Own, grid};
-    use super::super::normals::{corner_normals, part_at_creases};
+    use super::super::normals::{corner_normals, edges, part_at_creases};
     use super::*;
 
     #[test]
     fn facets_are_planes_of_flat_normals_and_connected_parts_of_smooth_ones() {
         let (mut points, mut triangles) = grid(10, 0.0, |p| 0.1 * p.x.abs());
-        let count = |points: &[DVec3], triangles: &[[u32; 3]], normals| facets(points, triangles, normals).count();
+        let count = |points: &[DVec3], triangles: &[[u32; 3]], normals| {
+            facets(points, triangles, &edges(triangles), normals).count()
+        };
         assert_eq!([count(&points, &triangles, Normals::Flat), count(&points, &triangles, Normals::Smooth)], [2, 1]);
         assert!(part_at_creases(&mut points, &mut triangles));
         assert_eq!([count(&points, &triangles, Normals::Flat), count(&points, &triangles, Normals::Smooth)], [2, 2]);
@@ -98,11 +100,12 @@ mod tests {
         // By smooth normals each triangle bends on its own, but for those of a plane.
         let smooth = |own: &Own| corner_normals(&own.0, &own.1).expect("it is a graph");
         let dome = (points, triangles);
-        assert_eq!(pieces(&dome.0, &dome.1, &smooth(&dome)).count(), 200);
+        let pieces = |own: &Own| pieces(&own.0, &own.1, &edges(&own.1), &smooth(own)).count();
+        assert_eq!(pieces(&dome), 200);
         let plane = grid(10, 0.3, |p| 0.1 * p.x);
-        assert_eq!(pieces(&plane.0, &plane.1, &smooth(&plane)).count(), 1);
+        assert_eq!(pieces(&plane), 1);
         let mut ridge = grid(10, 0.0, |p| 0.1 * p.x.abs());
         part_at_creases(&mut ridge.0, &mut ridge.1);
-        assert_eq!(pieces(&ridge.0, &ridge.1, &smooth(&ridge)).count(), 2);
+        assert_eq!(pieces(&ridge), 2);
     }
 }

@@ -1,6 +1,7 @@
 //! Facets and pieces: which parts of a prism of triangles, and which back of a solid one, a ray passes.
 
-use super::instrument::System;
+use super::instrument::{BoardHit, System};
+use crate::optics::fate::Fate;
 use crate::prism::biprism::Prism;
 use crate::prism::payload::PartsPassed;
 use crate::prism::side::Side;
@@ -15,6 +16,15 @@ impl System {
         // A ray that ends has passed what it has passed.
         let _ = self.exit(self.camera.ray(px), &mut parts);
         parts
+    }
+
+    /// What `px` sees, and [`System::parts`] of its ray.
+    pub(crate) fn trace_with_parts(&self, px: DVec2) -> (Result<BoardHit, Fate>, PartsPassed) {
+        let mut parts = PartsPassed::default();
+        let seen = self
+            .exit(self.camera.ray(px), &mut parts)
+            .and_then(|(ray, side)| self.board.intersect(&ray).map(|(board_mm, _)| BoardHit { board_mm, side }));
+        (seen, parts)
     }
 
     /// Whether the ray of `px` leaves a solid prism by the back of this side.

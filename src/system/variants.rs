@@ -3,6 +3,7 @@
 use super::instrument::System;
 use crate::effect::dispersion::Wavelength;
 use crate::effect::{Effects, Lens, Variant};
+use crate::prism::biprism::Prism;
 use std::borrow::Cow;
 
 impl System {
@@ -10,6 +11,12 @@ impl System {
     #[must_use]
     pub fn sampled(&self, n: usize) -> Self {
         Self { camera: self.camera.sampled(n), ..self.clone() }
+    }
+
+    /// The instrument with the surfaces of its prism continued beyond where they were given, where their formulas go on there.
+    #[must_use]
+    pub fn continued(&self) -> Self {
+        Self { prism: self.prism.as_ref().map(Prism::continued), ..self.clone() }
     }
 
     /// The instrument with a sensor of `size_px` of its own pixels, from pixel `first` on.

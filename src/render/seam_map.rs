@@ -1,0 +1,157 @@
+//! The certified map of the columns that the seam between the sides passes through: the seam as a curve, and for either side a
+//! polynomial over all of the columns, by rays that pass that side also beyond the ridge.
+//!
+//! Rays vouch for it as for a patch of the map (`map`): along the border of what each side sees, the seam being a part of it,
+//! and inside, they pass the side that the curve tells and agree with its polynomial.
+
+use super::centre_rays::trace_scalar;
+use super::film::Class;
+use super::map::{BORDER_STEP, INSET_PX, INSIDE, MapPatch, corners};
+use super::region::Region;
+use crate::effect::Hook;
+use crate::num::chebyshev::{Interpolation, points};
+use crate::system::{Side, System};
+use glam::DVec2;
+
+/// The map of the columns that the seam passes through.
+#[derive(Debug)]
+pub(super) struct SeamMap {
+    /// The pixels for which it stands.
+    pub(super) region: Region,
+    /// What is seen through the left and the right side, each over all of the region.
+    pub(super) sides: [MapPatch; 2],
+    /// The column of the seam, in px, by rising powers of the t of the sides.
+    curve: Vec<f64>,
+    /// How far the seam strays from its chord within a row at most, in px.
+    pub(super) stray_px: f64,
+    /// How far pixels under the seam may be off for the bend of map and seam, in px: what third orders leave of the bend allowed.
+    pub(super) allowed_px: f64,
+}
+
+/// Fewer rows are traced for less than the fit costs.
+const LEAST_ROWS: usize = 64;
+/// Degree of the curve.
+const CURVE_DEGREE: usize = 12;
+/// Steps of the secant method to the ridge, and the step at which it is there, in px.
+const SECANTS: usize = 12;
+const THERE_PX: f64 = 1e-11;
+/// Rays on either side of the curve vouch for it: this far from it, in px, or the error allowed to the map.
+const BESIDE_PX: f64 = 1e-7;
+/// Places along the upper and the lower border of the region.
+const ALONG_BORDER: usize = 8;
+
+impl SeamMap {
+    /// Traces and fits `region`; `None` where rays do not vouch for it, or where something besides the ridge is to be seen there.
+    /// `rays` counts them.
+    pub(super) fn fit(system: &System, region: &Region, rays: &mut u64) -> Option<Self> {
+        // Mirror images are copied, which pixels on the axis itself are not.
+        let other_ways = system.clips() || system.effects().act_by(Hook::Transport) || system.is_mirror_symmetric();
+        if other_ways || region.rows.len() < LEAST_ROWS || region.columns.is_empty() {
+            return None;
+        }
+
+        // Find the curve, and check which side is seen on either side of it.
+        let continued = system.continued();
+        let scale = 1.0 / system.board().pattern.square_mm;
+        let patches = Side::ALL.map(|side| MapPatch::over(system, region, side.into(), side == Side::Left));
+        let (curve, bend_px) = curve(&continued, region, rays)?;
+        let column = |y: f64| at(&curve, patches[0].t(y));
+        let mut checks = [Vec::new(), Vec::new()];
+        for px in places(system, region, &patches[0], column) {
+            let side = if px.x < column(px.y) { Side::Left } else { Side::Right };
+            let (seen_mm, class) = trace_scalar(system, px);
+            *rays += 1;
+            if class != side.into() {
+                return None;
+            }
+            checks[side as usize].push((px, seen_mm * scale));
+        }
+
+        // Fit what either side sees, by rays that pass it also beyond the ridge.
+        let fit = |side: Side, patch: MapPatch, rays: &mut u64| {
+            let checks = &mut checks[side as usize].clone();
+            // The scale is that between the first two.
+            let last = checks.pop()?;
+            checks.insert(1.min(checks.len()), last);
+            let mut through = |px: DVec2| {
+                *rays += 1;
+                let seen = continued.exit_ray_through(px, side).and_then(|ray| continued.board().intersect(&ray));
+                seen.map_or_else(|fate| (DVec2::ZERO, Class::from(fate)), |(mm, _)| (mm, side.into()))
+            };
+            patch.fitted(system.accuracy(), checks, &mut through, scale)
+        };
+        let [left, right] = patches;
+        let sides = [fit(Side::Left, left, rays)?, fit(Side::Right, right, rays)?];
+        let truncation_px = sides.iter().map(|side| side.truncation_px).fold(0.0, f64::max);
+        let allowed_px = system.accuracy().bend_px - truncation_px;
+        // NaN must not pass.
+        (allowed_px > 0.0).then(|| Self { region: region.clone(), sides, curve, stray_px: bend_px, allowed_px })
+    }
+
+    /// The column of the seam at the height y of the picture, in px.
+    #[inline(always)]
+    pub(super) fn column(&self, y: f64) -> f64 {
+        at(&self.curve, self.sides[0].t(y))
+    }
+
+    /// The map of the side that `px` sees through.
+    pub(super) fn side_at(&self, px: DVec2) -> &MapPatch {
+        &self.sides[usize::from(px.x >= self.column(px.y))]
+    }
+}
+
+/// The polynomial at t.
+#[inline(always)]
+fn at(powers: &[f64], t: f64) -> f64 {
+    powers.iter().rev().fold(0.0, |p, c| p * t + c)
+}
+
+/// The column of the seam by powers of t, from -1 to 1 over the rows of `region`, and how far it strays from its chord within
+/// a row at most, in px. `continued` has surfaces that go on beyond the ridge.
+fn curve(continued: &System, region: &Region, rays: &mut u64) -> Option<(Vec<f64>, f64)> {
+    let [low, high] = corners(region);
+    let (middle, half) = (0.5 * (low.y + high.y), 0.5 * (high.y - low.y));
+    let nodes = points(CURVE_DEGREE + 1);
+    let column = |t: &f64| ridge_column(continued, middle + t * half, [low.x, high.x], rays);
+    let columns: Vec<f64> = nodes.iter().map(column).collect::<Option<_>>()?;
+    let series = Interpolation::new(&[0.0], &nodes)?.series(|_, j| columns[j]);
+    let stray_px = series.bound(0, 2) / (8.0 * half * half);
+    Some((series.powers(0, CURVE_DEGREE).pop()?, stray_px))
+}
+
+/// Where the secant method, from two columns on, finds the front's ridge at the height `y`, in px.
+fn ridge_column(continued: &System, y: f64, from: [f64; 2], rays: &mut u64) -> Option<f64> {
+    let mut off_mm = |x: f64| {
+        *rays += 1;
+        continued.front_x_mm(DVec2::new(x, y), Side::Right).map(|off_mm| (x, off_mm))
+    };
+    let (mut before, mut here) = (off_mm(from[0])?, off_mm(from[1])?);
+    for _ in 0..SECANTS {
+        let x: f64 = here.0 - here.1 * (here.0 - before.0) / (here.1 - before.1);
+        if !x.is_finite() || (x - here.0).abs() < THERE_PX {
+            break;
+        }
+        (before, here) = (here, off_mm(x)?);
+    }
+    Some(here.0)
+}
+
+/// The places that check the map: along the border of the region, on both sides of the seam, and inside.
+fn places(system: &System, region: &Region, patch: &MapPatch, column: impl Fn(f64) -> f64) -> Vec<DVec2> {
+    let [low, high] = corners(region);
+    let [low, high] = [low + INSET_PX, high - INSET_PX];
+    let beside_px = system.accuracy().map_px.min(BESIDE_PX);
+    let mut places = Vec::new();
+    for y in region.rows.clone().step_by(BORDER_STEP).chain([region.rows.end]) {
+        let y = (y as f64).clamp(low.y, high.y);
+        places.extend([low.x, high.x, column(y) - beside_px, column(y) + beside_px].map(|x| DVec2::new(x, y)));
+    }
+    for k in 0..=ALONG_BORDER {
+        let x = low.x + (high.x - low.x) * (k as f64 / ALONG_BORDER as f64);
+        places.extend([low.y, high.y].map(|y| DVec2::new(x, y)));
+    }
+    places.extend((0..INSIDE).map(|k| patch.inside(k)));
+    // Where the seam is within a rounding of the border, or leaves the region by it.
+    places.retain(|px| px.x >= low.x && px.x <= high.x && (px.x - column(px.y)).abs() > 0.5 * beside_px);
+    places
+}
