@@ -20,20 +20,40 @@ const SHOWN_CONTROL: &str = "\u{b7}";
 pub struct Error {
     /// Where: a file, `file:line`, or an argument.
     pub place: String,
+    /// The key of a scene that is at fault (`board.square_mm`), where it is one.
+    pub key: Option<String>,
     /// What was found and which rule it breaks, in one sentence: "`board.square_mm` is -1, and must be above 0".
     pub rule: String,
     /// What to do next, in one sentence.
     pub help: String,
     /// The lines of the file at fault, and the bytes in them that are, where there are such.
-    pub source: Option<(String, Range<usize>)>,
-    /// The number in the file of the first of these lines, from 1.
+    pub source: Option<Box<(String, Range<usize>)>>,
+    /// The number in the file of the first of these lines, from 1; 0 of a problem that points into no text.
     pub first_line: usize,
 }
 
 impl Error {
     /// A problem at `place` (a file or an argument) that has no text to point into.
     pub fn new(place: impl fmt::Display, rule: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { place: place.to_string(), rule: rule.into(), help: help.into(), source: None, first_line: 1 }
+        let (place, rule, help) = (place.to_string(), rule.into(), help.into());
+        Self { place, key: None, rule, help, source: None, first_line: 0 }
+    }
+
+    /// The same problem, of the `key` of a scene.
+    #[must_use]
+    pub fn of_key(self, key: impl Into<String>) -> Self {
+        Self { key: Some(key.into()), ..self }
+    }
+
+    /// The line at fault in the file, from 1, where there is one.
+    pub fn line(&self) -> Option<usize> {
+        Some(self.first_line).filter(|line| *line > 0)
+    }
+
+    /// The character of that line at which the fault begins, from 1, where the line is kept.
+    pub fn column(&self) -> Option<usize> {
+        let (text, span) = self.source.as_deref()?;
+        text.get(..span.start).map(|before| before.chars().count() + 1)
     }
 
     /// The same problem, pointing at the bytes `span` of the file's whole text.
@@ -47,7 +67,7 @@ impl Error {
         if last - first > LONGEST_LINE {
             self.place = format!("{}:{}", self.place, self.first_line);
         } else {
-            self.source = Some((text[first..last].to_owned(), start - first..end - first));
+            self.source = Some(Box::new((text[first..last].to_owned(), start - first..end - first)));
         }
         self
     }
@@ -59,7 +79,7 @@ impl Error {
         let sentence = |text: &str| printable(&shortened(text)).replace('\n', "\\n");
         let (place, rule, help) = (sentence(&self.place), sentence(&self.rule), sentence(&self.help));
         let help = Level::HELP.message(&help);
-        let group = match &self.source {
+        let group = match self.source.as_deref() {
             Some((text, span)) => Level::ERROR.primary_title(&rule).element(
                 Snippet::source(text.replace(is_second_control, SHOWN_CONTROL))
                     .line_start(self.first_line)
@@ -134,6 +154,9 @@ mod tests {
         let text = "first\nsecond\nthird = x\nfourth\n";
         let told = Error::new("a.toml", "it is so", "do that").at(text, 21..22).render(false);
         assert!(told.contains("a.toml:3:9\n") && told.contains("3 | third = x"), "{told}");
+        let problem = Error::new("a.toml", "it is so", "do that").at("one\n\u{e9}\u{e9} = x", 9..10).of_key("b.c");
+        assert_eq!((problem.line(), problem.column(), problem.key.as_deref()), (Some(2), Some(4), Some("b.c")));
+        assert_eq!((Error::new("a", "b", "c").line(), Error::new("a", "b", "c").column()), (None, None));
         let long = format!("first\n{}", "x".repeat(LONGEST_LINE + 1));
         let problem = Error::new("a.csv", format!("it is {long:?}"), "do that").at(&long, 10..11);
         assert!(problem.place == "a.csv:2" && problem.render(false).len() < 2000);

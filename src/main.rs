@@ -73,7 +73,7 @@ fn out_of_memory(bytes: usize) -> ! {
         &mut rest,
         format_args!(
             "error: memory has run out: {bytes} bytes more are not to be had\n  = help: free some, allow more (`ulimit \
-             -v`), take fewer threads (RAYON_NUM_THREADS) or a smaller picture\n"
+             -v`), take fewer threads (--threads) or a smaller picture\n"
         ),
     );
     let left = rest.len();

@@ -88,6 +88,17 @@ fn every_key_of_every_verb_stands_on_the_page() {
         keys(&line, &mut found);
     }
     hold("dataset", found);
+    let batch = "batch scene.toml --verb render --sweep prism.index=1.48,x --out r.jsonl --json";
+    hold("batch and merge", run(batch, "", "0"));
+    for line in fs::read_to_string(folder.path().join("r.jsonl")).expect("the lines").lines() {
+        // The keys of its figures are those of the verb, and its values have the keys of a scene.
+        let mut line: Value = serde_json::from_str(line).expect("JSON");
+        ["set", "figures"].iter().for_each(|own| drop(line.get_mut(own).map(Value::take)));
+        let mut found = BTreeSet::new();
+        keys(&line, &mut found);
+        hold("batch and merge", found);
+    }
+    hold("batch and merge", run("merge r.jsonl --json", "", "0"));
     hold("corners", run("corners a.exr --json", "", "0"));
     hold("corners", run("corners a.exr --out a.csv --json", "", "0"));
     hold("design", run("design scene.toml --json", "", "0"));

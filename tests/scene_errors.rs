@@ -44,7 +44,7 @@ fn changed(base: &str, changes: &[(&str, &str)]) -> String {
 
 /// The line, from 1, that a problem points at.
 fn line(problem: &Error) -> usize {
-    let (text, span) = problem.source.as_ref().expect("a problem with a scene's text points into it");
+    let (text, span) = problem.source.as_deref().expect("a problem with a scene's text points into it");
     problem.first_line + text[..span.start].matches('\n').count()
 }
 

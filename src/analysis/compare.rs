@@ -151,6 +151,20 @@ pub fn judge_design(
 ) -> Result<JudgedDesign, Error> {
     observer.stage("design");
     let system = system::build(&scene)?;
+    judge_built(name, scene, system, options, observer)
+}
+
+/// Renders and judges the instrument `system` of `scene`, as [`judge_design`] does.
+///
+/// # Errors
+/// When the budget cannot be had.
+pub fn judge_built(
+    name: &str,
+    scene: Scene,
+    system: System,
+    options: JudgeOptions,
+    observer: &dyn Observer,
+) -> Result<JudgedDesign, Error> {
     let (film, judgement) = judge(&scene, &system, observer);
     let budget = if options.budget {
         observer.stage("budget");

@@ -1,19 +1,24 @@
 //! The arguments, as clap reads them.
 
+use super::batch_args::BatchArgs;
 use super::build_facts::LONG_VERSION;
+use super::compare_args::{CompareArgs, PicturesArg, target_px};
 use super::dataset_args::DatasetArgs;
 use super::design_args::DesignArgs;
 use super::examples;
 use super::export_args::ExportArgs;
 use super::new_args::NewArgs;
 use super::rectify_args::RectifyArgs;
+use super::set_args::SetArgs;
 use super::shell_args::{CompletionsArgs, ManArgs};
 use super::study_args::AnalyseArgs;
 use super::tolerance_args::MergeArgs;
-use crate::accuracy::COARSEST_TARGET_PX;
 use crate::vision::BoardSize;
 use clap::{Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
+
+/// Threads that pictures are made by, at most: more than any machine's processors gain nothing and cost memory each.
+pub(super) const MOST_THREADS: usize = 256;
 
 /// A virtual stereo camera: one camera that looks through a prism and so takes a stereo pair in one exposure.
 ///
@@ -27,6 +32,9 @@ pub struct Args {
     /// How much is said on stderr, and in which colours.
     #[command(flatten)]
     pub words: WordsArgs,
+    /// Threads to work with, instead of RAYON_NUM_THREADS or as many as there are processors; results are the same to the last bit.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS as i64))]
+    pub threads: Option<u16>,
 }
 
 /// How much is said on stderr, and in which colours.
@@ -95,7 +103,12 @@ pub enum Verb {
     /// Study the program or an instrument.
     #[command(after_help = examples::ANALYSE)]
     Analyse(AnalyseArgs),
-    /// Make one of the trials of several machines: the parts of an `analyse tolerance --trials --shard`.
+    /// Do something with many scenes, a line of JSON a job: those of a sweep or of a file of jobs, or a part of them. A stopped run
+    /// goes on where it was.
+    #[command(after_help = examples::BATCH)]
+    Batch(BatchArgs),
+    /// Make one of the parts of a run on several machines, of `batch --shard` or of `analyse tolerance --trials --shard`, and draw a
+    /// sweep.
     #[command(after_help = examples::MERGE)]
     Merge(MergeArgs),
     /// Measure what accuracy costs in time: every knob turned, against the reference, as table, JSON, CSV and charts.
@@ -118,7 +131,9 @@ impl Verb {
     pub fn main_job() -> Self {
         Self::Compare(CompareArgs {
             scenes: Vec::new(),
+            values: SetArgs::default(),
             out: PathBuf::from("out"),
+            pictures: PicturesArg::Png,
             target_px: None,
             budget: false,
             json: false,
@@ -135,42 +150,10 @@ fn board_size(text: &str) -> Result<BoardSize, String> {
         .ok_or_else(|| format!("give columns x rows of inner corners, each within {least} .. {most}, as in 9x6"))
 }
 
-/// A target in px, within what a scene may ask for.
-fn target_px(text: &str) -> Result<f64, String> {
-    let target: f64 = text.parse().map_err(|_| "give a number of px, as in 0.01".to_owned())?;
-    if target > 0.0 && target <= COARSEST_TARGET_PX {
-        Ok(target)
-    } else {
-        Err(format!("give a number above 0, up to {COARSEST_TARGET_PX}"))
-    }
-}
-
 /// A tolerance, finite and not below 0.
 fn tolerance(text: &str) -> Result<f64, String> {
     let found = text.parse().ok().filter(|value: &f64| value.is_finite() && *value >= 0.0);
     found.ok_or_else(|| "give a number from 0 on, as in 0.001".to_owned())
-}
-
-/// Arguments of `compare`.
-#[derive(Debug, clap::Args)]
-pub struct CompareArgs {
-    /// Scene files, `-` is stdin; without any, the design paper's scene and that of the exact prism. Of one scene with a flat
-    /// or a freeform prism both are compared; of several, up to eight, each scene's own prism.
-    pub scenes: Vec<PathBuf>,
-    /// Folder for the pictures, the report as JSON and as a page to look into, cameras.yml for OpenCV, and corners.csv.
-    #[arg(long, default_value = "out")]
-    pub out: PathBuf,
-    /// No edge or corner of the board may lie farther than this from its true place, in px: the cheapest level of
-    /// accuracy that promises it, instead of the scene's own.
-    #[arg(long, value_parser = target_px)]
-    pub target_px: Option<f64>,
-    /// Also say where the error of each corner comes from (optics, fit, detector, effects, sampling), in the report and as
-    /// budget.png; renders the scene's own board once more, with every pixel traced.
-    #[arg(long)]
-    pub budget: bool,
-    /// Print the report as JSON instead of the table.
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Arguments of `render`.
@@ -178,6 +161,9 @@ pub struct CompareArgs {
 pub struct RenderArgs {
     /// Scene file; `-` is stdin.
     pub scene: PathBuf,
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
     /// File to write, its folder made if need be; may be given more than once: .png the picture, .exr the picture and what
     /// every pixel's centre sees, .npy that alone at full f64.
     #[arg(long, required = true)]
@@ -234,6 +220,9 @@ pub struct CornersArgs {
     /// columns and rows, and those whose places it does not tell are left out and counted.
     #[arg(long)]
     pub scene: Option<PathBuf>,
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
     /// Take the whole picture as one view instead of two halves.
     #[arg(long, conflicts_with = "scene")]
     pub whole: bool,
@@ -261,6 +250,9 @@ pub struct MeasureArgs {
     /// The scene that says camera, prism and board of the picture; `-` is stdin.
     #[arg(long)]
     pub scene: PathBuf,
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
     /// How its values become light.
     #[command(flatten)]
     pub curve: CurveArgs,
@@ -283,6 +275,9 @@ pub struct MeasureArgs {
 pub struct CheckArgs {
     /// Scene file; `-` is stdin.
     pub scene: PathBuf,
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
@@ -293,6 +288,9 @@ pub struct CheckArgs {
 pub struct CostArgs {
     /// Scene file, `-` is stdin; without it, the design paper's scene.
     pub scene: Option<PathBuf>,
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
     /// Folder for cost.html, cost.json, cost.csv, cost.png, cost.svg, cost_mesh.png, cost_effects.png and, of a designed prism, cost_design.png, these as .svg too.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
@@ -312,6 +310,9 @@ pub struct CostArgs {
 pub struct TraceArgs {
     /// Scene file; `-` is stdin.
     pub scene: PathBuf,
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
     /// CSV of pixel positions `x_px,y_px`, or with --back of `side,u_mm,v_mm` (left or right); `-` is stdin. A name that ends in .npy is an
     /// array of f64 with a row for each point, the side as 0 or 1.
     #[arg(long, visible_alias = "in", default_value = "-")]

@@ -19,7 +19,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 pub(super) fn run(args: &CheckArgs) -> Result<Outcome, Error> {
-    let scene = files::load(&args.scene)?;
+    let scene = files::load(&args.scene, &args.values)?;
     let progress = Progress::new(0);
     progress.begin(&scene.name, "build");
     let ideal = files::named(&args.scene, system::ideal(&scene))?;

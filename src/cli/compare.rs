@@ -1,9 +1,10 @@
 //! `biprism compare`: the main job, from prisms to a verdict.
 
-use super::args::CompareArgs;
+use super::compare_args::{CompareArgs, PicturesArg};
 use super::expect::expectations;
 use super::outcome::Outcome;
 use super::progress::Progress;
+use super::set_args::SetArgs;
 use super::threads::SPARE_THREADS;
 use super::{accuracy, files, origin, output};
 use crate::analysis::compare::{JudgeOptions, JudgedDesign, judge_design, named_apart, pixels, prisms};
@@ -30,16 +31,17 @@ pub(super) struct ToJudge {
 pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
     // Read the scenes, and look whether all files may be written.
     let asked = |scene: Scene| accuracy::asked(scene, args.target_px);
-    let candidates = candidates(&args.scenes)?.into_iter().map(|one| ToJudge { scene: asked(one.scene), ..one });
+    let candidates =
+        candidates(&args.scenes, &args.values)?.into_iter().map(|one| ToJudge { scene: asked(one.scene), ..one });
     let candidates: Vec<ToJudge> = candidates.collect();
     candidates.iter().try_for_each(|one| files::checkerboard(&one.scene, &one.path))?;
-    outputs(&args.out, &candidates)?;
+    outputs(args, &candidates)?;
 
     // Judge the prisms, some at once.
     let options = JudgeOptions { budget: args.budget };
     let progress = Progress::new(candidates.iter().map(|one| pixels(&one.scene, options)).sum());
     let (mut judged, mut designs, mut written) = (Vec::new(), Vec::new(), Vec::new());
-    for done in side_by_side(candidates, |one| judge(one, options, &args.out, &progress)) {
+    for done in side_by_side(candidates, |one| judge(one, options, args, &progress)) {
         let JudgedFiles { design, entry, files } = done?;
         for (path, clamped) in files {
             files::print_clamped(&path, clamped);
@@ -69,32 +71,32 @@ pub(super) fn run(args: &CompareArgs) -> Result<Outcome, Error> {
 }
 
 /// The prisms of the one scene, or that of each; without a scene those of the design paper and the exact one.
-pub(super) fn candidates(scenes: &[PathBuf]) -> Result<Vec<ToJudge>, Error> {
+pub(super) fn candidates(scenes: &[PathBuf], values: &SetArgs) -> Result<Vec<ToJudge>, Error> {
     if scenes.is_empty() {
         let exact = ToJudge {
             name: "exact".to_owned(),
-            scene: files::exact_scene()?,
+            scene: files::exact_scene(values)?,
             path: PathBuf::from("scenes/exact.toml"),
         };
-        return Ok(paper_prisms()?.into_iter().chain([exact]).collect());
+        return Ok(paper_prisms(values)?.into_iter().chain([exact]).collect());
     }
     if let [path] = scenes {
-        let named = prisms(&files::scene(Some(path))?)?.into_iter();
+        let named = prisms(&files::scene(Some(path), values)?)?.into_iter();
         return Ok(named.map(|(name, scene)| ToJudge { name, scene, path: path.clone() }).collect());
     }
     if scenes.iter().filter(|path| files::is_stdin(path)).count() > 1 {
         let help = "name files, and stdin once";
         return Err(Error::new("the scenes", "`-` is there more than once, and stdin is read only once", help));
     }
-    let loaded = scenes.iter().map(|path| files::scene(Some(path))).collect::<Result<Vec<_>, Error>>()?;
+    let loaded = scenes.iter().map(|path| files::scene(Some(path), values)).collect::<Result<Vec<_>, Error>>()?;
     let stems: Vec<String> = scenes.iter().map(|path| stem(path)).collect();
     let named = named_apart(&stems.iter().map(String::as_str).collect::<Vec<_>>(), loaded)?.into_iter();
     Ok(named.zip(scenes).map(|((name, scene), path)| ToJudge { name, scene, path: path.clone() }).collect())
 }
 
 /// The flat and the freeform prism of the design paper.
-pub(super) fn paper_prisms() -> Result<Vec<ToJudge>, Error> {
-    let named = prisms(&files::scene(None)?)?.into_iter();
+pub(super) fn paper_prisms(values: &SetArgs) -> Result<Vec<ToJudge>, Error> {
+    let named = prisms(&files::scene(None, values)?)?.into_iter();
     Ok(named.map(|(name, scene)| ToJudge { name, scene, path: PathBuf::from("scenes/paper.toml") }).collect())
 }
 
@@ -133,12 +135,13 @@ struct JudgedFiles {
 }
 
 /// Judges a prism, and writes its pictures.
-fn judge(one: ToJudge, options: JudgeOptions, out: &Path, progress: &Progress) -> Result<JudgedFiles, Error> {
+fn judge(one: ToJudge, options: JudgeOptions, args: &CompareArgs, progress: &Progress) -> Result<JudgedFiles, Error> {
     let ToJudge { name, scene, path } = one;
     let watch = progress.watch_beside(&name);
     let design = files::named(&path, judge_design(&name, scene, options, &watch))?;
     watch.stage("write");
-    let paths = ["png", "exr"].map(|ending| out.join(format!("{name}.{ending}")));
+    let path = |ending: &&str| args.out.join(format!("{name}.{ending}"));
+    let paths: Vec<PathBuf> = args.pictures.endings().iter().map(path).collect();
     let clamped = picture::write_all(&paths, &design.scene, &design.system, &design.film)?;
     let files = paths.into_iter().zip(clamped).collect();
     let entry = comparison::entry(&design, watch.take_seconds());
@@ -189,15 +192,19 @@ fn write_common(
         let drawing = args.budget.then(|| budget::figure(title.clone(), judged)).flatten();
         drawing.map_or(Ok(Vec::new()), |drawing| figure("budget", &drawing, &title))
     };
-    let jobs: Vec<Job<'_>> = vec![
+    let drawn: Vec<Job<'_>> = vec![
         Box::new(|| figure("comparison", &comparison::figure(judged, &report.designs, verdict), title)),
         Box::new(|| figure("overview", &comparison::overview(judged), title)),
         Box::new(budget),
+        Box::new(|| text("report.html", &page(judged, report, verdict))),
+    ];
+    let told: Vec<Job<'_>> = vec![
         Box::new(|| text("report.json", &to_text(report))),
         Box::new(|| text("cameras.yml", &cameras())),
         Box::new(|| text("corners.csv", &corner_table::text(judged))),
-        Box::new(|| text("report.html", &page(judged, report, verdict))),
     ];
+    let is_drawn = args.pictures != PicturesArg::None;
+    let jobs: Vec<Job<'_>> = drawn.into_iter().filter(|_| is_drawn).chain(told).collect();
     Ok(side_by_side(jobs, |job| job()).into_iter().collect::<Result<Vec<_>, Error>>()?.concat())
 }
 
@@ -248,13 +255,16 @@ fn claims(judged: &[JudgedDesign], report: &Report) -> Result<Outcome, Error> {
     Ok(outcome)
 }
 
-/// That every file of the comparison may be written to `folder`, which is made.
-fn outputs(folder: &Path, candidates: &[ToJudge]) -> Result<(), Error> {
-    let pictures = candidates.iter().flat_map(|one| ["png", "exr"].map(|ending| format!("{}.{ending}", one.name)));
+/// That every file of the comparison may be written to its folder, which is made.
+fn outputs(args: &CompareArgs, candidates: &[ToJudge]) -> Result<(), Error> {
+    let endings = args.pictures.endings();
+    let pictures = candidates.iter().flat_map(|one| endings.iter().map(|ending| format!("{}.{ending}", one.name)));
     let figures = ["comparison", "overview", "budget"]
         .into_iter()
-        .flat_map(|name| ["png", "svg"].map(|end| format!("{name}.{end}")));
-    let others = ["report.json", "cameras.yml", "corners.csv", "report.html"].map(str::to_owned);
+        .flat_map(|name| ["png", "svg"].map(|end| format!("{name}.{end}")))
+        .chain(["report.html".to_owned()])
+        .filter(|_| !endings.is_empty());
+    let others = ["report.json", "cameras.yml", "corners.csv"].map(str::to_owned);
     let names: Vec<String> = pictures.chain(figures).chain(others).collect();
-    files::outputs(folder, &names.iter().map(String::as_str).collect::<Vec<_>>()).map(drop)
+    files::outputs(&args.out, &names.iter().map(String::as_str).collect::<Vec<_>>()).map(drop)
 }

@@ -23,6 +23,10 @@ pub(super) fn run(args: &CornersArgs) -> Result<Outcome, Error> {
         None if args.json => CornerFormat::Json,
         None => CornerFormat::Csv,
     };
+    if let (None, Some(value)) = (&args.scene, args.values.set.first()) {
+        let rule = "it changes a scene, and there is none";
+        return Err(Error::new(format!("--set {value}"), rule, "name the scene with --scene, or leave it out"));
+    }
     let progress = Progress::new(0);
     progress.begin("picture", "read");
     let given = CornerFormat::of(&args.picture).is_ok();
@@ -114,7 +118,7 @@ fn by_scene(
     listed: Vec<CornerView>,
     progress: &Progress,
 ) -> Result<Vec<CornerView>, Error> {
-    let scene = files::load(path)?;
+    let scene = files::load(path, &args.values)?;
     files::checkerboard(&scene, path)?;
     if let Some(picture) = picture {
         files::check_size(&args.picture, picture, &scene)?;

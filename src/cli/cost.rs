@@ -13,7 +13,7 @@ use crate::report::page;
 use std::path::Path;
 
 pub(super) fn run(args: &CostArgs) -> Result<Outcome, Error> {
-    let scene = files::scene(args.scene.as_deref())?;
+    let scene = files::scene(args.scene.as_deref(), &args.values)?;
     files::checkerboard(&scene, args.scene.as_deref().unwrap_or(Path::new("")))?;
     let names = [
         "cost.html",

@@ -1,6 +1,7 @@
 //! The arguments of `dataset`.
 
 use super::prisms_args::finite;
+use super::set_args::SetArgs;
 use crate::analysis::dataset::{BoardLook, DrawRange, InView};
 use clap::ValueEnum;
 use std::path::PathBuf;
@@ -52,6 +53,9 @@ fn exposure(text: &str) -> Result<DrawRange, String> {
 pub struct DatasetArgs {
     /// Scene file; `-` is stdin.
     pub scene: PathBuf,
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
     /// How many pictures the folder shall have, 0 to N-1. Picture i is the same whatever N is: a larger N adds to a folder.
     #[arg(
         long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_POSES)),

@@ -1,6 +1,6 @@
 //! `biprism design`: the freeform prism of a scene, as scene text, as points and as a body, with what a cutter asks.
 
-use super::design_args::DesignArgs;
+use super::design_args::{CloudArg, DesignArgs};
 use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, output};
@@ -17,15 +17,16 @@ use crate::report::figures;
 use crate::scene::{DESIGN_DEGREE, DesignSettings, DesignedSurface, GlassSpec, MarchOrder, PrismLaw, PrismSpec, Scene};
 use crate::surface::face::Face;
 use crate::system::crossing::Crossing;
-use crate::system::{self, revolved_with_room, with_room_for};
+use crate::system::{self, System, revolved_with_room, with_room_for};
 use glam::DVec2;
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// What a cutter asks of a design, and whether two degrees more would leave less.
 type Looked = (CutterSheet, Option<Floor>);
 
 pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
-    let scene = files::load(&args.scene)?;
+    let scene = files::load(&args.scene, &args.values)?;
     let input = asked(&scene, args)?;
     let scene = Scene { prism: PrismSpec::Freeform(input.prism, input.settings), ..scene };
     scene.check()?;
@@ -34,54 +35,88 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
         None => None,
     };
     let revolved = input.settings.surface == DesignedSurface::Revolved;
-    let more: &[&str] = if revolved { &["prism_polynomial.toml"] } else { &[] };
-    let mut paths = files::outputs(&args.out, &[&["prism.toml", "cloud.csv", "front.ply", "back.ply"], more].concat())?;
+    let texts_of: &[&str] = if revolved { &["prism.toml", "prism_polynomial.toml"] } else { &["prism.toml"] };
+    let clouds = clouds(args);
+    let cloud_names: Vec<&str> = clouds.iter().map(|(name, _)| *name).collect();
+    let mut paths = files::outputs(&args.out, &[texts_of, &cloud_names].concat())?;
     let all: Vec<PathBuf> = paths.iter().cloned().chain(args.solid.clone()).collect();
     check_outputs(&all)?;
     args.figure.as_deref().map_or(Ok(()), checked)?;
 
     // Design.
     let progress = Progress::new(0);
-    progress.begin(&scene.name, "design");
-    let designed = design::freeform(&input)?;
-    let law = input.prism.body.law.unwrap_or_else(|| designed.law());
-    let texts = texts(&scene, &input, &designed, law)?;
-    progress.begin(&scene.name, "measure");
-    let looked = looked_at(&scene, &input, &designed);
+    let made = made(&scene, &input, &|stage| progress.begin(&scene.name, stage))?;
+    if let Err(why) = &made.looked {
+        output::stderr(&format!("note: what a cutter asks is not known: {}", why.rule));
+    }
 
     // Write what was designed.
     progress.begin(&scene.name, "write");
-    for (path, (text, _)) in paths.iter().take(1).chain(paths.get(4)).zip(&texts) {
+    for (path, (text, _)) in paths.iter().zip(&made.texts) {
         files::text(path, text)?;
     }
-    let cloud = &designed.cloud;
-    write_atomically(&paths[1], |out| write_csv(cloud.points(), out))?;
-    for (path, face) in [(&paths[2], Face::Front), (&paths[3], Face::Back)] {
-        let size = [cloud.columns(), cloud.rows()];
-        write_atomically(path, |out| write_ply(size, cloud.points(), face, out))?;
+    let points = &made.designed.cloud;
+    for (path, (_, face)) in paths[texts_of.len()..].iter().zip(&clouds) {
+        write_atomically(path, |out| match face {
+            Some(face) => write_ply([points.columns(), points.rows()], points.points(), *face, out),
+            None => write_csv(points.points(), out),
+        })?;
     }
-    let prism = texts.into_iter().next().map_or(PrismSpec::None, |(_, prism)| prism);
-    let (made_name, half_px) = (scene.name.clone(), half_px(&scene));
-    let made = system::ideal(&Scene { prism, ..scene })?;
     if let Some((path, format)) = body {
-        format.write(path, &system::solid::solid(&made, system::solid::CELLS)?)?;
+        format.write(path, &system::solid::solid(&made.system, system::solid::CELLS)?)?;
         paths.push(path.to_owned());
     }
-    if let (Some(path), Some((sheet, _))) = (&args.figure, &looked) {
-        figure(path, &made_name, sheet, half_px)?;
+    if let (Some(path), Ok((sheet, _))) = (&args.figure, &made.looked) {
+        figure(path, &scene.name, sheet, half_px(&scene))?;
         paths.push(path.clone());
     }
     drop(progress);
-    let crossing = Crossing::of(&made);
-    let told = if args.json {
-        json(&designed, &law, crossing, looked.as_ref())
-    } else {
-        words(&designed, &law, crossing, looked.as_ref())
-    };
-    output::stdout(&told)?;
+    output::stdout(&if args.json { format!("{:#}\n", made.json()) } else { made.words() })?;
     paths.iter().for_each(|path| output::stderr(&format!("wrote {}", path.display())));
     output::stderr("prism.toml is the [prism] part of a scene: put it beside a camera and a board");
     Ok(Outcome::Done)
+}
+
+/// The figures of the design of `scene`, as `--json` prints them.
+pub(super) fn figures(scene: Scene, args: &DesignArgs) -> Result<Value, Error> {
+    let input = asked(&scene, args)?;
+    let scene = Scene { prism: PrismSpec::Freeform(input.prism, input.settings), ..scene };
+    scene.check()?;
+    made(&scene, &input, &|_| ()).map(|made| made.json())
+}
+
+/// A design, and what is known of it.
+struct MadeDesign {
+    designed: FreeformDesign,
+    law: PrismLaw,
+    /// The prisms that it becomes, with their texts.
+    texts: Vec<(String, PrismSpec)>,
+    looked: Result<Looked, Error>,
+    /// The instrument with the first of these.
+    system: System,
+    crossing: Option<Crossing>,
+}
+
+/// Designs what is asked of `scene`; `stage` hears what is done next.
+fn made(scene: &Scene, input: &DesignInput, stage: &dyn Fn(&'static str)) -> Result<MadeDesign, Error> {
+    stage("design");
+    let designed = design::freeform(input)?;
+    let law = input.prism.body.law.unwrap_or_else(|| designed.law());
+    let texts = texts(scene, input, &designed, law)?;
+    stage("measure");
+    let looked = looked_at(scene, input, &designed);
+    let prism = texts.first().map_or(PrismSpec::None, |(_, prism)| prism.clone());
+    let system = system::ideal(&Scene { prism, ..scene.clone() })?;
+    let crossing = Crossing::of(&system);
+    Ok(MadeDesign { designed, law, texts, looked, system, crossing })
+}
+
+/// The names of the files of points that are asked for, each with the one face that it has or both.
+fn clouds(args: &DesignArgs) -> Vec<(&'static str, Option<Face>)> {
+    let asked = |format| args.cloud.contains(&format);
+    let csv = [("cloud.csv", None)].into_iter().filter(|_| asked(CloudArg::Csv));
+    let ply = [("front.ply", Some(Face::Front)), ("back.ply", Some(Face::Back))];
+    csv.chain(ply.into_iter().filter(|_| asked(CloudArg::Ply))).collect()
 }
 
 /// What is designed: what the scene says, or the arguments instead.
@@ -127,60 +162,60 @@ fn texts(
     Ok(vec![(text::scene_revolved(&revolved), PrismSpec::Revolved(revolved)), polynomials])
 }
 
-/// What a cutter asks of the design, and whether two degrees more would leave less; nothing, and why, where its rays do not tell.
-fn looked_at(scene: &Scene, input: &DesignInput, designed: &FreeformDesign) -> Option<Looked> {
+/// What a cutter asks of the design, and whether two degrees more would leave less; or why its rays do not tell.
+fn looked_at(scene: &Scene, input: &DesignInput, designed: &FreeformDesign) -> Result<Looked, Error> {
     let of = |designed: &FreeformDesign| cutter::of_design(scene, &input.prism, designed);
-    let sheet = match cutter::sheet(&of(designed), cutter::Z_MIN_MM) {
-        Ok(sheet) => sheet,
-        Err(why) => {
-            output::stderr(&format!("note: what a cutter asks is not known: {}", why.rule));
-            return None;
-        }
-    };
+    let sheet = cutter::sheet(&of(designed), cutter::Z_MIN_MM)?;
     let degree = input.settings.degree + 2;
     let settings = DesignSettings { degree, ..input.settings };
     let next = (degree <= DESIGN_DEGREE).then(|| design::freeform(&DesignInput { settings, ..*input }).ok()).flatten();
     let next = next.and_then(|next| cutter::residuals(&of(&next), cutter::Z_MIN_MM).ok());
     let floor = next.map(|next| Floor::of(degree, sheet.rms_px(), &next));
-    Some((sheet, floor))
+    Ok((sheet, floor))
 }
 
-/// The figures of a design for a program.
-fn json(designed: &FreeformDesign, law: &PrismLaw, crossing: Option<Crossing>, looked: Option<&Looked>) -> String {
-    let (camera, front, back) = (&designed.camera, &designed.front, &designed.back);
-    let cutter = looked.map(|(sheet, floor)| CutterReport { law, sheet, floor: *floor }.to_json());
-    let figures = serde_json::json!({
-        "facet_angle_deg": camera.alpha_rad.to_degrees(),
-        "half_angle_deg": camera.delta_rad.to_degrees(),
-        "baseline_mm": camera.baseline_mm(),
-        "virtual_camera_mm": camera.centre_mm.to_array(),
-        "law": law_json(law),
-        "points": designed.cloud.len(),
-        "optical_path_spread_mm": designed.optical_path_spread_mm,
-        "front": {"rms_mm": front.rms_mm, "max_mm": front.max_mm, "condition": front.condition},
-        "back": {"rms_mm": back.rms_mm, "max_mm": back.max_mm, "condition": back.condition},
-        "columns_through_other_half": crossing.map(|crossing| crossing.columns),
-        "solid": crossing.map(|crossing| crossing.solid || crossing.harmless),
-        "cutter": cutter,
-    });
-    format!("{figures:#}\n")
-}
+impl MadeDesign {
+    /// What a cutter asks, where it is known.
+    fn cutter(&self) -> Option<CutterReport<'_>> {
+        self.looked.as_ref().ok().map(|(sheet, floor)| CutterReport { law: &self.law, sheet, floor: *floor })
+    }
 
-/// The same for a person.
-fn words(designed: &FreeformDesign, law: &PrismLaw, crossing: Option<Crossing>, looked: Option<&Looked>) -> String {
-    let (camera, front, back) = (&designed.camera, &designed.front, &designed.back);
-    let mut rows = vec![
-        ("facet angle", format!("{:.5} deg", camera.alpha_rad.to_degrees())),
-        ("baseline", format!("{:.4} mm", camera.baseline_mm())),
-        ("points", designed.cloud.len().to_string()),
-        ("optical path, spread", format!("{:.1e} mm", designed.optical_path_spread_mm)),
-        ("front fit, RMS and max", format!("{:.2e}, {:.2e} mm", front.rms_mm, front.max_mm)),
-        ("back fit, RMS and max", format!("{:.2e}, {:.2e} mm", back.rms_mm, back.max_mm)),
-    ];
-    rows.extend(crossing.and_then(|crossing| crossing.words()).map(|words| ("one piece of glass", words)));
-    let text: String = rows.iter().map(|(label, value)| format!("{label:32}  {value}\n")).collect();
-    let cutter = looked.map(|(sheet, floor)| CutterReport { law, sheet, floor: *floor }.to_text());
-    text + &cutter.unwrap_or_default()
+    /// Its figures for a program.
+    fn json(&self) -> Value {
+        let Self { designed, law, crossing, .. } = self;
+        let (camera, front, back) = (&designed.camera, &designed.front, &designed.back);
+        serde_json::json!({
+            "facet_angle_deg": camera.alpha_rad.to_degrees(),
+            "half_angle_deg": camera.delta_rad.to_degrees(),
+            "baseline_mm": camera.baseline_mm(),
+            "virtual_camera_mm": camera.centre_mm.to_array(),
+            "law": law_json(law),
+            "points": designed.cloud.len(),
+            "optical_path_spread_mm": designed.optical_path_spread_mm,
+            "front": {"rms_mm": front.rms_mm, "max_mm": front.max_mm, "condition": front.condition},
+            "back": {"rms_mm": back.rms_mm, "max_mm": back.max_mm, "condition": back.condition},
+            "columns_through_other_half": crossing.map(|crossing| crossing.columns),
+            "solid": crossing.map(|crossing| crossing.solid || crossing.harmless),
+            "cutter": self.cutter().map(|cutter| cutter.to_json()),
+        })
+    }
+
+    /// The same for a person.
+    fn words(&self) -> String {
+        let Self { designed, crossing, .. } = self;
+        let (camera, front, back) = (&designed.camera, &designed.front, &designed.back);
+        let mut rows = vec![
+            ("facet angle", format!("{:.5} deg", camera.alpha_rad.to_degrees())),
+            ("baseline", format!("{:.4} mm", camera.baseline_mm())),
+            ("points", designed.cloud.len().to_string()),
+            ("optical path, spread", format!("{:.1e} mm", designed.optical_path_spread_mm)),
+            ("front fit, RMS and max", format!("{:.2e}, {:.2e} mm", front.rms_mm, front.max_mm)),
+            ("back fit, RMS and max", format!("{:.2e}, {:.2e} mm", back.rms_mm, back.max_mm)),
+        ];
+        rows.extend(crossing.and_then(|crossing| crossing.words()).map(|words| ("one piece of glass", words)));
+        let text: String = rows.iter().map(|(label, value)| format!("{label:32}  {value}\n")).collect();
+        text + &self.cutter().map(|cutter| cutter.to_text()).unwrap_or_default()
+    }
 }
 
 /// Columns and rows of a half image.

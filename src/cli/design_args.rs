@@ -1,5 +1,6 @@
 //! The arguments of `design`.
 
+use super::set_args::SetArgs;
 use crate::scene::{DESIGN_DEGREE, DesignedSurface, Objective, Rear};
 use clap::ValueEnum;
 use std::path::PathBuf;
@@ -70,15 +71,32 @@ impl From<RearArg> for Rear {
     }
 }
 
+/// The points of a design as files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum CloudArg {
+    /// None.
+    None,
+    /// One table, cloud.csv: pixel, front point and back point in each line.
+    Csv,
+    /// A cloud of each surface, front.ply and back.ply.
+    Ply,
+}
+
 /// Arguments of `design`.
 #[derive(Debug, clap::Args)]
 pub struct DesignArgs {
     /// Scene file with a flat or freeform prism; `-` is stdin.
     pub scene: PathBuf,
-    /// Folder for prism.toml, cloud.csv, front.ply and back.ply; of surfaces of revolution also prism_polynomial.toml, with the
-    /// polynomials that are fitted to them.
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
+    /// Folder for prism.toml; of surfaces of revolution also prism_polynomial.toml, with the polynomials that are fitted to them.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
+    /// Write the points that the surfaces go through as well, 210 MB of a sensor of 2 Mpx at --step-px 1: `csv` into cloud.csv,
+    /// `ply` into front.ply and back.ply, or both, as in `csv,ply`.
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT,..", default_value = "none")]
+    pub cloud: Vec<CloudArg>,
     /// What the surfaces are to be, instead of the scene's own: `march` as in the design paper, `epipolar` for exactly horizontal
     /// epipolar lines, `toed-in` for exact pinholes whose axes are turned outwards, `pinhole` for a parallel one, `depth` for one at
     /// one depth.

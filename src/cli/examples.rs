@@ -24,7 +24,11 @@ examples! {
         "biprism export scenes/cases/prism_freeform.toml --format zemax-grid --out grids";
     DATASET: "biprism dataset scenes/cases/prism_flat.toml --poses 2 --noise 0:0.01 --out set";
     ANALYSE: "biprism analyse layout scenes/cases/prism_flat.toml --out out";
-    MERGE: "biprism analyse tolerance scenes/cases/prism_flat.toml --criterion vertical_px --trials 4 --shard 1/2 --out one",
+    BATCH: "biprism batch scenes/cases/prism_flat.toml --verb \"analyse reprojection\" --sweep prism.index=1.46:1.5:3 --out r.jsonl";
+    MERGE: "biprism batch scenes/cases/prism_flat.toml --verb render --sweep prism.index=1.46:1.5:4 --shard 1/2 --out 1.jsonl",
+        "biprism batch scenes/cases/prism_flat.toml --verb render --sweep prism.index=1.46:1.5:4 --shard 2/2 --out 2.jsonl",
+        "biprism merge 1.jsonl 2.jsonl --figure counts/rays",
+        "biprism analyse tolerance scenes/cases/prism_flat.toml --criterion vertical_px --trials 4 --shard 1/2 --out one",
         "biprism analyse tolerance scenes/cases/prism_flat.toml --criterion vertical_px --trials 4 --shard 2/2 --out two",
         "biprism merge one/tolerance_trials_*.jsonl two/tolerance_trials_*.jsonl";
     COST: "biprism cost scenes/cases/sensor_tiny.toml --quick --repetitions 1";

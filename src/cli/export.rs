@@ -42,7 +42,7 @@ struct Export<'a> {
 }
 
 pub(super) fn run(args: &ExportArgs) -> Result<Outcome, Error> {
-    let scene = files::load(&args.scene)?;
+    let scene = files::load(&args.scene, &args.values)?;
     let paths = paths(args)?;
     let progress = Progress::new(0);
     progress.begin(&scene.name, "design");

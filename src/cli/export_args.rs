@@ -1,6 +1,7 @@
 //! The arguments of `export`.
 
 use super::prisms_args::positive;
+use super::set_args::SetArgs;
 use clap::ValueEnum;
 use std::path::PathBuf;
 
@@ -35,6 +36,9 @@ pub enum ExportFormat {
 pub struct ExportArgs {
     /// Scene file; `-` is stdin.
     pub scene: PathBuf,
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
     /// What is written.
     #[arg(long)]
     pub format: ExportFormat,

@@ -1,5 +1,6 @@
 //! Input and output files that the verbs share.
 
+use super::set_args::SetArgs;
 use super::{origin, output};
 use crate::error::Error;
 use crate::io::{Notes, atomic, inputs, png};
@@ -30,21 +31,35 @@ pub(super) fn shown(path: &Path) -> String {
     if is_stdin(path) { STDIN[1].to_owned() } else { path.display().to_string() }
 }
 
-/// The scene at `path`, or from standard input; then files that it names are looked for in the present folder.
-pub(super) fn load(path: &Path) -> Result<Scene, Error> {
-    load_with_text(path).map(|(scene, _)| scene)
+/// The scene at `path` with `values` in place of its own, or from standard input; then files that it names are looked for in the
+/// present folder.
+pub(super) fn load(path: &Path, values: &SetArgs) -> Result<Scene, Error> {
+    load_with_text(path, values).map(|(scene, _)| scene)
 }
 
 /// The same, with its text.
-pub(super) fn load_with_text(path: &Path) -> Result<(Scene, String), Error> {
+pub(super) fn load_with_text(path: &Path, values: &SetArgs) -> Result<(Scene, String), Error> {
+    let SceneSource { text, folder } = source(path)?;
+    let scene = scene::parse_with(&text, &shown(path), folder.as_deref(), &values.set)?;
+    Ok((scene, scene::text_with(&text, &shown(path), &values.set)?))
+}
+
+/// The text of a scene, and the folder in which the files that it names are looked for.
+pub(super) struct SceneSource {
+    pub(super) text: String,
+    pub(super) folder: Option<PathBuf>,
+}
+
+/// The text of the scene at `path`, or from standard input.
+pub(super) fn source(path: &Path) -> Result<SceneSource, Error> {
     let (text, folder) = if is_stdin(path) {
         note_stdin();
-        (scene::text_of(std::io::stdin().lock(), STDIN[1])?, Some(Path::new("")))
+        (scene::text_of(std::io::stdin().lock(), STDIN[1])?, Some(PathBuf::new()))
     } else {
-        (scene::text(path)?, path.parent())
+        (scene::text(path)?, path.parent().map(Path::to_owned))
     };
     origin::note(&shown(path), &text);
-    Ok((scene::parse(&text, &shown(path), folder)?, text))
+    Ok(SceneSource { text, folder })
 }
 
 /// A file that comes through standard input is read as well.
@@ -59,22 +74,22 @@ pub(super) fn note_stdin() {
     }
 }
 
-/// The scene at `path`, or the paper's.
-pub(super) fn scene(path: Option<&Path>) -> Result<Scene, Error> {
+/// The scene at `path`, or the paper's, with `values` in place of its own.
+pub(super) fn scene(path: Option<&Path>, values: &SetArgs) -> Result<Scene, Error> {
     match path {
-        Some(path) => load(path),
-        None => embedded("scenes/paper.toml (embedded)", PAPER),
+        Some(path) => load(path, values),
+        None => embedded("scenes/paper.toml (embedded)", PAPER, values),
     }
 }
 
 /// The scene of the exact prism.
-pub(super) fn exact_scene() -> Result<Scene, Error> {
-    embedded("scenes/exact.toml (embedded)", EXACT)
+pub(super) fn exact_scene(values: &SetArgs) -> Result<Scene, Error> {
+    embedded("scenes/exact.toml (embedded)", EXACT, values)
 }
 
-fn embedded(name: &str, text: &str) -> Result<Scene, Error> {
+fn embedded(name: &str, text: &str, values: &SetArgs) -> Result<Scene, Error> {
     origin::note(name, text);
-    scene::parse(text, name, None)
+    scene::parse_with(text, name, None, &values.set)
 }
 
 /// Refuses the scene in `path` where its board has no checkerboard, whose corners are looked for.

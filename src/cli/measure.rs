@@ -35,7 +35,7 @@ enum Input {
 
 pub(super) fn run(args: &MeasureArgs) -> Result<Outcome, Error> {
     args.page.as_deref().map_or(Ok(()), checked_page)?;
-    let scene = files::load(&args.scene)?;
+    let scene = files::load(&args.scene, &args.values)?;
     files::checkerboard(&scene, &args.scene)?;
     files::named(&args.scene, prisms(&scene))?;
     let input = input(args, &scene)?;

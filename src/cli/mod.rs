@@ -7,15 +7,19 @@
 mod accuracy;
 mod analyse;
 pub mod args;
+pub mod compare_args;
 pub mod design_args;
 pub mod new_args;
 pub mod prisms_args;
 pub mod dataset_args;
 pub mod rectify_args;
+pub mod set_args;
 pub mod export_args;
 pub mod shell_args;
 pub mod study_args;
 pub mod tolerance_args;
+mod batch;
+pub mod batch_args;
 mod check;
 mod plan;
 mod picture_time;
@@ -56,6 +60,7 @@ use clap::{CommandFactory, FromArgMatches};
 use outcome::Outcome;
 use std::borrow::Cow;
 use std::process::ExitCode;
+use tolerance_args::MergeArgs;
 
 /// What [`run`] is told of how the command was started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,7 +80,7 @@ pub fn run(started: Started) -> ExitCode {
         output::stdout_is_closed();
     }
     inputs::watch();
-    match threads::set_up().and_then(|()| verb(args)) {
+    match threads::set_up(args.threads.map(usize::from)).and_then(|()| verb(args)) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Unmet) => ExitCode::from(1),
         Err(problem) => {
@@ -99,6 +104,12 @@ fn arguments() -> Result<Args, ExitCode> {
     })
 }
 
+/// Makes one of the parts of a run, of whichever kind they are.
+fn merge(args: &MergeArgs) -> Result<Outcome, Error> {
+    let is_batch = args.files.first().map_or(Ok(false), |path| batch::is_batch(path))?;
+    if is_batch { batch::join(args) } else { study::tolerance::merge(args) }
+}
+
 fn verb(args: Args) -> Result<Outcome, Error> {
     match args.verb.unwrap_or_else(Verb::main_job) {
         Verb::Compare(args) => compare::run(&args),
@@ -113,7 +124,8 @@ fn verb(args: Args) -> Result<Outcome, Error> {
         Verb::Export(args) => export::run(&args),
         Verb::Dataset(args) => dataset::run(&args),
         Verb::Analyse(args) => analyse::run(&args),
-        Verb::Merge(args) => study::tolerance::merge(&args),
+        Verb::Batch(args) => batch::run(&args),
+        Verb::Merge(args) => merge(&args),
         Verb::Cost(args) => cost::run(&args),
         Verb::Golden(args) => golden::run(&args),
         Verb::Completions(args) => completions::run(&args),

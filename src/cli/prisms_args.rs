@@ -1,5 +1,6 @@
 //! The arguments that studies have in common: prisms and the relay lens.
 
+use super::set_args::SetArgs;
 use crate::error::Error;
 use std::path::PathBuf;
 
@@ -50,6 +51,9 @@ pub struct PrismsArgs {
     /// Scene files, `-` is stdin; without any, the design paper's scene. Of one scene with a flat or a freeform prism both are
     /// studied; of several, up to eight, each scene's own prism.
     pub scenes: Vec<PathBuf>,
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
     /// Folder for the figures as PNG and SVG, the JSON and a CSV a table.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,

@@ -70,6 +70,11 @@ impl Progress {
         Self { bar, clock: Arc::default(), running: Mutex::default() }
     }
 
+    /// One that draws nothing.
+    pub(super) fn silent() -> Self {
+        Self { bar: ProgressBar::hidden(), clock: Arc::default(), running: Mutex::default() }
+    }
+
     /// What hears of the work on `what`, from any thread.
     pub(super) fn watch<'a>(&'a self, what: &'a str) -> Watch<'a> {
         Watch { progress: self, what, clock: Arc::clone(&self.clock) }

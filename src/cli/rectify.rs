@@ -17,7 +17,7 @@ const FILES: [&str; 7] =
 
 pub(super) fn run(args: &RectifyArgs) -> Result<Outcome, Error> {
     few_depths("--residuals-at-mm", &args.residuals_at_mm)?;
-    let scene = files::load(&args.scene)?;
+    let scene = files::load(&args.scene, &args.values)?;
     let progress = Progress::new(0);
     progress.begin(&scene.name, "design");
     let system = files::build(&scene, &args.scene)?;

@@ -1,6 +1,7 @@
 //! The arguments of `rectify`.
 
 use super::prisms_args::depth_mm;
+use super::set_args::SetArgs;
 use std::path::PathBuf;
 
 /// Arguments of `rectify`.
@@ -8,6 +9,9 @@ use std::path::PathBuf;
 pub struct RectifyArgs {
     /// Scene file; `-` is stdin.
     pub scene: PathBuf,
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
     /// Folder for maps.exr, left_x.npy, left_y.npy, right_x.npy, right_y.npy, stereo.yml and rectify.json.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,

@@ -14,7 +14,7 @@ use crate::system::doubts;
 use std::path::PathBuf;
 
 pub(super) fn run(args: &RenderArgs) -> Result<Outcome, Error> {
-    let scene = accuracy::asked(files::load(&args.scene)?, args.target_px);
+    let scene = accuracy::asked(files::load(&args.scene, &args.values)?, args.target_px);
     args.out.iter().try_for_each(|path| picture::check_name(path))?;
     let wanted = wanted(args, &scene)?;
     let paths: Vec<PathBuf> = wanted.iter().map(|file| file.path.clone()).collect();

@@ -2,6 +2,7 @@
 
 use super::examples;
 use super::prisms_args::{LensArgs, PrismsArgs, depth_mm, finite, positive};
+use super::set_args::SetArgs;
 use super::tolerance_args::ToleranceArgs;
 use crate::scene::DESIGN_DEGREE;
 use clap::Subcommand;
@@ -129,6 +130,9 @@ pub struct StereoArgs {
 pub struct ConvergenceArgs {
     /// Scene file with a freeform prism, `-` is stdin; without it, the design paper's scene.
     pub scene: Option<PathBuf>,
+    /// Values in place of the scene's.
+    #[command(flatten)]
+    pub values: SetArgs,
     /// Degree of the fitted polynomials; may be given more than once.
     #[arg(long, default_values_t = [5, 9], value_parser = degree)]
     pub degree: Vec<usize>,

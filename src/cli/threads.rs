@@ -1,27 +1,26 @@
 //! The threads of the command, made before any work.
 
+use super::args::MOST_THREADS;
 use super::output;
 use crate::error::Error;
 use std::sync::Mutex;
 use std::sync::mpsc::channel;
 use std::thread::{Builder, scope};
 
-/// Threads that pictures are made by, at most: more than any machine's processors gain nothing and cost memory each.
-pub(super) const MOST_THREADS: usize = 256;
 /// Threads that are left for the writing of files and the like.
 pub(super) const SPARE_THREADS: usize = 4;
 /// Address space of a thread: its stack, and what it works with.
 const BYTES_A_THREAD: usize = 16 << 20;
 
-/// Makes as many threads as `RAYON_NUM_THREADS` asks for, or as there are processors: at most [`MOST_THREADS`], and fewer
+/// Makes `stated` threads, or as many as `RAYON_NUM_THREADS` asks for, or as there are processors: at most [`MOST_THREADS`], and fewer
 /// where the system gives no more.
 ///
 /// # Errors
 /// Not even one can be made.
-pub(super) fn set_up() -> Result<(), Error> {
+pub(super) fn set_up(stated: Option<usize>) -> Result<(), Error> {
     let asked = std::env::var("RAYON_NUM_THREADS").ok().and_then(|n| n.parse::<usize>().ok()).filter(|n| *n > 0);
-    let wanted = asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
-    if wanted > MOST_THREADS && asked.is_some() {
+    let wanted = stated.or(asked).unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    if wanted > MOST_THREADS && stated.or(asked).is_some() {
         output::stderr(&format!("note: RAYON_NUM_THREADS is {wanted}, and {MOST_THREADS} threads are the most"));
     }
     let wanted = wanted.min(MOST_THREADS).min(affordable_threads());

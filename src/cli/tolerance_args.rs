@@ -50,13 +50,20 @@ pub struct ToleranceArgs {
 /// Arguments of `merge`.
 #[derive(Debug, clap::Args)]
 pub struct MergeArgs {
-    /// The files `tolerance_trials_*.jsonl` of all parts of one run.
+    /// The files of all parts of one run: `tolerance_trials_*.jsonl` of `analyse tolerance --trials`, or those of `batch`.
     #[arg(required = true)]
     pub files: Vec<PathBuf>,
-    /// What a criterion may become, for the yield: "vertical_px=0.1"; may be given once a criterion.
+    /// Of a batch: also draw this figure over the keys that vary, as a chart of lines or a map, as PNG and SVG; may be given more than
+    /// once.
+    #[arg(long, value_name = "PATH")]
+    pub figure: Vec<String>,
+    /// Of a batch: the key, or the two keys, that figures are drawn over.
+    #[arg(long, value_name = "KEY", requires = "figure")]
+    pub over: Vec<String>,
+    /// Of trials: what a criterion may become, for the yield: "vertical_px=0.1"; may be given once a criterion.
     #[arg(long, value_parser = budget, value_name = "CRITERION=MOST")]
     pub budget: Vec<Budgeted>,
-    /// Folder for the figures as PNG and SVG, the JSON, a CSV a table, and the trials of all parts.
+    /// Folder for one file of all parts, and figures as PNG and SVG; of trials also the JSON and a CSV a table.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
     /// Print the JSON instead of the tables.
@@ -92,7 +99,8 @@ fn budget(text: &str) -> Result<Budgeted, String> {
     Ok(Budgeted { criterion: criterion(name)?, most: positive(most.trim())? })
 }
 
-fn shard(text: &str) -> Result<[u32; 2], String> {
+/// A part of a run.
+pub(super) fn shard(text: &str) -> Result<[u32; 2], String> {
     let numbers = text.split_once('/').and_then(|(i, n)| Some([i.parse().ok()?, n.parse().ok()?]));
     let fits = |[i, n]: &[u32; 2]| (1..=*n).contains(i) && *n <= MOST_SHARDS;
     numbers.filter(fits).ok_or_else(|| format!("give a part of up to {MOST_SHARDS}, as in 2/8"))

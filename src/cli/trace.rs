@@ -49,7 +49,7 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
         }
         check_outputs(std::slice::from_ref(path))?;
     }
-    let scene = files::load(&args.scene)?;
+    let scene = files::load(&args.scene, &args.values)?;
     let progress = Progress::new(0);
     progress.begin(&scene.name, "design");
     let built = files::build(&scene, &args.scene)?;

@@ -12,6 +12,9 @@ use crate::num::stats;
 use crate::raster::Raster;
 use glam::DVec2;
 
+/// Width and height of a heat map over two quantities, to each other.
+const CHART_SHAPE: DVec2 = DVec2::new(3.0, 2.0);
+
 /// An error at a place of the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Arrow {
@@ -47,15 +50,26 @@ pub struct QuiverInput {
     pub width_px: u32,
 }
 
-/// Values over the image as colours.
+/// What a heat map lies over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HeatMapPlane {
+    /// A plane with one unit, y down: an image or a surface.
+    Image,
+    /// Two quantities, each with a unit of its own, y up.
+    Chart,
+}
+
+/// Values over a plane as colours.
 #[derive(Debug, Clone)]
 pub struct HeatMapInput<'a> {
     /// Heading.
     pub title: String,
-    /// The values, row by row from the top; NaN where there is none.
+    /// The values, row by row from the smallest y; NaN where there is none.
     pub values: &'a Raster<f64>,
-    /// The area that the values cover, in the unit of the axes, y down.
+    /// The area that the values cover, in the units of the axes.
     pub area: Rect,
+    /// What the area is.
+    pub plane: HeatMapPlane,
     /// Names of the axes with their unit.
     pub axes: [String; 2],
     /// What the colour means, with its unit.
@@ -109,10 +123,18 @@ pub fn draw_heat_map(input: &HeatMapInput) -> Drawing {
     };
     let left = em + page.style.room_left(&y, em * 30.0);
     let room = f64::from(width_px) - left - 2.0 * em;
-    let plot = fitted(area.size(), DVec2::new(room, 1.2 * room));
+    let (shape, grows) = match input.plane {
+        HeatMapPlane::Image => (area.size(), Grows::Down),
+        HeatMapPlane::Chart => (CHART_SHAPE, Grows::Up),
+    };
+    let plot = fitted(shape, DVec2::new(room, 1.2 * room));
     let min = DVec2::new(left, page.y).round();
-    let frame = PlotFrame { area: Rect { min, max: min + plot }, x: &x, y: &y, grows: Grows::Down };
-    let shares = thinned(input.values, plot).map(|v| colours.share(v).unwrap_or(f64::NAN));
+    let frame = PlotFrame { area: Rect { min, max: min + plot }, x: &x, y: &y, grows };
+    let values = match grows {
+        Grows::Down => input.values.clone(),
+        Grows::Up => upside_down(input.values),
+    };
+    let shares = thinned(&values, plot).map(|v| colours.share(v).unwrap_or(f64::NAN));
     page.drawing.push(Item::Picture(frame.area, picture::mapped(&shares, input.map)));
     frame.draw(&mut page.drawing, &page.style, &input.axes[0], &input.axes[1]);
     if finite().next().is_none() {
@@ -254,6 +276,12 @@ fn fitted(area: DVec2, room: DVec2) -> DVec2 {
     (area * (room / area).min_element()).floor().max(DVec2::splat(20.0))
 }
 
+/// The same rows from the last to the first.
+fn upside_down(values: &Raster<f64>) -> Raster<f64> {
+    let rows = (0..values.height()).rev().flat_map(|j| values.row(j).iter().copied());
+    Raster::from_data(values.width(), values.height(), rows.collect())
+}
+
 /// Not more values than the plot has pixels: every n-th of them.
 fn thinned(values: &Raster<f64>, plot: DVec2) -> Raster<f64> {
     let count = |have: usize, room: f64| have.min(room.max(1.0) as usize);
@@ -268,123 +296,5 @@ fn thinned(values: &Raster<f64>, plot: DVec2) -> Raster<f64> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::plot::examine;
-    use crate::plot::svg;
-
-    const HALF: Rect = Rect { min: DVec2::ZERO, max: DVec2::new(960.0, 1080.0) };
-
-    fn arrows(largest: f64) -> Vec<Arrow> {
-        let place = |i: i32, j: i32| DVec2::new(f64::from(i) * 60.0, f64::from(j) * 60.0);
-        let error = |p: DVec2| {
-            let n = (p - 0.5 * HALF.max) / (0.5 * HALF.max);
-            DVec2::new(0.2 * n.x * n.x + 0.8 * n.y * n.y, 0.7 * n.x * n.y) * (largest / 1.22)
-        };
-        let places = (1..16).flat_map(|i| (1..18).map(move |j| place(i, j)));
-        places.map(|at| Arrow { at, error: error(at) }).collect()
-    }
-
-    fn quiver() -> QuiverInput {
-        let panel = |name: &str, largest, gain| QuiverPanel { name: name.into(), arrows: arrows(largest), gain };
-        QuiverInput {
-            title: "Corner errors in the right half image".into(),
-            area: HALF,
-            unit: "px".into(),
-            panels: vec![panel("(a) flat prism", 20.0, 5.0), panel("(b) freeform prism", 0.5, 200.0)],
-            width_px: 1600,
-        }
-    }
-
-    fn heat(values: &Raster<f64>) -> HeatMapInput<'_> {
-        HeatMapInput {
-            title: "Vertical disparity over the right half".into(),
-            values,
-            area: HALF,
-            axes: ["u, px".into(), "v, px".into()],
-            caption: "vertical disparity, px".into(),
-            map: Map::Diverging,
-            width_px: 1000,
-        }
-    }
-
-    #[test]
-    fn a_realistic_quiver_is_sound() {
-        for width_px in [400, 1600, 4000] {
-            examine::examine(&format!("quiver_{width_px}"), &draw_quiver(&QuiverInput { width_px, ..quiver() }));
-        }
-        let one = QuiverInput { panels: quiver().panels[..1].to_vec(), width_px: 900, ..quiver() };
-        let drawing = draw_quiver(&one);
-        examine::examine("quiver_one", &drawing);
-        examine::keep("quiver_one.svg", svg::write(&drawing, &one.title).as_bytes());
-    }
-
-    #[test]
-    fn arrows_without_a_place_are_counted() {
-        let mut input = quiver();
-        input.panels.truncate(1);
-        let arrow = |x: f64, e: f64| Arrow { at: DVec2::new(x, 5.0), error: DVec2::new(0.0, e) };
-        input.panels[0].arrows = vec![arrow(1.0, 3.0), arrow(2.0, f64::NAN), arrow(-1.0, 1.0), arrow(4.0, 4.0)];
-        let drawing = draw_quiver(&input);
-        // RMS of 3 and 4, by hand: 3.54.
-        assert!(examine::says(&drawing, "n = 2, 2 left out, RMS 3.54 px, largest 4.00 px"));
-    }
-
-    #[test]
-    fn a_realistic_heat_map_is_sound() {
-        let value = |i: usize, j: usize| {
-            let n = DVec2::new(i as f64 - 23.5, j as f64 - 26.5) / 25.0;
-            if (i, j) == (5, 6) { f64::NAN } else { 3.0 * n.x * n.y + 0.4 }
-        };
-        let values = Raster::from_data(48, 54, (0..54).flat_map(|j| (0..48).map(move |i| value(i, j))).collect());
-        let drawing = draw_heat_map(&heat(&values));
-        examine::examine("heat_diverging", &drawing);
-        assert!(examine::says(&drawing, "1 of 2592 values are no numbers (pale)"));
-        let lengths = values.map(|v| v * v);
-        let input = HeatMapInput { map: Map::Sequential, caption: "squared, px²".into(), ..heat(&lengths) };
-        examine::examine("heat_sequential", &draw_heat_map(&input));
-    }
-
-    #[test]
-    fn zero_is_white_in_a_diverging_map() {
-        let values = Raster::from_data(3, 1, vec![0.0, -1.0, 7.0]);
-        let drawing = draw_heat_map(&heat(&values));
-        let Some(Item::Picture(_, colours)) = drawing.items().iter().find(|item| matches!(item, Item::Picture(..)))
-        else {
-            panic!("a heat map is a picture")
-        };
-        assert_eq!(colours.get(0, 0), [247, 247, 247]);
-        assert!(colours.get(1, 0)[2] > colours.get(1, 0)[0] && colours.get(2, 0)[0] > colours.get(2, 0)[2]);
-    }
-
-    #[test]
-    fn empty_and_hostile_input_gives_a_labelled_figure() {
-        let long = "words without any end ".repeat(40);
-        let areas = [
-            HALF,
-            Rect { min: DVec2::NAN, max: DVec2::ONE },
-            Rect { min: DVec2::ZERO, max: DVec2::new(1e-6, 1e6) },
-            Rect { min: DVec2::ZERO, max: DVec2::new(1e6, 1e-3) },
-            Rect { min: DVec2::splat(1e9), max: DVec2::splat(1e9 + 1.0) },
-        ];
-        for (k, area) in areas.into_iter().enumerate() {
-            for panels in [0, 1, 9] {
-                let far = Arrow { at: area.min, error: DVec2::splat(1e200) };
-                let panel = QuiverPanel { name: long.clone(), arrows: vec![far; panels], gain: 1e200 };
-                let drawing = draw_quiver(&QuiverInput {
-                    title: long.clone(),
-                    area,
-                    unit: if k == 0 { "px".into() } else { long.clone() },
-                    panels: vec![panel; panels],
-                    width_px: 0,
-                });
-                examine::examine(&format!("quiver_hostile_{k}_{panels}"), &drawing);
-            }
-            for values in [Raster::filled(0, 0, 0.0), Raster::filled(3, 2, f64::NAN), Raster::filled(5000, 2, 1e308)] {
-                let input = HeatMapInput { area, title: long.clone(), caption: long.clone(), ..heat(&values) };
-                examine::examine(&format!("heat_hostile_{k}_{}", values.width()), &draw_heat_map(&input));
-            }
-        }
-        assert!(examine::says(&draw_heat_map(&heat(&Raster::filled(0, 0, 0.0))), "no data"));
-    }
-}
+#[path = "field_tests.rs"]
+mod tests;

@@ -46,6 +46,11 @@ impl<T: Copy> Raster<T> {
         &self.data
     }
 
+    /// All values, row by row, and nothing else of it: a copy is not made.
+    pub fn into_data(self) -> Vec<T> {
+        self.data
+    }
+
     /// All values, row by row, to be changed.
     pub fn data_mut(&mut self) -> &mut [T] {
         &mut self.data

@@ -1,6 +1,7 @@
 //! Results to files and figures.
 
 pub mod board_pose;
+pub mod batch;
 pub mod budget;
 pub mod comparison;
 pub mod expectations;

@@ -1,5 +1,6 @@
 //! The text of a scene file with its parse tree, so that every message can point at the bytes it speaks of.
 
+use super::given_text::GivenText;
 use super::limits::FILE_BYTES;
 use super::source::ValueSource;
 use crate::error::Error;
@@ -19,6 +20,8 @@ pub(super) struct Document<'t> {
     /// The root table; every key and value with its span.
     pub(super) root: Spanned<DeTable<'t>>,
     place: &'t str,
+    /// Values that were given besides the text, in the order of their spans, which begin behind it.
+    given: &'t [GivenText],
 }
 
 impl<'t> Document<'t> {
@@ -30,9 +33,28 @@ impl<'t> Document<'t> {
             return Err(Error::new(place, "the scene is empty", help));
         }
         match DeTable::parse(text) {
-            Ok(root) => Ok(Self { text, root, place }),
+            Ok(root) => Ok(Self { text, root, place, given: &[] }),
             Err(error) => Err(not_toml(text, place, &error)),
         }
+    }
+
+    /// A document without a line, for values that come by themselves.
+    pub(super) fn blank(place: &'t str) -> Self {
+        Self { text: "", root: Spanned::new(0..0, DeTable::new()), place, given: &[] }
+    }
+
+    /// The same with the values of `given` in place of its own, one after the other.
+    pub(super) fn with(mut self, given: &'t [GivenText]) -> Result<Self, Error> {
+        self.given = given;
+        given.iter().try_for_each(|value| value.put_into(self.root.get_mut()))?;
+        Ok(self)
+    }
+
+    /// Its values as a text of their own; comments and the order of keys are not kept.
+    pub(super) fn to_text(&self) -> Result<String, Error> {
+        let told = |why: String| Error::new(self.place, format!("the scene has no text: {why}"), "correct the scene");
+        let table = self.values::<toml::Table>()?;
+        toml::to_string(&table).map_err(|error| told(error.to_string()))
     }
 
     /// The values of type `T`, once [`super::structure`] has found them right.
@@ -45,7 +67,21 @@ impl<'t> Document<'t> {
 
     /// A problem with the bytes `span`.
     pub(super) fn problem(&self, span: Range<usize>, rule: String, help: impl Into<String>) -> Error {
-        Error::new(self.place, rule, help).at(self.text, span)
+        match self.given_at(&span) {
+            Some(given) => Error::new(&given.place, rule, help),
+            None if self.text.is_empty() => Error::new(self.place, rule, help),
+            None => Error::new(self.place, rule, help).at(self.text, span),
+        }
+    }
+
+    /// A problem with the value at `key`, or the nearest table around one that was left out.
+    pub(super) fn fault(&self, key: &str, rule: String, help: impl Into<String>) -> Error {
+        self.problem(self.span(key), rule, help).of_key(key)
+    }
+
+    /// What was given besides the text and has its span there.
+    fn given_at(&self, span: &Range<usize>) -> Option<&GivenText> {
+        self.given.iter().find(|given| given.span().contains(&span.start))
     }
 
     /// Where the value at `path` stands (`prism.front.terms[3]`), or the nearest table around it when it was left out.
@@ -81,7 +117,10 @@ impl<'t> Document<'t> {
     /// What the file says at `span`, short enough for a sentence.
     pub(super) fn shown(&self, span: Range<usize>) -> String {
         const LONGEST: usize = 40;
-        let words = self.text.get(span).unwrap_or_default();
+        let words = match self.given_at(&span) {
+            Some(given) => given.words(span),
+            None => self.text.get(span).unwrap_or_default(),
+        };
         let first = words.lines().next().unwrap_or_default();
         if first.chars().count() > LONGEST || first.len() < words.len() {
             first.chars().take(LONGEST).chain("...".chars()).collect()
@@ -93,7 +132,7 @@ impl<'t> Document<'t> {
 
 impl ValueSource for Document<'_> {
     fn refuse(&self, key: &str, rule: String, help: &str) -> Error {
-        self.problem(self.span(key), rule, help)
+        self.fault(key, rule, help)
     }
 
     fn gives(&self, key: &str) -> bool {

@@ -30,6 +30,15 @@ pub fn replaced(text: &str, place: &str, values: &Map<String, Value>) -> Result<
     toml::to_string(&root).map_err(|error| Error::new(place, format!("no text: {error}"), "correct the scene"))
 }
 
+/// The values of the scene `text` as JSON with sorted keys: the same of two texts that differ in comments, blanks and order alone.
+///
+/// # Errors
+/// A text that is not TOML.
+pub fn sorted_values(text: &str, place: &str) -> Result<Value, Error> {
+    let root = table(text, place)?;
+    serde_json::to_value(root).map_err(|error| Error::new(place, format!("no values: {error}"), "correct the scene"))
+}
+
 /// Whether the scene `text` says `effects = "none"`, so that none of its effects counts.
 ///
 /// # Errors
@@ -72,6 +81,13 @@ mod tests {
         assert_eq!(found["effect"]["sensor"]["frame"].as_integer(), Some(4_000_000_000));
         assert_eq!(found["effect"]["sensor"]["shot_noise"].as_bool(), Some(false));
         assert_eq!(found["name"].as_str(), Some("b"));
+    }
+
+    #[test]
+    fn values_are_sorted() {
+        let [one, other] = ["b = 1.0\n[t]\nd = 2\nc = [1]", "# said\nt = { c = [ 1 ], d = 2 }\nb = 1.0"]
+            .map(|text| sorted_values(text, "test").unwrap().to_string());
+        assert_eq!((one.as_str(), other.as_str()), ("{\"b\":1.0,\"t\":{\"c\":[1],\"d\":2}}", one.as_str()));
     }
 
     #[test]

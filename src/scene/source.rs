@@ -16,7 +16,7 @@ pub(super) struct Code<'a>(pub(super) &'a str);
 
 impl ValueSource for Code<'_> {
     fn refuse(&self, key: &str, rule: String, help: &str) -> Error {
-        Error::new(format!("{}: {key}", self.0), rule, help)
+        Error::new(format!("{}: {key}", self.0), rule, help).of_key(key)
     }
 
     fn gives(&self, _: &str) -> bool {

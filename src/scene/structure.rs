@@ -65,13 +65,14 @@ impl Walk<'_> {
                     None => format!("`{}` is not a key of a scene", joined(at.path, name)),
                 };
                 let help = suggest::for_key(at.path, name, known.clone().map(|(k, _)| k.as_str()), self.whole);
-                return Err(self.document.problem(key.span(), rule, help));
+                return Err(self.document.problem(key.span(), rule, help).of_key(joined(at.path, name)));
             }
         }
         for required in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
             if table.get(required).is_none() {
                 let rule = format!("`{}` is missing", joined(at.path, required));
-                return Err(self.document.problem(at.span.clone(), rule, missing_help(at.path, required, schema)));
+                let problem = self.document.problem(at.span.clone(), rule, missing_help(at.path, required, schema));
+                return Err(problem.of_key(joined(at.path, required)));
             }
         }
         for (key, value) in entries {
@@ -93,7 +94,7 @@ impl Walk<'_> {
         let path = joined(at.path, key);
         let Some(given) = table.get(key) else {
             let help = format!("add `{key}` to `[{}]`: {}", at.path, one_of(kinds));
-            return Err(self.document.problem(at.span.clone(), format!("`{path}` is missing"), help));
+            return Err(self.document.problem(at.span.clone(), format!("`{path}` is missing"), help).of_key(path));
         };
         let place = At { path: &path, span: given.span() };
         let DeValue::String(word) = given.get_ref() else {
@@ -109,7 +110,7 @@ impl Walk<'_> {
     fn list(&self, at: &At, items: &[Spanned<DeValue>], schema: &Value) -> Result<(), Error> {
         if let Some(wanted) = of_wrong_length(items.len(), schema) {
             let rule = format!("`{}` has {} values, and must have {wanted}", at.path, items.len());
-            return Err(self.document.problem(at.span.clone(), rule, change(at.path, schema)));
+            return Err(self.problem(at, rule, change(at.path, schema)));
         }
         for (i, item) in items.iter().enumerate() {
             let each = item_schema(schema, i);
@@ -126,13 +127,13 @@ impl Walk<'_> {
         }
         let Some(found) = too_short_or_long(word, schema) else { return Ok(()) };
         let rule = format!("`{}` has {found}", at.path);
-        Err(self.document.problem(at.span.clone(), rule, change(at.path, schema)))
+        Err(self.problem(at, rule, change(at.path, schema)))
     }
 
     fn number(&self, at: &At, number: f64, schema: &Value) -> Result<(), Error> {
         let Some(wanted) = out_of_range(number, schema) else { return Ok(()) };
         let rule = format!("`{}` is {}, and must be {wanted}", at.path, self.document.shown(at.span.clone()));
-        Err(self.document.problem(at.span.clone(), rule, change(at.path, schema)))
+        Err(self.problem(at, rule, change(at.path, schema)))
     }
 
     fn no_choice<'k>(&self, at: &At, word: &str, choices: impl Iterator<Item = &'k str> + Clone) -> Error {
@@ -144,7 +145,7 @@ impl Walk<'_> {
             Some(meant) => format!("did you mean \"{meant}\"?"),
             None => format!("write {}", one_of(choices)),
         };
-        self.document.problem(at.span.clone(), rule, help)
+        self.problem(at, rule, help)
     }
 
     fn wrong_type(&self, at: &At, value: &DeValue, wanted: &str, schema: &Value) -> Error {
@@ -181,7 +182,11 @@ impl Walk<'_> {
             }
             _ => change(at.path, schema),
         };
-        self.document.problem(at.span.clone(), rule, help)
+        self.problem(at, rule, help)
+    }
+
+    fn problem(&self, at: &At, rule: String, help: String) -> Error {
+        self.document.problem(at.span.clone(), rule, help).of_key(at.path)
     }
 
     /// An item of a list has no words of its own: the list's help serves.

@@ -95,8 +95,7 @@ pub(super) fn mesh(
         NormalsFile::Smooth => Normals::Smooth,
         NormalsFile::Flat => Normals::Flat,
     };
-    let missing =
-        |key: &str, help: &str| document.problem(document.span("prism"), format!("`prism.{key}` is missing"), help);
+    let missing = |key: &str, help: &str| document.fault("prism", format!("`prism.{key}` is missing"), help);
     let help = "add a file to `[prism]`: `front` towards the camera and `back` towards the board, or `body` for both";
     match (&file.solid, &file.front, &file.back) {
         (None, Some(front), Some(back)) => Ok(MeshSpec {
@@ -113,7 +112,7 @@ pub(super) fn mesh(
         (Some(_), ..) => {
             let key = if file.front.is_some() { "prism.front" } else { "prism.back" };
             let rule = format!("`{key}` stands beside `prism.body`, which gives front and back");
-            Err(document.problem(document.span(key), rule, "keep `body` alone, or `front` and `back`"))
+            Err(document.fault(key, rule, "keep `body` alone, or `front` and `back`"))
         }
     }
 }
@@ -142,9 +141,8 @@ fn closed_body(
 ) -> Result<MeshSpec, Error> {
     let (name, mesh) = raw(document, "prism.body", file, folder)?;
     within_reach(&name, &mesh.points)?;
-    let parted = sheets(&mesh.points, &mesh.triangles).map_err(|(rule, help)| {
-        document.problem(document.span("prism.body"), format!("`prism.body` ({name}): {rule}"), help)
-    })?;
+    let parted = sheets(&mesh.points, &mesh.triangles)
+        .map_err(|(rule, help)| document.fault("prism.body", format!("`prism.body` ({name}): {rule}"), help))?;
     let told = Some(told(&parted));
     let Sheets { right: [front, back], left, .. } = parted;
     Ok(MeshSpec { body, front, back, normals, left, told })
@@ -166,7 +164,7 @@ fn told(Sheets { left, counts, heights_mm, .. }: &Sheets) -> String {
 
 /// The path of a `file` that the key at `path` names, relative to the scene's folder.
 pub(super) fn find(document: &Document, path: &str, file: &str, folder: Option<&Path>) -> Result<PathBuf, Error> {
-    let problem = |rule, help| Err(document.problem(document.span(path), rule, help));
+    let problem = |rule, help| Err(document.fault(path, rule, help));
     let Some(folder) = folder else {
         let rule = format!("`{path}` is {file:?}, and a scene without a folder can name no file");
         return problem(rule, "save the scene beside its files, and give its path");

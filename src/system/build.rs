@@ -1,6 +1,7 @@
 //! The builder: from a scene to its instrument.
 
 use super::auto;
+use super::design_store::{DesignStore, DesignedPolynomials};
 use super::instrument::System;
 use super::light::require_light;
 use crate::design::cloud_fit::{FitResiduals, fit_cloud};
@@ -32,7 +33,15 @@ const BORDER_PARTS: usize = 16;
 /// When the prism cannot be designed from the scene's values, its surfaces miss their points by more than they may, or no
 /// ray of the picture passes it.
 pub fn build(scene: &Scene) -> Result<System, Error> {
-    complete(ideal(scene)?, scene)
+    build_from(scene, &DesignStore::default())
+}
+
+/// [`build`] with the designs of `designs`, to which those are added that it lacks.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_from(scene: &Scene, designs: &DesignStore) -> Result<System, Error> {
+    complete(ideal_from(scene, designs)?, scene)
 }
 
 /// The instrument of `scene` before its own board, from the `ideal` one of a scene that differs from it in place and light of the
@@ -63,8 +72,11 @@ fn complete(ideal: System, scene: &Scene) -> Result<System, Error> {
 /// # Errors
 /// As [`build`].
 pub fn ideal(scene: &Scene) -> Result<System, Error> {
-    let prism =
-        prism(&scene.prism, &scene.camera, &scene.effects)?.map(|prism| prism.with_solid(scene.prism.is_solid()));
+    ideal_from(scene, &DesignStore::default())
+}
+
+fn ideal_from(scene: &Scene, designs: &DesignStore) -> Result<System, Error> {
+    let prism = prism(scene, designs)?.map(|prism| prism.with_solid(scene.prism.is_solid()));
     Ok(System::ideal(scene, prism))
 }
 
@@ -73,8 +85,9 @@ pub fn ideal(scene: &Scene) -> Result<System, Error> {
 ///
 /// # Errors
 /// When a design is asked for that does not exist.
-fn prism(prism: &PrismSpec, camera: &CameraSpec, effects: &Effects) -> Result<Option<Prism>, Error> {
-    match prism {
+fn prism(scene: &Scene, designs: &DesignStore) -> Result<Option<Prism>, Error> {
+    let (camera, effects) = (&scene.camera, &scene.effects);
+    match &scene.prism {
         PrismSpec::None => Ok(None),
         PrismSpec::Flat(spec) => flat(spec, camera).map(Some),
         PrismSpec::Freeform(flat, settings) => {
@@ -85,13 +98,14 @@ fn prism(prism: &PrismSpec, camera: &CameraSpec, effects: &Effects) -> Result<Op
                 virtual_camera_z_mm: VIRTUAL_CAMERA_Z_MM,
             };
             if settings.surface == DesignedSurface::Revolved {
-                return Ok(Some(revolved(&revolved_with_room(&input, effects)?)));
+                let made = designs.revolved(&input, effects, || revolved_with_room(&input, effects))?;
+                return Ok(Some(revolved(&made)));
             }
-            let designed = design::freeform(&input)?;
+            let DesignedPolynomials { front, back, law } = designs.polynomials(&input)?;
             // The march aims at what is assumed of a prism that states nothing.
-            let aims = (settings.objective != Objective::March).then(|| designed.law());
+            let aims = (settings.objective != Objective::March).then_some(law);
             let body = GlassSpec { law: flat.body.law.or(aims), ..flat.body };
-            Ok(Some(polynomial(&with_room_for(designed.prism(body), flat, camera, effects))))
+            Ok(Some(polynomial(&with_room_for(PolynomialSpec { body, front, back }, flat, camera, effects))))
         }
         PrismSpec::Polynomial(p) => Ok(Some(polynomial(p))),
         PrismSpec::Revolved(p) => Ok(Some(revolved(p))),

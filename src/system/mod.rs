@@ -22,12 +22,16 @@ mod plate;
 mod ghost_rays;
 pub(crate) mod instrument;
 mod build;
+mod design_store;
 mod margin;
 mod doubts;
 mod light;
 mod shape_doubts;
 
-pub use build::{build, build_before, facet_angle_rad, ideal, polynomials_of, revolved_with_room, with_room_for};
+pub use build::{
+    build, build_before, build_from, facet_angle_rad, ideal, polynomials_of, revolved_with_room, with_room_for,
+};
+pub use design_store::DesignStore;
 pub use doubts::doubts;
 pub use instrument::{BoardHit, Footprint, System};
 pub use light::require_light;

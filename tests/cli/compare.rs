@@ -14,7 +14,7 @@ fn compare_writes_the_same_bytes_for_any_number_of_threads() {
         let out = Command::new(env!("CARGO_BIN_EXE_biprism"))
             .current_dir(folder.path())
             .env("RAYON_NUM_THREADS", threads)
-            .args(["compare", "scene.toml", "--budget", "--out", threads])
+            .args(["compare", "scene.toml", "--budget", "--pictures", "all", "--out", threads])
             .output()
             .expect("it runs");
         assert!(out.status.success(), "{}", text(&out.stderr));
@@ -85,7 +85,8 @@ fn compare_reports_every_corner_and_the_better_prism() {
 fn a_budget_splits_the_error_of_every_corner() {
     let folder = tempfile::tempdir().expect("a folder");
     small_scene(folder.path(), as_is);
-    let compared = json(&biprism(folder.path(), &["compare", "scene.toml", "--budget", "--json"]));
+    let all = ["compare", "scene.toml", "--budget", "--pictures", "all", "--json"];
+    let compared = json(&biprism(folder.path(), &all));
     let picture = ["measure", "out/freeform.exr", "--scene", "scene.toml", "--budget", "--json"];
     assert_eq!(biprism(folder.path(), &picture).status.code(), Some(2), "only a picture of its own has a truth");
     let measured = json(&biprism(folder.path(), &[&picture[..], &["--own"]].concat()));
@@ -109,6 +110,32 @@ fn a_budget_splits_the_error_of_every_corner() {
             }
         }
     }
+}
+
+/// What is written by default is small: the truth of every pixel, and the points of a design, are there where they are asked for.
+#[test]
+fn only_the_pictures_that_are_asked_for_are_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    tiny_scene(folder.path(), as_is);
+    let written = |args: &[&str]| {
+        let out = biprism(folder.path(), &[args, &["--out", "new"]].concat());
+        assert!(out.status.success(), "{args:?}: {}", text(&out.stderr));
+        let entries = fs::read_dir(folder.path().join("new")).expect("the folder");
+        let mut names: Vec<String> = entries.map(|e| e.expect("it").file_name().display().to_string()).collect();
+        names.sort();
+        fs::remove_dir_all(folder.path().join("new")).expect("removed");
+        names.join(" ")
+    };
+    let numbers = "cameras.yml corners.csv report.json";
+    assert_eq!(written(&["compare", "scene.toml", "--pictures", "none"]), numbers);
+    let drawn = "cameras.yml comparison.png comparison.svg corners.csv flat.png freeform.png overview.png overview.svg \
+                 report.html report.json";
+    assert_eq!(written(&["compare", "scene.toml"]), drawn);
+    let all = written(&["compare", "scene.toml", "--pictures", "all"]);
+    assert_eq!(all.replace("flat.exr ", "").replace("freeform.exr ", ""), drawn);
+    assert_eq!(written(&["design", "scene.toml"]), "prism.toml");
+    assert_eq!(written(&["design", "scene.toml", "--cloud", "ply"]), "back.ply front.ply prism.toml");
+    assert_eq!(written(&["design", "scene.toml", "--cloud", "csv,ply"]), "back.ply cloud.csv front.ply prism.toml");
 }
 
 #[test]

@@ -45,7 +45,10 @@ fn prisms_of_several_scenes_are_compared() {
     scene(folder.path(), "one", |text| text);
     scene(folder.path(), "two", flat);
     scene(folder.path(), "three", |text| flat(text).replace("[prism]\n", "[prism]\nposition_mm = [0.3, 0.1, 0.0]\n"));
-    let report = json(&biprism(folder.path(), &["compare", "one.toml", "two.toml", "three.toml", "--json"]));
+    let report = json(&biprism(
+        folder.path(),
+        &["compare", "one.toml", "two.toml", "three.toml", "--pictures", "all", "--json"],
+    ));
     let designs = report["designs"].as_array().expect("designs");
     assert_eq!(designs.iter().map(|d| &d["name"]).collect::<Vec<_>>(), ["one", "two", "three"]);
 

@@ -1,5 +1,6 @@
 //! Do the commands do what they say: exit codes, messages, files?
 
+mod batch;
 mod compare;
 mod compare_scenes;
 mod corners;
@@ -7,6 +8,7 @@ mod dataset;
 mod help;
 mod rectify;
 mod render;
+mod set;
 mod stereo_study;
 mod studies;
 mod tolerance;

@@ -114,7 +114,7 @@ fn rays_are_the_same_as_text_and_as_arrays() {
 fn a_designed_prism_comes_back_through_the_front_door() {
     let folder = tempfile::tempdir().expect("a folder");
     let scene = small_scene(folder.path(), |text| text.replace("degree = 5", "degree = 9"));
-    let figures = json(&biprism(folder.path(), &["design", "scene.toml", "--json"]));
+    let figures = json(&biprism(folder.path(), &["design", "scene.toml", "--cloud", "csv,ply", "--json"]));
     assert!((figures["facet_angle_deg"].as_f64().expect("a number") - 8.85428).abs() < 5e-6);
     let prism = fs::read_to_string(folder.path().join("out/prism.toml")).expect("written");
     let whole = fs::read_to_string(scene).expect("the scene");

@@ -76,11 +76,14 @@ impl Place {
 /// The verbs that write, with the files that each writes.
 pub(crate) const WRITERS: [(&[&str], &[&str]); 5] = [
     (&["render", "scene.toml", "--out", "out/a.png", "--out", "out/a.exr"], &["a.png", "a.exr"]),
-    (&["design", "scene.toml", "--out", "out"], &["prism.toml", "cloud.csv", "front.ply", "back.ply"]),
+    (
+        &["design", "scene.toml", "--cloud", "csv,ply", "--out", "out"],
+        &["prism.toml", "cloud.csv", "front.ply", "back.ply"],
+    ),
     (&["export", "scene.toml", "--format", "zemax-grid", "--out", "out"], &["front.dat", "back.dat", "prism.toml"]),
     (&["corners", "picture.png", "--out", "out/corners.csv"], &["corners.csv"]),
     (
-        &["compare", "scene.toml", "--out", "out"],
+        &["compare", "scene.toml", "--pictures", "all", "--out", "out"],
         &[
             "flat.png",
             "flat.exr",

@@ -23,7 +23,7 @@ pub(crate) fn run(args: &DatasetArgs) -> Result<Outcome, Error> {
         let rule = "scene and places are both to come from stdin";
         return Err(Error::new("stdin", rule, "give the places as a file, with --pose-file"));
     }
-    let (scene, text) = files::load_with_text(&args.scene)?;
+    let (scene, text) = files::load_with_text(&args.scene, &args.values)?;
     let place = files::shown(&args.scene);
     can_be(args, &scene, &text, &place)?;
     let (plan, count) = places::plan(args, &scene)?;

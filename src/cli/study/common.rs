@@ -13,7 +13,7 @@ use crate::report::page::study::StudyPage;
 use crate::report::study::convergences::MarchRow;
 use crate::report::study::document::StudyDocument;
 use crate::scene::Scene;
-use crate::system::{Side, System};
+use crate::system::{DesignStore, Side, System, build_from};
 use serde_json::{Map, Value, json};
 use std::path::Path;
 use std::time::Instant;
@@ -28,14 +28,23 @@ pub(super) struct StudiedPrism {
 
 /// Builds the instruments of the prisms that are asked for.
 pub(super) fn prisms(args: &PrismsArgs, progress: &Progress) -> Result<Vec<StudiedPrism>, Error> {
-    built(candidates(&args.scenes)?, progress)
+    built(candidates(&args.scenes, &args.values)?, progress)
 }
 
 /// Builds instruments.
 pub(super) fn built(candidates: Vec<ToJudge>, progress: &Progress) -> Result<Vec<StudiedPrism>, Error> {
+    built_from(candidates, &DesignStore::default(), progress)
+}
+
+/// The same with the designs of `designs`.
+pub(super) fn built_from(
+    candidates: Vec<ToJudge>,
+    designs: &DesignStore,
+    progress: &Progress,
+) -> Result<Vec<StudiedPrism>, Error> {
     let build = |judged: ToJudge| {
         progress.begin(&judged.name, "design");
-        let system = files::build(&judged.scene, &judged.path)?;
+        let system = files::named(&judged.path, build_from(&judged.scene, designs))?;
         Ok(StudiedPrism { judged, system })
     };
     candidates.into_iter().map(build).collect()

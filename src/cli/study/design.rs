@@ -1,6 +1,6 @@
 //! `biprism analyse reprojection`, `convergence`, `surface` and `layout`.
 
-use super::common::{marches, prisms, settings, write, write_into};
+use super::common::{StudiedPrism, marches, prisms, settings, write, write_into};
 use crate::analysis::convergence::plans;
 use crate::analysis::cutter;
 use crate::analysis::half_image::HalfFrame;
@@ -25,8 +25,14 @@ use std::path::Path;
 
 pub(crate) fn reprojection(args: &ReprojectionArgs) -> Result<Outcome, Error> {
     let progress = Progress::new(0);
+    let document = reprojection_of(args, &prisms(&args.prisms, &progress)?)?;
+    drop(progress);
+    write(&args.prisms, &document)
+}
+
+pub(super) fn reprojection_of(args: &ReprojectionArgs, prisms: &[StudiedPrism]) -> Result<StudyDocument, Error> {
     let mut found = Vec::new();
-    for prism in prisms(&args.prisms, &progress)? {
+    for prism in prisms {
         for (side, word) in prism.sides() {
             let half = if side == Side::Left { Half::Left } else { Half::Right };
             let planes = prism.named(errors(&prism.judged.scene, &prism.system, half, args.grid, &args.depth_mm))?;
@@ -34,14 +40,13 @@ pub(crate) fn reprojection(args: &ReprojectionArgs) -> Result<Outcome, Error> {
             found.push(NamedReprojections { prism: prism.judged.name.clone(), half: word, size_px, planes });
         }
     }
-    drop(progress);
     let settings = settings([("grid", json!(args.grid)), ("depth_mm", json!(args.depth_mm))]);
     let (sheets, figures) = (reprojections::sheets(&found), reprojections::figures(&found));
-    write(&args.prisms, &StudyDocument { name: "reprojection", settings, sheets, figures })
+    Ok(StudyDocument { name: "reprojection", settings, sheets, figures })
 }
 
 pub(crate) fn convergence(args: &ConvergenceArgs) -> Result<Outcome, Error> {
-    let scene = files::scene(args.scene.as_deref())?;
+    let scene = files::scene(args.scene.as_deref(), &args.values)?;
     let plans = plans(args.coarsest_um, args.finest_um.min(args.coarsest_um));
     let progress = Progress::new(0);
     let rows = marches(&scene, plans, &args.degree, &progress.watch(&scene.name));
@@ -59,8 +64,14 @@ pub(crate) fn convergence(args: &ConvergenceArgs) -> Result<Outcome, Error> {
 
 pub(crate) fn surface(args: &PrismsArgs) -> Result<Outcome, Error> {
     let progress = Progress::new(0);
+    let document = surface_of(&prisms(args, &progress)?, &progress)?;
+    drop(progress);
+    write(args, &document)
+}
+
+pub(super) fn surface_of(prisms: &[StudiedPrism], progress: &Progress) -> Result<StudyDocument, Error> {
     let (mut found, mut fits) = (Vec::new(), Vec::new());
-    for prism in prisms(args, &progress)? {
+    for prism in prisms {
         for (side, half) in prism.sides() {
             let surfaces = prism.named(cutter::surfaces(&prism.system, side))?;
             found.push(NamedSurfaces { prism: prism.judged.name.clone(), half, surfaces });
@@ -69,9 +80,8 @@ pub(crate) fn surface(args: &PrismsArgs) -> Result<Outcome, Error> {
         let of_degrees = prism.named(degree_fits(&prism.judged.scene))?;
         fits.push(NamedFits { prism: prism.judged.name.clone(), fits: of_degrees });
     }
-    drop(progress);
     let (sheets, figures) = (surfaces::sheets(&found, &fits), surfaces::figures(&found, &fits));
-    write(args, &StudyDocument { name: "surface", settings: Map::new(), sheets, figures })
+    Ok(StudyDocument { name: "surface", settings: Map::new(), sheets, figures })
 }
 
 pub(crate) fn layout(args: &PrismsArgs) -> Result<Outcome, Error> {

@@ -15,6 +15,7 @@ use crate::cli::compare::paper_prisms;
 use crate::cli::origin;
 use crate::cli::outcome::Outcome;
 use crate::cli::progress::Progress;
+use crate::cli::set_args::SetArgs;
 use crate::cli::study_args::{PAPER_STEP_UM, PaperArgs};
 use crate::design::angle::facet_angle_rad;
 use crate::error::Error;
@@ -45,7 +46,7 @@ const DEGREES: [usize; 2] = [5, 9];
 
 pub(crate) fn paper(args: &PaperArgs) -> Result<Outcome, Error> {
     let progress = Progress::new(0);
-    let prisms = common::built(paper_prisms()?, &progress)?;
+    let prisms = common::built(paper_prisms(&SetArgs::default())?, &progress)?;
     let scene = &prisms[0].judged.scene;
 
     // Look at the instruments, item by item.

@@ -14,34 +14,62 @@ use crate::system::Side;
 use serde_json::{Map, Value, json};
 
 pub(crate) fn spot(args: &RelayArgs) -> Result<Outcome, Error> {
-    let found = halves(args, |prism, half, side| Ok(NamedSpots { prism, half: side, study: half.spot()? }))?;
-    let lens = settings(args).lens;
-    let (sheets, figures) = (spots::sheets(&lens, &found), spots::figures(&lens, &found));
-    write(&args.prisms, &StudyDocument { name: "spot", settings: words(args), sheets, figures })
+    written(args, spot_of)
 }
 
 pub(crate) fn field_curvature(args: &RelayArgs) -> Result<Outcome, Error> {
-    let named = |prism, half: &RelayHalf, side| {
-        Ok(NamedFoci { prism, half: side, focus_mm: half.focus_mm, lines: half.foci()? })
-    };
-    let found = halves(args, named)?;
-    let (sheets, figures) = (vec![foci::sheet(&found)], foci::figures(&found));
-    write(&args.prisms, &StudyDocument { name: "field_curvature", settings: words(args), sheets, figures })
+    written(args, field_curvature_of)
 }
 
 pub(crate) fn mtf(args: &RelayArgs) -> Result<Outcome, Error> {
-    let found = halves(args, |prism, half, side| Ok(NamedContrasts { prism, half: side, study: half.mtf()? }))?;
+    written(args, mtf_of)
+}
+
+/// A study of prisms.
+type OfPrisms = fn(&RelayArgs, &[StudiedPrism], &Progress) -> Result<StudyDocument, Error>;
+
+fn written(args: &RelayArgs, study: OfPrisms) -> Result<Outcome, Error> {
+    let progress = Progress::new(0);
+    let document = study(args, &prisms(&args.prisms, &progress)?, &progress)?;
+    drop(progress);
+    write(&args.prisms, &document)
+}
+
+pub(super) fn spot_of(args: &RelayArgs, prisms: &[StudiedPrism], progress: &Progress) -> Result<StudyDocument, Error> {
+    let named = |prism, half: &RelayHalf, side| Ok(NamedSpots { prism, half: side, study: half.spot()? });
+    let found = halves(args, prisms, progress, named)?;
+    let lens = settings(args).lens;
+    let (sheets, figures) = (spots::sheets(&lens, &found), spots::figures(&lens, &found));
+    Ok(StudyDocument { name: "spot", settings: words(args), sheets, figures })
+}
+
+pub(super) fn field_curvature_of(
+    args: &RelayArgs,
+    prisms: &[StudiedPrism],
+    progress: &Progress,
+) -> Result<StudyDocument, Error> {
+    let named = |prism, half: &RelayHalf, side| {
+        Ok(NamedFoci { prism, half: side, focus_mm: half.focus_mm, lines: half.foci()? })
+    };
+    let found = halves(args, prisms, progress, named)?;
+    let (sheets, figures) = (vec![foci::sheet(&found)], foci::figures(&found));
+    Ok(StudyDocument { name: "field_curvature", settings: words(args), sheets, figures })
+}
+
+pub(super) fn mtf_of(args: &RelayArgs, prisms: &[StudiedPrism], progress: &Progress) -> Result<StudyDocument, Error> {
+    let named = |prism, half: &RelayHalf, side| Ok(NamedContrasts { prism, half: side, study: half.mtf()? });
+    let found = halves(args, prisms, progress, named)?;
     let (sheets, figures) = (contrasts::sheets(&found), contrasts::figures(&found));
-    write(&args.prisms, &StudyDocument { name: "mtf", settings: words(args), sheets, figures })
+    Ok(StudyDocument { name: "mtf", settings: words(args), sheets, figures })
 }
 
 /// What `study` finds of every half of every prism.
 fn halves<T>(
     args: &RelayArgs,
+    prisms: &[StudiedPrism],
+    progress: &Progress,
     study: impl Fn(String, &RelayHalf, &'static str) -> Result<T, Error>,
 ) -> Result<Vec<T>, Error> {
-    let progress = Progress::new(0);
-    let prisms = prisms(&args.prisms, &progress)?;
     let one = |prism: &StudiedPrism, (side, word): (Side, &'static str)| {
         progress.begin(&prism.judged.name, "rays");
         let half = RelayHalf::new(&prism.system, side, settings(args));

@@ -1,6 +1,6 @@
 //! `biprism analyse stereo`.
 
-use super::common::{built, settings, write};
+use super::common::{StudiedPrism, built, settings, write};
 use crate::analysis::stereo_study::{StereoStudyInput, exact_of, study};
 use crate::cli::compare::{ToJudge, candidates};
 use crate::cli::outcome::Outcome;
@@ -15,15 +15,28 @@ use serde_json::json;
 pub(crate) fn stereo(args: &StereoArgs) -> Result<Outcome, Error> {
     few_depths("--depths-mm", &args.depths_mm)?;
 
-    // The prisms of one scene, with the exact one beside them.
-    let mut prisms = candidates(&args.prisms.scenes)?;
-    if let ([_], Some(last)) = (args.prisms.scenes.as_slice(), prisms.last())
-        && let Some(scene) = exact_of(&last.scene)
-    {
-        let exact = ToJudge { name: "exact".to_owned(), scene, path: last.path.clone() };
-        prisms.push(exact);
+    let mut prisms = candidates(&args.prisms.scenes, &args.prisms.values)?;
+    if args.prisms.scenes.len() == 1 {
+        prisms = with_exact(prisms);
     }
+    let progress = Progress::new(0);
+    let document = stereo_of(args, &built(prisms, &progress)?, &progress)?;
+    drop(progress);
+    write(&args.prisms, &document)
+}
 
+/// The prisms of one scene, with the exact one beside them.
+pub(super) fn with_exact(mut prisms: Vec<ToJudge>) -> Vec<ToJudge> {
+    let exact = prisms.last().and_then(|last| Some((exact_of(&last.scene)?, last.path.clone())));
+    prisms.extend(exact.map(|(scene, path)| ToJudge { name: "exact".to_owned(), scene, path }));
+    prisms
+}
+
+pub(super) fn stereo_of(
+    args: &StereoArgs,
+    prisms: &[StudiedPrism],
+    progress: &Progress,
+) -> Result<StudyDocument, Error> {
     let input = StereoStudyInput {
         depths_mm: args.depths_mm.clone(),
         fit_depth_mm: args.fit_depth_mm,
@@ -31,14 +44,12 @@ pub(crate) fn stereo(args: &StereoArgs) -> Result<Outcome, Error> {
         degree: args.degree,
         grid: args.grid,
     };
-    let progress = Progress::new(0);
     let mut found = Vec::new();
-    for prism in built(prisms, &progress)? {
+    for prism in prisms {
         progress.begin(&prism.judged.name, "matches");
         let study = prism.named(study(&prism.system, &input))?;
         found.push(NamedStereoStudy { prism: prism.judged.name.clone(), study });
     }
-    drop(progress);
     let settings = settings([
         ("depths_mm", json!(args.depths_mm)),
         ("fit_depth_mm", json!(args.fit_depth_mm)),
@@ -47,5 +58,5 @@ pub(crate) fn stereo(args: &StereoArgs) -> Result<Outcome, Error> {
         ("grid", json!(args.grid)),
     ]);
     let (sheets, figures) = (stereo_residuals::sheets(&found), vec![stereo_residuals::figure(&found)]);
-    write(&args.prisms, &StudyDocument { name: "stereo", settings, sheets, figures })
+    Ok(StudyDocument { name: "stereo", settings, sheets, figures })
 }

@@ -178,6 +178,10 @@ fn random(
 
 /// Makes one of the parts of a run.
 pub(crate) fn merge(args: &MergeArgs) -> Result<Outcome, Error> {
+    if let Some(figure) = args.figure.first() {
+        let rule = format!("the files have trials, and no figure {figure}");
+        return Err(Error::new("--figure", rule, "leave it out: it is for the lines of `biprism batch`"));
+    }
     let budgets = once(&args.budget)?;
     let (run, lines) = read_whole(&args.files)?;
     let unknown = budgets.iter().find(|b| !run.criteria.iter().any(|key| key == b.criterion.key()));

@@ -8,7 +8,7 @@ use crate::plot::axis::Scale;
 use crate::plot::chart::{self, AxisInput, ChartInput, ChartSeries, Front, Look, Point};
 use crate::plot::colour::Map;
 use crate::plot::drawing::Drawing;
-use crate::plot::field::{self, HeatMapInput};
+use crate::plot::field::{self, HeatMapInput, HeatMapPlane};
 use crate::raster::Raster;
 use glam::DVec2;
 
@@ -88,6 +88,7 @@ fn residual(sheet: &CutterSheet, half_px: DVec2) -> Drawing {
         title: format!("left of the law {at}"),
         values: &Raster::from_data(map.side, map.side, lengths.iter().map(|px| px * scale).collect()),
         area: Rect { min: DVec2::ZERO, max: half_px },
+        plane: HeatMapPlane::Image,
         axes: ["u, px".to_owned(), "v, px".to_owned()],
         caption: format!("length of the error, {unit}"),
         map: Map::Sequential,

@@ -6,7 +6,7 @@ use crate::num::stats;
 use crate::plot::axis::superscript;
 use crate::plot::colour::Map;
 use crate::plot::drawing::Drawing;
-use crate::plot::field::{self, HeatMapInput};
+use crate::plot::field::{self, HeatMapInput, HeatMapPlane};
 use crate::raster::Raster;
 use glam::DVec2;
 
@@ -45,6 +45,7 @@ pub fn draw(input: &SurfaceMapInput) -> Drawing {
         title: input.title.clone(),
         values: &Raster::from_data(side, side, values),
         area,
+        plane: HeatMapPlane::Image,
         axes: ["x, mm".to_owned(), "y, mm".to_owned()],
         caption: input.caption.to_owned(),
         map: input.map,

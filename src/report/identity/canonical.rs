@@ -93,8 +93,13 @@ fn list<W: Write, T>(out: &mut W, items: &[T], write: impl Fn(&mut W, &T) -> fmt
 
 /// The hash FNV-1a of 64 bits of words of 32 bits, byte by byte from the lowest, in hexadecimal.
 pub(super) fn checksum_of_bits(words: impl Iterator<Item = u32>) -> String {
+    checksum_of_bytes(words.flat_map(u32::to_le_bytes))
+}
+
+/// The hash FNV-1a of 64 bits of bytes, in hexadecimal.
+pub fn checksum_of_bytes(bytes: impl Iterator<Item = u8>) -> String {
     let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
-    words.flat_map(u32::to_le_bytes).for_each(|byte| hash.add(byte));
+    bytes.for_each(|byte| hash.add(byte));
     format!("{:016x}", hash.0)
 }
 

@@ -17,4 +17,5 @@ mod canonical;
 mod effects;
 mod parts;
 
+pub use canonical::checksum_of_bytes;
 pub use parts::{FORM, Likeness, likeness, parts};

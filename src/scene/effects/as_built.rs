@@ -139,7 +139,7 @@ fn surface(document: &Document, path: &str, file: &SurfaceErrorFile, prism: &Pri
             let at = format!("{path}.zernike.terms[{i}]");
             let rule = format!("`{at}` has n = {n} and m = {m}, and there is no such Zernike polynomial");
             let help = "give m = -n, -n + 2, ... n";
-            return Err(document.problem(document.span(&at), rule, help));
+            return Err(document.fault(&at, rule, help));
         }
     }
     let radius_mm = file.zernike.as_ref().map_or(1.0, |z| z.radius_mm);

@@ -66,7 +66,7 @@ pub(super) struct StopFile {
 /// Two lenses cannot stand in one place.
 pub(super) fn two_lenses(document: &Document) -> Error {
     let rule = "`effect.thin_lens` and `effect.telecentric` are both there, and the camera has one lens";
-    document.problem(document.span("effect.telecentric"), rule.to_owned(), "take one of the two tables out")
+    document.fault("effect.telecentric", rule.to_owned(), "take one of the two tables out")
 }
 
 pub(super) fn telecentric(document: &Document, file: &TelecentricFile) -> Result<Telecentric, Error> {

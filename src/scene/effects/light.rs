@@ -175,7 +175,7 @@ fn either(document: &Document, table: &str, keys: [&str; 2], values: [Option<f64
             "take one of the two out",
         ),
     };
-    Err(document.problem(document.span(&at), rule, help))
+    Err(document.fault(&at, rule, help))
 }
 
 /// The layer on the glass of `prism`.
@@ -207,7 +207,7 @@ pub(super) fn ghosts(file: &GhostsFile) -> Ghosts {
 /// The wavelengths of the light in the glass of `prism`.
 pub(super) fn dispersion(document: &Document, file: &DispersionFile, prism: &PrismSpec) -> Result<Dispersion, Error> {
     let key = |key: &str| format!("effect.dispersion.{key}");
-    let fault = |at: &str, rule: String, help: &str| Err(document.problem(document.span(&key(at)), rule, help));
+    let fault = |at: &str, rule: String, help: &str| Err(document.fault(&key(at), rule, help));
     let (glass, body) = rules::named_glass(document, prism)?;
     let light = light(document, file)?;
     let response = response(document, file)?;
@@ -233,9 +233,8 @@ pub(super) fn dispersion(document: &Document, file: &DispersionFile, prism: &Pri
 }
 
 fn light(document: &Document, file: &DispersionFile) -> Result<LightSource, Error> {
-    let fault = |key: &str, rule: String, help: &str| {
-        Err(document.problem(document.span(&format!("effect.dispersion.{key}")), rule, help))
-    };
+    let fault =
+        |key: &str, rule: String, help: &str| Err(document.fault(&format!("effect.dispersion.{key}"), rule, help));
     let given = |key: &&str| document.has("effect.dispersion", key);
     if file.lines_nm.is_empty() && given(&"powers") {
         let rule = "`effect.dispersion.powers` are those of lines, and `lines_nm` names none".to_owned();
@@ -293,7 +292,7 @@ fn response(document: &Document, file: &DispersionFile) -> Result<Response, Erro
     if let Some(k) = file.sensitivities.windows(2).position(|pair| pair[0].0 >= pair[1].0) {
         let at = format!("effect.dispersion.sensitivities[{}]", k + 1);
         let rule = format!("`{at}` is at {} nm, not beyond the row before", file.sensitivities[k + 1].0);
-        return Err(document.problem(document.span(&at), rule, "sort the rows by rising wavelength"));
+        return Err(document.fault(&at, rule, "sort the rows by rising wavelength"));
     }
     let row = |row: &SensitivityFile| Sensitivity { wavelength_nm: row.0, rgb: [row.1, row.2, row.3] };
     Ok(Response::Rgb(file.sensitivities.iter().map(row).collect()))

@@ -95,7 +95,7 @@ fn one() -> f64 {
 pub(super) fn sensor(document: &Document, file: &SensorFile) -> Result<Sensor, Error> {
     let needs = |given: bool, key: &str, rule: &str, help: &str| {
         let at = format!("effect.sensor.{key}");
-        if given { Err(document.problem(document.span(&at), format!("`{at}` {rule}"), help)) } else { Ok(()) }
+        if given { Err(document.fault(&at, format!("`{at}` {rule}"), help)) } else { Ok(()) }
     };
     let electrons = [
         ("shot_noise", file.shot_noise == Some(true)),

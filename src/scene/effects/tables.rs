@@ -210,7 +210,7 @@ pub(crate) fn effects(
         EffectsFile::Auto(AutoFile { auto: ThresholdFile { grey: None, px: None } }) => {
             let rule = "`effects.auto` is empty, and says of no effect that it may be left out".to_owned();
             let help = "give `grey`, `px` or both: effects = { auto = { grey = 0.002, px = 0.01 } }";
-            return Err(document.problem(document.span("effects"), rule, help));
+            return Err(document.fault("effects", rule, help));
         }
         EffectsFile::Auto(AutoFile { auto: ThresholdFile { grey, px } }) => auto(Threshold { grey, px }),
     })
