@@ -68,15 +68,33 @@ impl Plan<'_> {
                 let pixels = patch.region.columns.len() * rows.len();
                 PieceOfWork { mapped: true, pixels, bend_px: work.bend_px }
             }
-            None => {
-                let window = window(self.system, [x, y], side);
-                let [width, height] = window.camera().size_px();
-                let mut radiance = vec![0.0; width * height];
-                let mut band = Band { width, first_column: 0, first_row: 0, radiance: &mut radiance, truth: None };
-                let work = render_band(&traced(self, &window), &mut band);
-                PieceOfWork { mapped: false, pixels: width * height, bend_px: work.bend_px }
-            }
+            None => self.traced_square([x, y], side),
         }
+    }
+
+    /// Makes a square of `side` traced pixels at `place`, each from 0 to 1 over the pixels that the plan traces, few as they may be; `None`
+    /// where it traces none.
+    pub fn sample_traced(&self, place: DVec2, side: usize) -> Option<PieceOfWork> {
+        let pixels = |region: &Region| region.columns.len() * region.rows.len();
+        let mut at = (place.x * self.pixel_work().traced as f64) as usize;
+        for region in &self.traced {
+            if at < pixels(region) {
+                let row = ((place.y * region.rows.len() as f64) as usize).min(region.rows.len() - 1);
+                let px = [region.columns.start + at / region.rows.len(), region.rows.start + row];
+                return Some(self.traced_square(px, side));
+            }
+            at -= pixels(region);
+        }
+        None
+    }
+
+    fn traced_square(&self, first: [usize; 2], side: usize) -> PieceOfWork {
+        let window = window(self.system, first, side);
+        let [width, height] = window.camera().size_px();
+        let mut radiance = vec![0.0; width * height];
+        let mut band = Band { width, first_column: 0, first_row: 0, radiance: &mut radiance, truth: None };
+        let work = render_band(&traced(self, &window), &mut band);
+        PieceOfWork { mapped: false, pixels: width * height, bend_px: work.bend_px }
     }
 }
 

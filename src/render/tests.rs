@@ -9,7 +9,7 @@ use crate::geom::Pose;
 use crate::scene::{PrismSpec, Scene};
 use crate::system::System;
 use crate::{scene, system};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 const BIPRISM: &str = "index = 1.48\nridge_distance_mm = 78.472\nthickness_mm = 8.545";
 const BOARD: &str = "columns = 41\nrows = 41\nsquare_mm = 10.0";
@@ -212,6 +212,22 @@ fn the_map_covers_the_sensor_once() {
         mapped += usize::from(!plan.patches.is_empty());
     }
     assert!(mapped >= 12, "only {mapped} instruments have a patch of a map");
+}
+
+/// A sample of what is traced is of that, however little it is.
+#[test]
+fn samples_of_the_traced_part_are_traced() {
+    let mut some = 0;
+    for (name, system) in instruments(Accuracy::standard(), 3) {
+        let plan = Plan::new(&system);
+        let traced = plan.pixel_work().traced > 0;
+        some += usize::from(traced && !plan.patches.is_empty());
+        for share in [0.0, 0.37, 0.999_999] {
+            let piece = plan.sample_traced(DVec2::splat(share), 2);
+            assert!(piece.map(|piece| !piece.mapped && piece.pixels > 0) == traced.then_some(true), "{name}");
+        }
+    }
+    assert!(some > 0, "no instrument has a map and traced pixels beside it");
 }
 
 /// The map against every pixel traced: classes, positions and radiance, wherever it is used.
