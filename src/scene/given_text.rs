@@ -128,6 +128,12 @@ fn put<'t>(
         };
         table.insert(named(), Spanned::new(whole.span.clone(), begun));
     }
+    // A list with an item that was given is no longer as its text has it: what is wrong with the whole is told of what was given.
+    if !step.items.is_empty()
+        && let Some(list) = table.remove(step.name)
+    {
+        table.insert(named(), Spanned::new(whole.span.clone(), list.into_inner()));
+    }
     let mut inner = table.get_mut(step.name);
     for &item in &step.items {
         let Some(DeValue::Array(items)) = inner.map(Spanned::get_mut) else {
