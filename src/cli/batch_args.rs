@@ -15,7 +15,7 @@ pub struct BatchArgs {
     #[command(flatten)]
     pub values: SetArgs,
     /// What is done with each scene: `compare`, `render`, `design`, `analyse spot`, `field-curvature`, `mtf`, `reprojection`, `surface` or
-    /// `stereo`, with options of theirs, as in "compare --target-px 0.01". Nothing but the lines is written.
+    /// `stereo`, with options of theirs, as in "compare --target-px 0.01". Nothing but the lines is written, and pictures where --pictures asks for them.
     #[arg(long, value_name = "VERB")]
     pub verb: String,
     /// Values that a key takes: A:B:N for N values from A to B, both among them, or a list, as in prism.index=1.46:1.5:6 or
@@ -35,6 +35,9 @@ pub struct BatchArgs {
     /// File for the lines, one a job. Jobs that it has are not done again. Without it out/batch.jsonl, of a shard out/batch_2_of_8.jsonl.
     #[arg(long, value_name = "JSONL")]
     pub out: Option<PathBuf>,
+    /// Folder for the picture of each job of the verb `render`, a PNG called by the job's number; each is there before its line is.
+    #[arg(long, value_name = "FOLDER")]
+    pub pictures: Option<PathBuf>,
     /// Print what was done as JSON.
     #[arg(long)]
     pub json: bool,

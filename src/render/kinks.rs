@@ -4,21 +4,18 @@ use super::centre_rays::trace_scalar;
 use super::divided::along_borders;
 use super::pixel::{INSET_PX, square, subdivided};
 use super::pixel_mean::Taylor2;
-use super::plan::{PartBorders, Plan};
+use super::plan::{KINK_STRAY_SHARE, PartBorders, Plan};
 use super::steep;
 use super::work::Work;
 use crate::system::System;
 use glam::{DMat2, DVec2};
-
-/// What the map may stray from its expansion at the corners of a pixel, as a share of the bend allowed.
-pub(super) const STRAY_SHARE: f64 = 0.5;
 
 /// Whether the expansion of the pixel at `px`, by steps of a pixel, holds at its corners and at the middles of its sides. A
 /// straight kink that passes through the pixel has a corner beyond it, at which the map strays most.
 pub(super) fn holds(plan: &Plan, px: DVec2, taylor: &Taylor2, work: &mut Work) -> bool {
     work.counts.rays += 8;
     let inverse = DMat2::from_cols(taylor.dx, taylor.dy).inverse();
-    let most = STRAY_SHARE * plan.system.accuracy().bend_px;
+    let most = KINK_STRAY_SHARE * plan.system.accuracy().bend_px;
     places(plan).into_iter().all(|at| {
         let Some(seen) = seen(plan.system, px + at) else { return false };
         let bend = 0.5 * (taylor.dxx * (at.x * at.x) + taylor.dyy * (at.y * at.y)) + taylor.dxy * (at.x * at.y);

@@ -3,7 +3,6 @@
 use super::centre_rays::CentreTracer;
 use super::checkerboard::Checkerboard;
 use super::film::AccuracyReport;
-use super::kinks;
 use super::map::MapPatch;
 use super::region::Region;
 use super::seam_map::SeamMap;
@@ -31,6 +30,8 @@ const FEW_PIXELS: usize = 150;
 
 /// Facets of a surface up to which the creases between them are followed: beyond them they fill the picture.
 const MOST_FACETS: usize = 256;
+/// What the map may stray from its expansion at the corners of a pixel, as a share of the bend allowed.
+pub(super) const KINK_STRAY_SHARE: f64 = 0.5;
 /// Pieces up to which kinks are followed, in the pixels in which they matter.
 const MOST_PIECES: usize = 1 << 16;
 
@@ -138,7 +139,7 @@ impl<'a> Plan<'a> {
             (false, _) => 0.0,
             (true, PartBorders::None) => truncation_error::of_differences_px(system, &mut tiling.rays),
             // Expansions stand where they hold.
-            (true, _) => kinks::STRAY_SHARE * system.accuracy().bend_px,
+            (true, _) => KINK_STRAY_SHARE * system.accuracy().bend_px,
         };
         Self {
             system,

@@ -14,7 +14,7 @@ use crate::texture::Convex;
 use glam::DVec2;
 
 /// Parts along each side of a pixel at most.
-const MOST_PARTS: f64 = 16.0;
+const MOST_PARTS: f64 = 64.0;
 /// A polygon between the places that its corners see strays from the pixel's part by as much as the map does along two of its
 /// sides at a corner, and weighs what is within by as much again.
 const STRAYS: f64 = 4.0;

@@ -27,6 +27,27 @@ fn lines(folder: &Path, name: &str) -> Vec<Value> {
     whole.lines().map(line).collect()
 }
 
+/// The picture of a job is that of the verb by itself, and only the verb `render` has one.
+#[test]
+fn pictures_are_those_of_the_verb() {
+    let folder = tempfile::tempdir().expect("a folder");
+    tiny_scene(folder.path(), as_is);
+    let sweep = ["--sweep", "board.square_mm=20,18"];
+    batch(folder.path(), &[&sweep[..], &["--pictures", "made", "--out", "a.jsonl"]].concat());
+    let names: std::collections::BTreeSet<String> = fs::read_dir(folder.path().join("made"))
+        .expect("the folder")
+        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+        .collect();
+    assert_eq!(names.into_iter().collect::<Vec<_>>(), ["000000.png", "000001.png"]);
+    let one = ["render", "scene.toml", "--set", "board.square_mm=18", "--out", "one.png"];
+    assert!(biprism(folder.path(), &one).status.success());
+    let [own, alone] =
+        ["made/000001.png", "one.png"].map(|name| fs::read(folder.path().join(name)).expect("a picture"));
+    assert!(own == alone, "the picture of a job has other bytes than the verb's");
+    let other = ["batch", "scene.toml", "--verb", "design", "--pictures", "made"];
+    refused(folder.path(), &other, &["--pictures", "the verb is design"]);
+}
+
 fn refused(folder: &Path, args: &[&str], words: &[&str]) {
     let out = biprism(folder, args);
     assert_eq!(out.status.code(), Some(2), "{args:?}");

@@ -5,7 +5,8 @@ use super::lines::line_shifts;
 use super::settings::CostSettings;
 use super::shift_judge::rmse;
 use super::shifts::Shifts;
-use super::time::{Spread, Taken};
+use super::study::EffectSetting;
+use super::time::Taken;
 use crate::accuracy::{Accuracy, Level};
 use crate::effect::telecentric::Telecentric;
 use crate::effect::thin_lens::{Aperture, ThinLens};
@@ -17,27 +18,6 @@ use crate::surface::mesh::Normals;
 use crate::system::tessellated::{Tessellated, used_part};
 use crate::system::{self, System};
 
-/// One setting of an effect.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct EffectSetting {
-    /// `thin_lens`, `telecentric`, or `mesh` for the prism as triangles that refract by their own normals.
-    pub effect: &'static str,
-    /// What was turned: `points` of the pupil, or `level`.
-    pub knob: &'static str,
-    /// To what, in words.
-    pub value: String,
-    /// To what, as a number.
-    pub number: f64,
-    /// CPU time of a picture on one thread, in ms.
-    pub time_ms: Spread,
-    /// The same, over that of the yardstick at one ray a pixel.
-    pub yardsticks: Spread,
-    /// Root of the mean square of the pixels' difference from the finer picture, of full scale 1.
-    pub rmse: f64,
-    /// Shifts of the pattern's lines against the finer picture.
-    pub lines_px: Option<Shifts>,
-}
-
 /// The thin lens: its f-number, and the distance at which it is in focus as a share of the board's.
 const THIN: (f64, f64) = (4.0, 0.6);
 /// The telecentric lens: its numerical aperture, and the same share.
@@ -46,7 +26,7 @@ const TELECENTRIC: (f64, f64) = (0.01, 0.95);
 const TELECENTRIC_PART: f64 = 0.8;
 
 /// An instrument that is timed, and what names it.
-struct Run {
+struct EffectRun {
     value: String,
     number: f64,
     system: System,
@@ -56,7 +36,7 @@ struct Run {
 pub(super) struct EffectRuns {
     effect: &'static str,
     knob: &'static str,
-    runs: Vec<Run>,
+    runs: Vec<EffectRun>,
     reference: System,
 }
 
@@ -87,11 +67,12 @@ fn telecentric(scene: &Scene, plain: &System, depth_mm: f64) -> Option<Lens> {
 fn by_points(effect: &'static str, lens: Lens, scene: &Scene, settings: &CostSettings) -> Option<EffectRuns> {
     let of_points = |points: usize| {
         let quadrature = Quadrature { points, ..Quadrature::default() };
-        let effects = Effects { lens: lens.clone(), quadrature, ..Effects::default() };
+        let effects = Effects { lens, quadrature, ..Effects::default() };
         system::build(&Scene { effects, accuracy: Accuracy::standard(), ..scene.clone() }).ok()
     };
-    let run =
-        |&points: &usize| Some(Run { value: points.to_string(), number: points as f64, system: of_points(points)? });
+    let run = |&points: &usize| {
+        Some(EffectRun { value: points.to_string(), number: points as f64, system: of_points(points)? })
+    };
     let runs = settings.pupil_points.iter().map(run).collect::<Option<Vec<_>>>()?;
     Some(EffectRuns { effect, knob: "points", runs, reference: of_points(settings.pupil_reference)? })
 }
@@ -99,13 +80,13 @@ fn by_points(effect: &'static str, lens: Lens, scene: &Scene, settings: &CostSet
 /// The prism as triangles by the level; `None` without one, or of one that is a mesh already.
 fn by_level(scene: &Scene, plain: &System, settings: &CostSettings) -> Option<EffectRuns> {
     let triangles = settings.mesh_triangles;
-    let mesh = Tessellated::new(plain, triangles, Normals::Flat)?.spec(scene.prism.body()?);
+    let mesh = Tessellated::new(plain, triangles, Normals::Smooth)?.spec(scene.prism.body()?);
     let scene = Scene { prism: PrismSpec::Mesh(mesh), effects: Effects::default(), ..scene.clone() };
     let built = system::build(&scene).ok()?;
     let levels = (1..).zip(Level::ALL).filter(|(_, level)| *level != Level::Reference);
     let run = |(k, level): (i32, Level)| {
         let system = built.with_accuracy(level.accuracy());
-        Run { value: level.name().to_owned(), number: f64::from(k), system }
+        EffectRun { value: level.name().to_owned(), number: f64::from(k), system }
     };
     let runs = levels.map(run).collect();
     Some(EffectRuns { effect: "mesh", knob: "level", runs, reference: built.with_accuracy(Accuracy::reference()) })
@@ -122,7 +103,7 @@ impl EffectRuns {
         let reference = picture(&self.reference);
         let pattern = &self.reference.board().pattern;
         let contrast = pattern.white - pattern.black;
-        let setting = |(run, taken): (&Run, &Taken)| {
+        let setting = |(run, taken): (&EffectRun, &Taken)| {
             let made = picture(&run.system);
             EffectSetting {
                 effect: self.effect,

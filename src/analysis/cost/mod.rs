@@ -23,7 +23,6 @@ use time::Job;
 
 pub use designs::DesignSetting;
 pub use detector::Measured;
-pub use effects::EffectSetting;
 pub use meshes::Meshed;
 pub use time::{Spread, calibration, cpu_ms};
 
@@ -100,4 +99,4 @@ mod shifts;
 
 pub use settings::CostSettings;
 pub use shifts::Shifts;
-pub use study::{CostStudy, Setting};
+pub use study::{CostStudy, EffectSetting, Setting};

@@ -43,7 +43,7 @@ impl Default for CostSettings {
             triangles: vec![1_000, 10_000, 100_000, 1_000_000],
             pupil_points: vec![8, 32, 128, 512],
             pupil_reference: 2048,
-            mesh_triangles: 10_000,
+            mesh_triangles: 1_000,
         }
     }
 }
@@ -62,7 +62,7 @@ impl CostSettings {
             triangles: vec![1_000],
             pupil_points: vec![8, 32],
             pupil_reference: 128,
-            mesh_triangles: 1_000,
+            mesh_triangles: 100,
             ..Self::default()
         }
     }

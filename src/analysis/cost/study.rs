@@ -2,7 +2,6 @@
 
 use super::designs::DesignSetting;
 use super::detector::Measured;
-use super::effects::EffectSetting;
 use super::meshes::Meshed;
 use super::shifts::Shifts;
 use super::time::Spread;
@@ -56,4 +55,25 @@ pub struct Setting {
     pub measured: Measured,
     /// What the level says of itself; `None` of point samples.
     pub account: Option<AccuracyReport>,
+}
+
+/// One setting of an effect.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct EffectSetting {
+    /// `thin_lens`, `telecentric`, or `mesh` for the prism as triangles with the normals of their corners.
+    pub effect: &'static str,
+    /// What was turned: `points` of the pupil, or `level`.
+    pub knob: &'static str,
+    /// To what, in words.
+    pub value: String,
+    /// To what, as a number.
+    pub number: f64,
+    /// CPU time of a picture on one thread, in ms.
+    pub time_ms: Spread,
+    /// The same, over that of the yardstick at one ray a pixel.
+    pub yardsticks: Spread,
+    /// Root of the mean square of the pixels' difference from the finer picture, of full scale 1.
+    pub rmse: f64,
+    /// Shifts of the pattern's lines against the finer picture.
+    pub lines_px: Option<Shifts>,
 }

@@ -5,8 +5,8 @@ use super::jobs::{BatchJob, Jobs};
 use super::verb::BatchWork;
 use crate::cli::batch_args::BatchArgs;
 use crate::cli::outcome::Outcome;
-use crate::cli::output;
 use crate::cli::progress::Progress;
+use crate::cli::{files, output};
 use crate::error::Error;
 use crate::progress::Observer;
 use crate::report::batch::flat::flat;
@@ -14,7 +14,7 @@ use crate::report::batch::job_line::{JobError, JobLine};
 use crate::system::DesignStore;
 use serde_json::json;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread::{Builder, scope};
@@ -23,6 +23,10 @@ use std::time::Instant;
 pub(crate) fn run(args: &BatchArgs) -> Result<Outcome, Error> {
     let verb = args.verb.split_whitespace().collect::<Vec<_>>().join(" ");
     let work = BatchWork::of_words(&verb)?;
+    if args.pictures.is_some() && !matches!(work, BatchWork::Render(_)) {
+        let rule = format!("the verb is {verb}, and pictures are those of the verb render");
+        return Err(Error::new("--pictures", rule, "leave --pictures out, or write --verb render"));
+    }
     let jobs = Jobs::of(args, verb)?;
 
     // See what is there.
@@ -41,11 +45,18 @@ pub(crate) fn run(args: &BatchArgs) -> Result<Outcome, Error> {
     }
 
     // Do what is missing.
+    args.pictures.as_deref().map_or(Ok(()), files::folder)?;
     let progress = Progress::new(0);
     let watch = progress.watch("batch");
     watch.stage_of("jobs", missing.len());
     let started = Instant::now();
-    let workshop = BatchWorkshop { jobs: &jobs, work: &work, wanted: &args.figure, designs: DesignStore::default() };
+    let workshop = BatchWorkshop {
+        jobs: &jobs,
+        work: &work,
+        wanted: &args.figure,
+        pictures: args.pictures.as_deref(),
+        designs: DesignStore::default(),
+    };
     let mut file = workshop.do_all(&missing, file, &watch)?;
     file.put_in_order()?;
     drop(progress);
@@ -76,6 +87,8 @@ struct BatchWorkshop<'a> {
     work: &'a BatchWork,
     /// Paths of the figures that are kept; all where there are none.
     wanted: &'a [String],
+    /// Where pictures go.
+    pictures: Option<&'a Path>,
     designs: DesignStore,
 }
 
@@ -136,7 +149,8 @@ impl BatchWorkshop<'_> {
         let done = catch_unwind(AssertUnwindSafe(|| {
             let scene = job.scene()?;
             name = Some(scene.name.clone());
-            self.work.figures(scene, job.path(), &self.designs)
+            let png = self.pictures.map(|folder| folder.join(format!("{:06}.png", job.head.job)));
+            self.work.figures(scene, job.path(), &self.designs, png)
         }));
         let done = done.unwrap_or_else(|_| {
             let rule = "the program failed, as stderr tells";

@@ -10,13 +10,13 @@ use crate::cli::study_args::AnalyseArgs;
 use crate::cli::{accuracy, design, files};
 use crate::error::Error;
 use crate::render::{Outputs, render_wanted};
-use crate::report::{comparison, design as design_report};
+use crate::report::{comparison, design as design_report, picture};
 use crate::scene::Scene;
 use crate::system::{DesignStore, build_from};
 use clap::Parser;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Options that write files, or are the batch's own.
 const NO_OPTIONS: [&str; 12] = [
@@ -86,11 +86,18 @@ impl BatchWork {
         }
     }
 
-    /// The figures of `scene`, which `place` names in messages, with designs of `designs`.
-    pub(super) fn figures(&self, scene: Scene, place: &Path, designs: &DesignStore) -> Result<Value, Error> {
+    /// The figures of `scene`, which `place` names in messages, with designs of `designs`; of the verb `render` its picture goes to the file
+    /// `png`, where there is one.
+    pub(super) fn figures(
+        &self,
+        scene: Scene,
+        place: &Path,
+        designs: &DesignStore,
+        png: Option<PathBuf>,
+    ) -> Result<Value, Error> {
         match self {
             Self::Compare(args) => compared(args, accuracy::asked(scene, args.target_px), place, designs),
-            Self::Render(args) => rendered(&accuracy::asked(scene, args.target_px), place, designs),
+            Self::Render(args) => rendered(&accuracy::asked(scene, args.target_px), place, designs, png),
             Self::Design(args) => files::named(place, design::figures(scene, args)),
             Self::Analyse(args) => {
                 let document = of_scene::document(&args.study, &scene, place, designs)?;
@@ -120,10 +127,13 @@ fn compared(args: &CompareArgs, scene: Scene, place: &Path, designs: &DesignStor
     Ok(Value::Object(entries))
 }
 
-/// What became of the rays of the picture, and what it kept to.
-fn rendered(scene: &Scene, place: &Path, designs: &DesignStore) -> Result<Value, Error> {
+/// What became of the rays of the picture, which goes to the file `png`, and what it kept to.
+fn rendered(scene: &Scene, place: &Path, designs: &DesignStore, png: Option<PathBuf>) -> Result<Value, Error> {
     let system = files::named(place, build_from(scene, designs))?;
     let film = render_wanted(&system, Outputs { truth: true }, &());
+    if let Some(png) = png {
+        picture::write_all(&[png], scene, &system, &film)?;
+    }
     Ok(json!({
         "fates": film.class.as_ref().map(fates),
         "counts": film.counts,
