@@ -6,7 +6,8 @@ Pictures of 1920 x 1080 px of a checkerboard through the prism of the design pap
   flat      two facets of an angle of 8.85428 deg
   freeform  polynomials of degree 5; to Mitsuba as 10^6 triangles with the normals of the polynomials
   lens      the flat prism before a thin lens, f/4, in focus at 600 mm
-  mesh      the body that `biprism export` writes of it, about 10^4 triangles with their own normals
+  mesh      the freeform prism as about 10^4 triangles with smooth normals, held against its polynomials: the body that `biprism export`
+            writes; to the others sheets with the normals of the polynomials
 
 and then
 
@@ -37,7 +38,7 @@ import tempfile
 
 from rival.common import FLAT, FREEFORM, biprism, lens, missing, picture_table, scene_file
 
-TRIANGLES = 1_000_000
+TRIANGLES, FEW = 1_000_000, 10_000
 
 
 def mitsuba_rows(row, folder, variants, **scene):
@@ -109,14 +110,15 @@ def thin_lens(program, folder):
 def mesh(program, folder):
     from rival import povray, surfaces
 
-    body = [surfaces.solid(program, scene_file(folder, "freeform", "exact", FREEFORM), os.path.join(folder, "body.ply"))]
-    print(f"{len(body[0][2])} triangles")
-    prism = 'kind = "mesh"\nnormals = "flat"\nindex = 1.48\nbody = "body.ply"\n'
-    row = picture_table(biprism(program, folder, "exact", prism, times=1)[1])
+    row = picture_table(biprism(program, folder, "exact", FREEFORM, times=1)[1])
+    scene = scene_file(folder, "freeform", "exact", FREEFORM)
+    triangles = surfaces.solid(program, scene, os.path.join(folder, "body.ply"))
+    prism = 'kind = "mesh"\nindex = 1.48\nbody = "body.ply"\n'
     for level in ("draft", "standard", "exact"):
-        row(f"biprism, {level}", *biprism(program, folder, level, prism))
-    povray_rows(row, folder, povray.triangles(body, False), [ONE, GRIDS[0]])
-    mitsuba_rows(row, folder, [(FAST, (1, 16, 64)), (SLOW, (1,))], sheets=body)
+        row(f"biprism, {level}, {triangles} triangles", *biprism(program, folder, level, prism))
+    body = surfaces.body(surfaces.polynomials(program, scene, folder), FEW)
+    povray_rows(row, folder, povray.triangles(body, True), [ONE, GRIDS[0]])
+    mitsuba_rows(row, folder, [(FAST, (1, 16, 64)), (SLOW, (1,))], sheets=body, smooth=True)
 
 
 def corners(program, folder):

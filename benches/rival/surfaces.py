@@ -55,16 +55,11 @@ def grid(triangles):
 
 
 def solid(program, scene, path):
-    """Vertices, no normals, and triangles of the closed body, which is written to `path` as well: about 10^4 triangles."""
+    """Writes the closed body of about 10^4 triangles; how many they are."""
     command([program, "export", scene, "--format", "ply", "--tolerance-mm", "4.6e-4", "--out", path, "--quiet"])
     with open(path, "rb") as file:
-        data = file.read()
-    head, body = data.split(b"end_header\n", 1)
-    counts = {words[1]: int(words[2]) for words in (line.split() for line in head.decode().splitlines()) if words[0] == "element"}
-    vertices = np.frombuffer(body, "<f8", 3 * counts["vertex"]).reshape(-1, 3)
-    faces = np.frombuffer(body, [("n", "u1"), ("v", "<i4", 3)], counts["face"], vertices.nbytes)
-    assert (faces["n"] == 3).all()
-    return vertices, None, faces["v"].copy()
+        head = file.read(1000).decode(errors="replace")
+    return int(head.split("element face ")[1].split()[0])
 
 
 def write_ply(path, vertices, triangles, normals=None):
