@@ -6,8 +6,8 @@ Pictures of 1920 x 1080 px of a checkerboard through the prism of the design pap
   flat      two facets of an angle of 8.85428 deg
   freeform  polynomials of degree 5; to Mitsuba as 10^6 triangles with the normals of the polynomials
   lens      the flat prism before a thin lens, f/4, in focus at 600 mm
-  mesh      the freeform prism as about 10^4 triangles with smooth normals, held against its polynomials: the body that `biprism export`
-            writes; to the others sheets with the normals of the polynomials
+  mesh      the freeform prism as triangles with smooth normals, held against its polynomials: as the bodies that `biprism export`
+            writes, of about 10^4 and 10^6, whose normals follow from the triangles; to the others 10^4 with those of the polynomials
 
 and then
 
@@ -99,11 +99,10 @@ def freeform(program, folder):
 def thin_lens(program, folder):
     from rival import povray
 
-    row = picture_table(biprism(program, folder, "standard", FLAT, lens(4096), times=1)[1])
+    row = picture_table(biprism(program, folder, "standard", FLAT, lens(2048), times=1)[1])
     for points in (32, 128, 1024):
         row(f"biprism, standard, {points} points", *biprism(program, folder, "standard", FLAT, lens(points)))
-    for samples in (37, 127):
-        povray_rows(row, folder, povray.flat(), [(f"{samples} blur samples", ["-A"])], blur=samples)
+    povray_rows(row, folder, povray.flat(), [("37 blur samples", ["-A"])], blur=37)
     mitsuba_rows(row, folder, [(FAST, (16, 64, 256)), (SLOW, (16,))], lens=True)
 
 
@@ -112,12 +111,12 @@ def mesh(program, folder):
 
     row = picture_table(biprism(program, folder, "exact", FREEFORM, times=1)[1])
     scene = scene_file(folder, "freeform", "exact", FREEFORM)
-    triangles = surfaces.solid(program, scene, os.path.join(folder, "body.ply"))
     prism = 'kind = "mesh"\nindex = 1.48\nbody = "body.ply"\n'
-    for level in ("draft", "standard", "exact"):
-        row(f"biprism, {level}, {triangles} triangles", *biprism(program, folder, level, prism))
+    for chord_mm in ("4.6e-4", "4.6e-6"):
+        triangles = surfaces.solid(program, scene, os.path.join(folder, "body.ply"), chord_mm)
+        row(f"biprism, standard, {triangles} triangles", *biprism(program, folder, "standard", prism, times=2))
     body = surfaces.body(surfaces.polynomials(program, scene, folder), FEW)
-    povray_rows(row, folder, povray.triangles(body, True), [ONE, GRIDS[0]])
+    povray_rows(row, folder, povray.triangles(body), [ONE, GRIDS[0]])
     mitsuba_rows(row, folder, [(FAST, (1, 16, 64)), (SLOW, (1,))], sheets=body, smooth=True)
 
 

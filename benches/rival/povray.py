@@ -53,19 +53,19 @@ def polynomial(surface, side, sign):
     return f"polynomial {{ {len(c) - 1}, {', '.join(listed)}, xyz(0,0,1):{-sign} sturm }}"
 
 
-def triangles(sheets, smooth):
-    """A body of sheets, each (vertices, normals, triangles), as one mesh; with the normals of the vertices or of the triangles."""
-    parts = []
-    for vertices, normals, faces in sheets:
-        lists = [("vertex_vectors", vertices, "%.17g"), ("face_indices", faces, "%d")]
-        if smooth:
-            lists.insert(1, ("normal_vectors", normals, "%.17g"))
-        text = "".join(
-            f"{name} {{ {len(rows)},\n" + ",\n".join(("<" + ",".join([form] * 3) + ">") % tuple(row) for row in rows) + " }\n"
-            for name, rows, form in lists
-        )
-        parts.append(f"mesh2 {{ {text} {GLASS} }}\n")
-    return "".join(parts)
+def triangles(sheets):
+    """A body of sheets, each (vertices, normals, triangles), as one mesh: light goes in and out of one object."""
+    first = np.cumsum([0] + [len(vertices) for vertices, _, _ in sheets])
+    lists = [
+        ("vertex_vectors", np.concatenate([vertices for vertices, _, _ in sheets]), "%.17g"),
+        ("normal_vectors", np.concatenate([normals for _, normals, _ in sheets]), "%.17g"),
+        ("face_indices", np.concatenate([faces + start for (_, _, faces), start in zip(sheets, first)]), "%d"),
+    ]
+    text = "".join(
+        f"{name} {{ {len(rows)},\n" + ",\n".join(("<" + ",".join([form] * 3) + ">") % tuple(row) for row in rows) + " }\n"
+        for name, rows, form in lists
+    )
+    return f"mesh2 {{ {text} {GLASS} }}\n"
 
 
 def render(folder, body, options, blur_samples=0):

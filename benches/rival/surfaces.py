@@ -54,9 +54,9 @@ def grid(triangles):
     return max(2, round(triangles / 8 / rows)), rows
 
 
-def solid(program, scene, path):
-    """Writes the closed body of about 10^4 triangles; how many they are."""
-    command([program, "export", scene, "--format", "ply", "--tolerance-mm", "4.6e-4", "--out", path, "--quiet"])
+def solid(program, scene, path, chord_mm):
+    """Writes the closed body, whose chords stray by so much at most; how many triangles it has."""
+    command([program, "export", scene, "--format", "ply", "--tolerance-mm", chord_mm, "--out", path, "--quiet"])
     with open(path, "rb") as file:
         head = file.read(1000).decode(errors="replace")
     return int(head.split("element face ")[1].split()[0])
