@@ -91,7 +91,9 @@ impl BatchWork {
         match self {
             Self::Compare(args) => compared(args, accuracy::asked(scene, args.target_px), place, designs),
             Self::Render(args) => rendered(&accuracy::asked(scene, args.target_px), place, designs),
-            Self::Design(args) => files::named(place, design::figures(scene, args)),
+            Self::Design(args) => {
+                files::named(place, design::figures_and_prism(scene, args)).map(|(figures, _)| figures)
+            }
             Self::Analyse(args) => {
                 let document = of_scene::document(&args.study, &scene, place, designs)?;
                 let sheet = |document: &crate::report::study::document::StudyDocument| {
@@ -105,6 +107,26 @@ impl BatchWork {
                 Ok(document.as_ref().map_or(Value::Null, sheet))
             }
         }
+    }
+}
+
+/// The figures that a job of `biprism batch --verb VERB` has of `scene`, which `place` names in messages, with designs of `designs`.
+///
+/// # Errors
+/// What is no verb of a batch or has an option that has no place in one, and what the verb says of the scene.
+pub fn figures(verb: &str, scene: Scene, place: &Path, designs: &DesignStore) -> Result<Value, Error> {
+    BatchWork::of_words(verb)?.figures(scene, place, designs)
+}
+
+/// The figures of `biprism design`, given with its options as in `design --objective toed-in`, and the designed prism as the
+/// `[prism]` part of a scene.
+///
+/// # Errors
+/// As [`figures`], and when no prism is designed.
+pub fn designed(verb: &str, scene: Scene, place: &Path) -> Result<(Value, String), Error> {
+    match BatchWork::of_words(verb)? {
+        BatchWork::Design(args) => files::named(place, design::figures_and_prism(scene, &args)),
+        _ => Err(Error::new("the verb", format!("{verb} designs nothing"), "give `design` and its options")),
     }
 }
 
