@@ -22,7 +22,7 @@ pub(crate) struct HeldScene {
     place: String,
     folder: Option<PathBuf>,
     pub(crate) scene: Scene,
-    /// Shared by scenes that were made of each other and have one camera and prism.
+    /// Shared by scenes that were made of each other.
     pub(crate) designs: Arc<DesignStore>,
     system: OnceLock<Arc<System>>,
 }
@@ -106,9 +106,8 @@ impl SceneHandle {
             let values = values.collect::<Result<Vec<_>, _>>().map_err(refused)?;
             let scene = scene::parse_with(text, place, folder.as_deref(), &values)?;
             let text = scene::text_with(text, place, &values)?;
-            let same_prism = scene.camera == own.scene.camera && scene.prism == own.scene.prism;
             let made = HeldScene::new(text, place.clone(), folder.clone(), scene);
-            let designs = if same_prism { Arc::clone(&own.designs) } else { Arc::default() };
+            let designs = Arc::clone(&own.designs);
             Ok(Self(Arc::new(HeldScene { designs, ..made })))
         })
     }
