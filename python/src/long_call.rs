@@ -44,13 +44,21 @@ impl Observer for Stopper {
     }
 }
 
-/// What `work` makes, on a thread of its own, while the interpreter goes on. Where a signal raises, that is raised at once, and the work
+/// What `work` makes, on threads of its own, while the interpreter goes on. Where a signal raises, that is raised at once, and the work
 /// ends when its observer is told next; its designs and studies of rays tell it nothing, and end by themselves.
 pub(crate) fn long_call<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&Stopper) -> Result<T, Error> + Send + 'static,
 ) -> PyResult<T> {
     not_forked()?;
+    aside(py, work)
+}
+
+/// The same of work that needs no threads but its own, and so goes on in a process that was forked.
+pub(crate) fn aside<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce(&Stopper) -> Result<T, Error> + Send + 'static,
+) -> PyResult<T> {
     let stopped = Arc::new(AtomicBool::new(false));
     let stopper = Stopper(Arc::clone(&stopped));
     let (tell, mut told) = sync_channel(1);

@@ -1,7 +1,7 @@
 //! A scene that Python holds: its text, its values, and the instrument once it was asked for.
 
 use crate::failure::failure;
-use crate::long_call::long_call;
+use crate::long_call::aside;
 use biprism::accuracy::{Accuracy, Level};
 use biprism::scene::{self, Override};
 use biprism::system::{DesignStore, build_from};
@@ -79,7 +79,7 @@ impl SceneHandle {
     /// The scene of a text; `place` names it in messages, `folder` is where the files that it names are.
     #[staticmethod]
     fn of_text(py: Python<'_>, text: String, place: String, folder: Option<PathBuf>) -> PyResult<Self> {
-        long_call(py, move |_| {
+        aside(py, move |_| {
             let scene = scene::parse(&text, &place, folder.as_deref())?;
             Ok(Self(Arc::new(HeldScene::new(text, place, folder, scene))))
         })
@@ -89,7 +89,7 @@ impl SceneHandle {
     #[staticmethod]
     fn of_values(py: Python<'_>, json: &str, place: String, folder: Option<PathBuf>) -> PyResult<Self> {
         let values = table(json)?;
-        long_call(py, move |_| {
+        aside(py, move |_| {
             let scene = scene::from_values(&values, &place, folder.as_deref())?;
             let text = scene::replaced("", &place, &values)?;
             Ok(Self(Arc::new(HeldScene::new(text, place, folder, scene))))
@@ -99,7 +99,7 @@ impl SceneHandle {
     /// The same with other values, given as JSON by their keys.
     fn with_values(&self, py: Python<'_>, json: &str) -> PyResult<Self> {
         let (values, own) = (table(json)?, Arc::clone(&self.0));
-        long_call(py, move |_| {
+        aside(py, move |_| {
             let HeldScene { text, place, folder, .. } = &*own;
             let refused = |rule| Error::new(place, rule, "give keys as in prism.index or board.position_mm[2]");
             let values = values.into_iter().map(|(key, value)| Override::of_value(&key, value));

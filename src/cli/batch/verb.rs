@@ -115,7 +115,7 @@ impl BatchWork {
 /// # Errors
 /// What is no verb of a batch or has an option that has no place in one, and what the verb says of the scene.
 pub fn figures(verb: &str, scene: Scene, place: &Path, designs: &DesignStore) -> Result<Value, Error> {
-    BatchWork::of_words(verb)?.figures(scene, place, designs)
+    known(verb)?.figures(scene, place, designs)
 }
 
 /// The figures of `biprism design`, given with its options as in `design --objective toed-in`, and the designed prism as the
@@ -124,10 +124,15 @@ pub fn figures(verb: &str, scene: Scene, place: &Path, designs: &DesignStore) ->
 /// # Errors
 /// As [`figures`], and when no prism is designed.
 pub fn designed(verb: &str, scene: Scene, place: &Path) -> Result<(Value, String), Error> {
-    match BatchWork::of_words(verb)? {
+    match known(verb)? {
         BatchWork::Design(args) => files::named(place, design::figures_and_prism(scene, &args)),
-        _ => Err(Error::new("the verb", format!("{verb} designs nothing"), "give `design` and its options")),
+        _ => Err(Error::new(verb, "the verb designs nothing", "give `design` and its options")),
     }
+}
+
+/// The verb of these words, for callers that are no command.
+fn known(verb: &str) -> Result<BatchWork, Error> {
+    BatchWork::of_verb(verb).map_err(|rule| Error::new(verb, rule, "`biprism VERB --help` lists its options"))
 }
 
 /// The report of the scene's prisms, each by its name.
