@@ -206,7 +206,10 @@ class Scene:
         Raises SceneError where none can be designed, and of options that are none.
         """
         figures, prism, values = _core.design(self._handle, _verb("design", options))
-        return DesignedPrism(json.loads(figures), prism, self.replace({"prism": json.loads(values)}))
+        # The prism comes in its own frame, and stays where the scene has it.
+        place = {key: value for key, value in self.values["prism"].items() if key in ("position_mm", "tilt_deg")}
+        scene = self.replace({"prism": {**json.loads(values), **place}})
+        return DesignedPrism(json.loads(figures), prism, scene)
 
     def rectify(self, depth_mm: float | None = None, *, residuals_at_mm: Iterable[float] = ()) -> RectifiedPair:
         """Maps that make a rectified pair of a picture's halves, right ``depth_mm`` from the camera, or at the board; the report says what
