@@ -47,7 +47,7 @@ def matched(corners: bp.Records) -> tuple[NDArray[np.float64], NDArray[np.float6
 # %%
 def draw(scenes: dict[str, bp.Scene], path: Path) -> None:
     """Pictures above, vertical disparities below, on one scale."""
-    figure, axes = plt.subplots(2, len(scenes), figsize=(12, 7), layout="constrained")
+    figure, axes = plt.subplots(2, len(scenes), figsize=(12, 7.5), layout="constrained")
     shown = {}
     for (name, scene), (above, below) in zip(scenes.items(), axes.T):
         picture = scene.render(truth=False)
@@ -61,8 +61,8 @@ def draw(scenes: dict[str, bp.Scene], path: Path) -> None:
         dots = below.scatter(*left.T, c=disparity, cmap="coolwarm", vmin=-most, vmax=most, s=16, edgecolors="0.6", linewidths=0.3)
         rms = np.sqrt(np.mean(disparity**2)) if len(disparity) else float("nan")
         below.set(title=f"{len(disparity)} corners in both halves, {rms:.3g} px RMS", xlabel="x in the left half, px", ylabel="y, px")
-        below.set(aspect="equal")
-        below.invert_yaxis()
+        width, height = scenes[name].size_px
+        below.set(xlim=(0, width / 2), ylim=(height, 0))
     figure.colorbar(dots, ax=axes[1], label="y left less y right, px")
     figure.savefig(path, dpi=110)
 
@@ -79,7 +79,9 @@ def main() -> None:
     if args.quick:
         scene = scene.replace({**SMALL, "board.columns": 21, "board.rows": 21, "board.square_mm": 20.0})
     print(table(scene.compare()))
-    draw({kind: scene.replace({"prism.kind": kind}) for kind in ("flat", "freeform")}, args.out / "judged.png")
+    flat = scene.replace({"prism.kind": "flat", "prism.design": None})
+    freeform = scene.replace({"prism.kind": "freeform"})
+    draw({"flat": flat, "freeform": freeform}, args.out / "judged.png")
 
 
 if __name__ == "__main__":
