@@ -13,7 +13,8 @@ fn main() -> ExitCode {
     unsafe {
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
     }
-    cli::run(Started { stdout_is_open: STDOUT_IS_OPEN.load(Ordering::Relaxed) })
+    let started = Started { stdout_is_open: STDOUT_IS_OPEN.load(Ordering::Relaxed) };
+    ExitCode::from(cli::run(std::env::args_os().collect(), started))
 }
 
 /// Whether stdout was open before the standard library began, which opens /dev/null in place of a closed one.

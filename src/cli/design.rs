@@ -77,12 +77,14 @@ pub(super) fn run(args: &DesignArgs) -> Result<Outcome, Error> {
     Ok(Outcome::Done)
 }
 
-/// The figures of the design of `scene`, as `--json` prints them.
-pub(super) fn figures(scene: Scene, args: &DesignArgs) -> Result<Value, Error> {
+/// The figures of the design of `scene`, as `--json` prints them, and the text of `prism.toml`.
+pub(super) fn figures_and_prism(scene: Scene, args: &DesignArgs) -> Result<(Value, String), Error> {
     let input = asked(&scene, args)?;
     let scene = Scene { prism: PrismSpec::Freeform(input.prism, input.settings), ..scene };
     scene.check()?;
-    made(&scene, &input, &|_| ()).map(|made| made.json())
+    let made = made(&scene, &input, &|_| ())?;
+    let prism = made.texts.first().map(|(text, _)| text.clone()).unwrap_or_default();
+    Ok((made.json(), prism))
 }
 
 /// A design, and what is known of it.

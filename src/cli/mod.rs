@@ -18,7 +18,7 @@ pub mod export_args;
 pub mod shell_args;
 pub mod study_args;
 pub mod tolerance_args;
-mod batch;
+pub mod batch;
 pub mod batch_args;
 mod check;
 mod plan;
@@ -48,7 +48,6 @@ mod rectify;
 mod render;
 mod study;
 mod trace;
-mod traced;
 mod output;
 mod origin;
 mod outcome;
@@ -59,7 +58,7 @@ use args::{Args, Verb};
 use clap::{CommandFactory, FromArgMatches};
 use outcome::Outcome;
 use std::borrow::Cow;
-use std::process::ExitCode;
+use std::ffi::OsString;
 use tolerance_args::MergeArgs;
 
 /// What [`run`] is told of how the command was started.
@@ -69,38 +68,45 @@ pub struct Started {
     pub stdout_is_open: bool,
 }
 
-/// Parses the arguments, runs the verb and says how it went.
-pub fn run(started: Started) -> ExitCode {
-    let args = match arguments() {
+/// The exit code of a command that could not run.
+const FAILED: u8 = 2;
+
+/// Parses the arguments, of which the first is the command's own name, runs the verb and gives the exit code. A process does this
+/// once: threads, loudness and the files that were read are kept for all of it.
+pub fn run(words: Vec<OsString>, started: Started) -> u8 {
+    let args = match arguments(&words) {
         Ok(args) => args,
         Err(code) => return code,
     };
+    origin::note_words(&words);
     output::set_up(args.words);
     if !started.stdout_is_open {
         output::stdout_is_closed();
     }
     inputs::watch();
     match threads::set_up(args.threads.map(usize::from)).and_then(|()| verb(args)) {
-        Ok(Outcome::Done) => ExitCode::SUCCESS,
-        Ok(Outcome::Unmet) => ExitCode::from(1),
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::Unmet) => 1,
         Err(problem) => {
             output::complain(&problem);
-            ExitCode::from(2)
+            FAILED
         }
     }
 }
 
 /// The arguments, or the exit code where they are told to be wrong or help was asked for.
-fn arguments() -> Result<Args, ExitCode> {
-    let parsed = Args::command().color(output::color_of_help()).try_get_matches();
+fn arguments(words: &[OsString]) -> Result<Args, u8> {
+    let parsed = Args::command().color(output::color_of_help(words)).try_get_matches_from(words);
     parsed.and_then(|matches| Args::from_arg_matches(&matches)).map_err(|error| {
-        let obeyed = |arg: std::ffi::OsString| matches!(printable(&arg.to_string_lossy()), Cow::Owned(_));
-        if std::env::args_os().any(obeyed) {
+        let obeyed = |word: &OsString| matches!(printable(&word.to_string_lossy()), Cow::Owned(_));
+        if words.iter().any(obeyed) {
             // The library would hand them on to the terminal.
             output::stderr(&error.render().to_string());
-            return ExitCode::from(2);
+            return FAILED;
         }
-        error.exit()
+        // Where nobody listens, that is no error.
+        let _ = error.print();
+        u8::try_from(error.exit_code()).unwrap_or(FAILED)
     })
 }
 

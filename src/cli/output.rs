@@ -3,6 +3,7 @@
 use super::args::{ColorArg, WordsArgs};
 use crate::error::{Error, printable};
 use clap::ColorChoice;
+use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
@@ -55,8 +56,8 @@ pub(super) fn set_up(words: WordsArgs) {
 }
 
 /// The colours of help and of wrong arguments, which are told before the arguments are known.
-pub(super) fn color_of_help() -> ColorChoice {
-    let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+pub(super) fn color_of_help(words: &[OsString]) -> ColorChoice {
+    let words: Vec<String> = words.iter().map(|word| word.to_string_lossy().into_owned()).collect();
     let after = words.iter().position(|word| word == "--color").and_then(|at| words.get(at + 1));
     let joined = words.iter().find_map(|word| word.strip_prefix("--color="));
     match after.map(String::as_str).or(joined) {

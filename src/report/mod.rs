@@ -24,5 +24,6 @@ pub mod dataset;
 pub mod corner_table;
 pub mod metric_meaning;
 pub mod page;
+pub mod traced;
 mod truth;
 mod stereo_file;

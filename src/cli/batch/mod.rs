@@ -8,3 +8,4 @@ mod verb;
 
 pub(super) use join::{is_batch, join};
 pub(super) use run::run;
+pub use verb::{designed, figures};

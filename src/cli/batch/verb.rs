@@ -98,7 +98,9 @@ impl BatchWork {
         match self {
             Self::Compare(args) => compared(args, accuracy::asked(scene, args.target_px), place, designs),
             Self::Render(args) => rendered(&accuracy::asked(scene, args.target_px), place, designs, png),
-            Self::Design(args) => files::named(place, design::figures(scene, args)),
+            Self::Design(args) => {
+                files::named(place, design::figures_and_prism(scene, args)).map(|(figures, _)| figures)
+            }
             Self::Analyse(args) => {
                 let document = of_scene::document(&args.study, &scene, place, designs)?;
                 let sheet = |document: &crate::report::study::document::StudyDocument| {
@@ -113,6 +115,31 @@ impl BatchWork {
             }
         }
     }
+}
+
+/// The figures that a job of `biprism batch --verb VERB` has of `scene`, which `place` names in messages, with designs of `designs`.
+///
+/// # Errors
+/// What is no verb of a batch or has an option that has no place in one, and what the verb says of the scene.
+pub fn figures(verb: &str, scene: Scene, place: &Path, designs: &DesignStore) -> Result<Value, Error> {
+    known(verb)?.figures(scene, place, designs)
+}
+
+/// The figures of `biprism design`, given with its options as in `design --objective toed-in`, and the designed prism as the
+/// `[prism]` part of a scene.
+///
+/// # Errors
+/// As [`figures`], and when no prism is designed.
+pub fn designed(verb: &str, scene: Scene, place: &Path) -> Result<(Value, String), Error> {
+    match known(verb)? {
+        BatchWork::Design(args) => files::named(place, design::figures_and_prism(scene, &args)),
+        _ => Err(Error::new(verb, "the verb designs nothing", "give `design` and its options")),
+    }
+}
+
+/// The verb of these words, for callers that are no command.
+fn known(verb: &str) -> Result<BatchWork, Error> {
+    BatchWork::of_verb(verb).map_err(|rule| Error::new(verb, rule, "`biprism VERB --help` lists its options"))
 }
 
 /// The report of the scene's prisms, each by its name.

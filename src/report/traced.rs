@@ -1,4 +1,4 @@
-//! What `biprism trace` finds of one point, as text, as JSON and as a record of an NPY table.
+//! What is found of a pixel position that is traced, or of a board point that is aimed at, as text, as JSON and as a record of a table.
 
 use crate::io::npy::NpyField;
 use crate::optics::fate::Fate;
@@ -10,7 +10,8 @@ use serde_json::json;
 use std::fmt::Write as _;
 
 /// A ray from the camera, with every point on its way, in the world.
-pub(super) struct TracedRay {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TracedRay {
     px: DVec2,
     /// The side that it came in through, where that is known.
     side: Option<Side>,
@@ -23,7 +24,8 @@ pub(super) struct TracedRay {
 }
 
 /// The pixel that sees a point of the board through one side.
-pub(super) struct AimedPoint {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AimedPoint {
     side: Side,
     board_mm: DVec2,
     /// Its position, and whether it is on the sensor and on the side's own part of it.
@@ -32,11 +34,11 @@ pub(super) struct AimedPoint {
 
 impl TracedRay {
     /// The first line of the text.
-    pub(super) const COLUMNS: &str = "x_px,y_px,side,fate,u_mm,v_mm,world_x_mm,world_y_mm,world_z_mm,\
+    pub const COLUMNS: &str = "x_px,y_px,side,fate,u_mm,v_mm,world_x_mm,world_y_mm,world_z_mm,\
 front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,back_z_mm,exit_dx,exit_dy,exit_dz";
 
     /// The fields of a record: NaN where there is nothing, the side as 0 left, 1 right, 2 not known, the class as in the EXR.
-    pub(super) const FIELDS: [NpyField; 9] = [
+    pub const FIELDS: [NpyField; 9] = [
         NpyField::F64("pixel_px", 2),
         NpyField::F64("board_mm", 2),
         NpyField::F64("world_mm", 3),
@@ -49,7 +51,7 @@ front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,
     ];
 
     /// Traces a pixel position.
-    pub(super) fn new(light: &InLight<'_>, px: DVec2) -> Self {
+    pub fn new(light: &InLight<'_>, px: DVec2) -> Self {
         let system = light.main();
         let (path, end) = light.path(px);
         let landed = match light.lights() {
@@ -86,7 +88,7 @@ front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,
     }
 
     /// Appends a line without its end.
-    pub(super) fn text(&self, line: &mut String) {
+    pub fn text(&self, line: &mut String) {
         append(line, self.px.x);
         line.push(',');
         append(line, self.px.y);
@@ -104,7 +106,7 @@ front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,
     }
 
     /// Appends an object of JSON.
-    pub(super) fn json(&self, text: &mut String) {
+    pub fn json(&self, text: &mut String) {
         let [world, front, inner, back, exit] = self.places().map(|point| point.map(|point| point.to_array()));
         let _ = write!(
             text,
@@ -119,7 +121,7 @@ front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,
     }
 
     /// Appends a record of [`TracedRay::FIELDS`].
-    pub(super) fn record(&self, bytes: &mut Vec<u8>) {
+    pub fn record(&self, bytes: &mut Vec<u8>) {
         let board_mm = self.landed.map_or(DVec2::NAN, |(mm, _)| mm);
         for value in [self.px, board_mm].iter().flat_map(DVec2::as_ref) {
             bytes.extend(value.to_le_bytes());
@@ -139,11 +141,11 @@ front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,
 
 impl AimedPoint {
     /// The first line of the text.
-    pub(super) const COLUMNS: &str = "side,u_mm,v_mm,fate,x_px,y_px,seen";
+    pub const COLUMNS: &str = "side,u_mm,v_mm,fate,x_px,y_px,seen";
 
     /// The fields of a record: NaN where no pixel sees the point, the side as 0 left and 1 right, the class as in the EXR, and 1 where
     /// the pixel is on the sensor and looks through that side.
-    pub(super) const FIELDS: [NpyField; 5] = [
+    pub const FIELDS: [NpyField; 5] = [
         NpyField::F64("board_mm", 2),
         NpyField::F64("pixel_px", 2),
         NpyField::U32("side"),
@@ -152,7 +154,7 @@ impl AimedPoint {
     ];
 
     /// Seeks the pixel.
-    pub(super) fn new(aimer: &Aimer<'_>, side: Side, board_mm: DVec2) -> Self {
+    pub fn new(aimer: &Aimer<'_>, side: Side, board_mm: DVec2) -> Self {
         Self { side, board_mm, seen_at: aimer.aim(board_mm, side).map(|px| (px, aimer.sees(px, side))) }
     }
 
@@ -161,7 +163,7 @@ impl AimedPoint {
     }
 
     /// Appends a line without its end.
-    pub(super) fn text(&self, line: &mut String) {
+    pub fn text(&self, line: &mut String) {
         line.push_str(side_name(self.side));
         append_all(line, &self.board_mm.to_array());
         let _ = write!(line, ",{}", self.fate());
@@ -175,7 +177,7 @@ impl AimedPoint {
     }
 
     /// Appends an object of JSON.
-    pub(super) fn json(&self, text: &mut String) {
+    pub fn json(&self, text: &mut String) {
         let px = self.seen_at.ok().map(|(px, _)| px.to_array());
         let seen = self.seen_at.ok().map(|(_, seen)| seen);
         let (side, mm) = (side_name(self.side), self.board_mm.to_array());
@@ -184,7 +186,7 @@ impl AimedPoint {
     }
 
     /// Appends a record of [`AimedPoint::FIELDS`].
-    pub(super) fn record(&self, bytes: &mut Vec<u8>) {
+    pub fn record(&self, bytes: &mut Vec<u8>) {
         let px = self.seen_at.map_or(DVec2::NAN, |(px, _)| px);
         for value in [self.board_mm, px].iter().flat_map(DVec2::as_ref) {
             bytes.extend(value.to_le_bytes());
