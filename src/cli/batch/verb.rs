@@ -122,7 +122,7 @@ impl BatchWork {
 /// # Errors
 /// What is no verb of a batch or has an option that has no place in one, and what the verb says of the scene.
 pub fn figures(verb: &str, scene: Scene, place: &Path, designs: &DesignStore) -> Result<Value, Error> {
-    known(verb)?.figures(scene, place, designs)
+    known(verb)?.figures(scene, place, designs, None)
 }
 
 /// The figures of `biprism design`, given with its options as in `design --objective toed-in`, and the designed prism as the
