@@ -20,11 +20,12 @@ echo "== lints of the compiled part"
 cargo fmt --check -p biprism-python
 cargo clippy --release --locked -p biprism-python -- -D warnings
 echo "== the wheel"
-"${pip[@]}" install 'maturin>=1.9,<2'
+"${pip[@]}" install 'maturin>=1.9,<2' || without "maturin cannot be installed"
 "$folder/venv/bin/maturin" build --release --locked --interpreter "$folder/venv/bin/python" --out "$folder/wheels"
 wheel=$(echo "$folder"/wheels/*.whl)
 ls -l "$wheel"
-"${pip[@]}" install "${wheel}[test]"
+"${pip[@]}" install --no-deps "$wheel"
+"${pip[@]}" install "${wheel}[test]" || without "what the tests need cannot be installed"
 echo "== tests, types and notebooks of the wheel"
 # Another folder, so that what is imported is what is installed.
 cd "$folder"
