@@ -24,14 +24,15 @@ facet_angle_deg = {ANGLE}
 """
 # One piece of glass, as other programs trace it.
 FREEFORM = FLAT.replace('"flat"', '"freeform"').replace(f"facet_angle_deg = {ANGLE}", "solid = true")
-SCENE = f"""name = "rivals"
-accuracy = "LEVEL"
-[camera]
+CAMERA = f"""[camera]
 focal_length_mm = {FOCAL}
 width_px = {WIDTH}
 height_px = {HEIGHT}
 pixel_pitch_um = {1e3 * PITCH}
-[prism]
+"""
+SCENE = f"""name = "rivals"
+accuracy = "LEVEL"
+{CAMERA}[prism]
 PRISM
 [board]
 columns = {COUNT}

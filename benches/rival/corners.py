@@ -7,17 +7,12 @@ import time
 import cv2
 import numpy as np
 
-from .common import FOCAL, HEIGHT, PITCH, WIDTH, command, least
+from .common import CAMERA, FOCAL, HEIGHT, PITCH, WIDTH, command, least
 
 # Inner corners of a board that fills the picture: its corners are where a pinhole sees them, by hand.
 ACROSS, DOWN, SQUARE_MM, BOARD_MM = 26, 15, 9.5, 1000.0
 SCENE = f"""name = "corners"
-[camera]
-focal_length_mm = {FOCAL}
-width_px = {WIDTH}
-height_px = {HEIGHT}
-pixel_pitch_um = {1e3 * PITCH}
-[prism]
+{CAMERA}[prism]
 kind = "none"
 [board]
 columns = {ACROSS + 1}
