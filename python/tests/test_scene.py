@@ -52,10 +52,10 @@ def test_pickles_and_copies(flat: bp.Scene) -> None:
 
 def test_files_of_a_scene_are_found_from_anywhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Those that a scene names by a relative path, also after it was pickled."""
-    from matplotlib import image
+    import cv2
 
-    image.imsave(tmp_path / "grey.png", np.tile(np.linspace(0, 1, 32), (32, 1)), cmap="gray")
-    text = (CASES / "prism_flat.toml").read_text() + '\n[board.texture]\nkind = "image"\nfile = "grey.png"\n'
+    cv2.imwrite(str(tmp_path / "grey.png"), np.tile(np.arange(32, dtype=np.uint8) * 8, (32, 1)))
+    text = (CASES / "prism_flat.toml").read_text() + '\n[board.texture]\nimage = "grey.png"\nwidth_mm = 300.0\n'
     (tmp_path / "named.toml").write_text(text)
     monkeypatch.chdir(tmp_path)
     scene = bp.Scene.load("named.toml")

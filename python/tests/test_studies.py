@@ -31,7 +31,7 @@ def test_corners(flat: bp.Scene, command: Callable[..., Any], tmp_path: Path) ->
     assert set(half["view"]) == {2} and len(half) == len(right)
     # The index is that of the board: what is seen there is that corner.
     seen = flat.trace(found["position_px"])
-    corner_mm = (found["index"] - 10.0) * 20.0
+    corner_mm = (found["index"] - 9.5) * 20.0
     assert np.abs(seen["board_mm"] - corner_mm).max() < 0.02
 
 

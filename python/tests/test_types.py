@@ -13,7 +13,7 @@ WRONG = """
 import biprism as bp
 scene: bp.Scene = bp.Scene.load(3)
 scene.render(accuracy=[])
-scene.aim("middle", [0, 0])
+scene.rectify("deep")
 value: str = scene.render().radiance
 """
 RIGHT = """
