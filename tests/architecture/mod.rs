@@ -56,8 +56,8 @@ const ROOMS: [(&str, &[&str]); 23] = [
     (
         "cli",
         &[
-            "error", "accuracy", "progress", "optics", "surface", "raster", "vision", "metrics", "plot", "io",
-            "effect", "scene", "design", "system", "render", "analysis", "golden", "report",
+            "error", "accuracy", "progress", "surface", "raster", "vision", "metrics", "plot", "io", "effect", "scene",
+            "design", "system", "render", "analysis", "golden", "report",
         ],
     ),
 ];
