@@ -2,7 +2,8 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Hears how far long work is, from any thread; `()` hears nothing.
+/// Hears how far long work is, from any thread; `()` hears nothing. One that unwinds ends the work: it is told of 0 pixels before each
+/// part of a picture.
 pub trait Observer: Sync {
     /// The stage `name` begins.
     fn stage(&self, name: &'static str);

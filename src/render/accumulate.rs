@@ -226,6 +226,8 @@ fn band_by_band(plans: &[Plan], variants: &[Variant], bands: &mut [Sums], observ
         let mut of_plan = |(plan, variant): (&Plan, &Variant)| {
             let (width, first_row) = (sums.width, sums.first_row);
             let mut band = Band { width, first_column: 0, first_row, radiance: &mut radiance, truth: None };
+            // As in a single picture: one that ends the work does so before a band.
+            observer.pixels(0);
             let work = render_band(plan, &mut band);
             sums.add(variant, &radiance);
             observer.pixels(radiance.len());

@@ -51,6 +51,8 @@ pub(super) fn rows(plan: &Plan, rows: Range<usize>, wanted: Outputs, observer: &
         .into_par_iter()
         .with_max_len(1)
         .map(|mut band| {
+            // One that ends the work does so before a band, not after it.
+            observer.pixels(0);
             let work = render_band(plan, &mut band);
             observer.pixels(band.radiance.len());
             work

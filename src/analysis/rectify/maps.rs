@@ -56,9 +56,8 @@ impl<'a> Sources<'a> {
         let rows: Vec<MapRow> = (0..height)
             .into_par_iter()
             .map(|j| {
-                let row = self.row(k, j, width);
                 observer.pixels(width);
-                row
+                self.row(k, j, width)
             })
             .collect();
         let plane = |axis: usize| {
