@@ -15,6 +15,8 @@ trap 'rm -rf "$folder"' EXIT
 python3 -m venv "$folder/venv" >"$folder/log" 2>&1 || without "python3 makes no environment with pip"
 pip=("$folder/venv/bin/pip" --disable-pip-version-check --quiet)
 "${pip[@]}" download --no-deps --dest "$folder/probe" maturin >"$folder/log" 2>&1 || without "pip does not reach a package index"
+host=$(rustc -vV | sed -n 's/^host: //p')
+cargo fetch --locked --quiet --target "$host" || without "cargo does not reach what the package builds on"
 
 echo "== lints of the compiled part"
 cargo fmt --check -p biprism-python

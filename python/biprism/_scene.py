@@ -176,28 +176,32 @@ class Scene:
         """
         return _report(_core.compare([self._handle], budget))
 
-    def trace(self, px: ArrayLike) -> Records:
-        """Where pixel positions lead: ``px`` is (.., 2), the centre of pixel ``[j, i]`` at (i + 0.5, j + 0.5).
+    def trace(self, px: ArrayLike, *, wavelength_nm: float | None = None) -> Records:
+        """Where pixel positions lead: ``px`` is (.., 2), the centre of pixel ``[j, i]`` at (i + 0.5, j + 0.5). In light of
+        ``wavelength_nm`` in vacuum, whatever light the scene has; that needs ``prism.glass``.
 
         Records of shape (..), of f64 in mm, NaN where there is nothing: ``pixel_px`` (2), ``board_mm`` (2) on the board, ``world_mm`` (3),
         ``front_mm`` and ``back_mm`` (3) on the prism, ``inner_direction`` and ``exit_direction`` (3); ``side`` 0 left, 1 right, 2 not known;
         ``class`` as ``Rendering.side``.
 
-        Raises SceneError where the instrument cannot be built.
+        Raises SceneError where the instrument cannot be built, and of a wavelength of which the scene's glass says nothing.
         """
         points, shape = pairs(px, "px")
-        return records(_core.trace(self._handle, points), shape)
+        return records(_core.trace(self._handle, points, _wavelength(wavelength_nm)), shape)
 
-    def aim(self, side: Side | Sequence[str] | NDArray[Any], board_mm: ArrayLike) -> Records:
-        """Which pixel positions see points of the board through a side of the prism: ``board_mm`` is (.., 2), ``side`` one for all or each.
+    def aim(
+        self, side: Side | Sequence[str] | NDArray[Any], board_mm: ArrayLike, *, wavelength_nm: float | None = None
+    ) -> Records:
+        """Which pixel positions see points of the board through a side of the prism: ``board_mm`` is (.., 2), ``side`` one for all or each,
+        ``wavelength_nm`` as for ``trace``.
 
         Records of shape (..): ``board_mm`` (2), ``pixel_px`` (2) or NaN, ``side``, ``class`` as ``Rendering.side``, and ``seen`` 1 where
         the position is on the sensor and looks through that side.
 
-        Raises SceneError where the instrument cannot be built.
+        Raises SceneError as ``trace`` does.
         """
         points, shape = pairs(board_mm, "board_mm")
-        return records(_core.aim(self._handle, sides(side, shape), points), shape)
+        return records(_core.aim(self._handle, sides(side, shape), points, _wavelength(wavelength_nm)), shape)
 
     def design(self, **options: Any) -> DesignedPrism:
         """The freeform prism that is designed from its camera and flat prism; options are those of ``biprism design``, as
@@ -283,6 +287,10 @@ def _depth(depth_mm: float) -> float:
     if not (math.isfinite(depth) and depth > 0.0):
         raise ValueError(f"a depth is {depth_mm!r}, and must be above 0 mm and finite")
     return depth
+
+
+def _wavelength(wavelength_nm: float | None) -> float | None:
+    return None if wavelength_nm is None else float(wavelength_nm)
 
 
 def _json(values: Mapping[str, Any], place: str) -> str:

@@ -56,16 +56,17 @@ fn pairs(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<DVec2>> {
     Ok(view.rows().into_iter().map(|row| DVec2::new(row[0], row[1])).collect())
 }
 
-/// Where pixel positions lead, as records of [`TracedRay::FIELDS`].
+/// Where pixel positions lead, in the light of the scene or of one wavelength, as records of [`TracedRay::FIELDS`].
 #[pyfunction]
 pub(crate) fn trace<'py>(
     py: Python<'py>,
     scene: &SceneHandle,
     px: PyReadonlyArray2<'py, f64>,
+    wavelength_nm: Option<f64>,
 ) -> PyResult<Records<'py>> {
     let (held, px) = (scene.held(), pairs(&px)?);
     let bytes = long_call(py, move |stopper| {
-        let system = held.system()?;
+        let system = held.system_in(wavelength_nm)?;
         let light = InLight::new(&system);
         Ok(answers(&px, stopper, |px, bytes| TracedRay::new(&light, *px).record(bytes)))
     })?;
@@ -79,6 +80,7 @@ pub(crate) fn aim<'py>(
     scene: &SceneHandle,
     sides: PyReadonlyArray1<'py, u8>,
     board_mm: PyReadonlyArray2<'py, f64>,
+    wavelength_nm: Option<f64>,
 ) -> PyResult<Records<'py>> {
     let (held, points, sides) = (scene.held(), pairs(&board_mm)?, sides.as_array());
     if sides.len() != points.len() || sides.iter().any(|side| *side > 1) {
@@ -87,7 +89,7 @@ pub(crate) fn aim<'py>(
     let side = |side: &u8| if *side == 0 { Side::Left } else { Side::Right };
     let asked: Vec<(Side, DVec2)> = sides.iter().map(side).zip(points).collect();
     let bytes = long_call(py, move |stopper| {
-        let system = held.system()?;
+        let system = held.system_in(wavelength_nm)?;
         let aimer = Aimer::new(&system);
         Ok(answers(&asked, stopper, |(side, mm), bytes| AimedPoint::new(&aimer, *side, *mm).record(bytes)))
     })?;

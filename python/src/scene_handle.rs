@@ -4,6 +4,7 @@ use crate::failure::failure;
 use crate::long_call::aside;
 use biprism::accuracy::{Accuracy, Level};
 use biprism::scene::{self, Override};
+use biprism::system::in_light::in_light_of;
 use biprism::system::{DesignStore, build_from};
 use biprism::{Error, Scene, System};
 use pyo3::exceptions::PyValueError;
@@ -54,6 +55,12 @@ impl HeldScene {
             None => self.system(),
             Some(accuracy) => self.built(&Scene { accuracy, ..self.scene.clone() }).map(Arc::new),
         }
+    }
+
+    /// The instrument in light of one wavelength, or in that of its scene.
+    pub(crate) fn system_in(&self, wavelength_nm: Option<f64>) -> Result<Arc<System>, Error> {
+        let own = self.system()?;
+        wavelength_nm.map_or(Ok(Arc::clone(&own)), |nm| in_light_of(&own, &self.scene, nm).map(Arc::new))
     }
 
     /// The instrument of `scene`, which is this one or differs in what no design depends on.

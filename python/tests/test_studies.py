@@ -86,6 +86,14 @@ def test_trace_and_aim(freeform: bp.Scene, command: Callable[..., Any], tmp_path
     command("trace", FREEFORM, "--back", "--points", tmp_path / "board.npy", "--out", tmp_path / "pixels.npy")
     assert back.tobytes() == np.load(tmp_path / "pixels.npy").tobytes()
     assert freeform.aim("right", [0, 0]).shape == ()
+    # In light of one wavelength.
+    glass = {"prism.glass": "N-BK7", "prism.index": 1.5168}
+    words = [word for key, value in glass.items() for word in ("--set", f"{key}={value}")]
+    command("trace", FREEFORM, *words, "--wavelength-nm", 450, "--points", tmp_path / "px.npy", "--out", tmp_path / "blue.npy")
+    blue = freeform.replace(glass).trace(px, wavelength_nm=450)
+    assert blue.tobytes() == np.load(tmp_path / "blue.npy").tobytes() != rays.tobytes()
+    with pytest.raises(bp.SceneError, match="says nothing of other wavelengths"):
+        freeform.aim("left", [0, 0], wavelength_nm=450)
     with pytest.raises(ValueError, match="side"):
         freeform.aim("middle", [0, 0])  # type: ignore[arg-type]
 

@@ -6,17 +6,15 @@ use super::outcome::Outcome;
 use super::progress::Progress;
 use super::{files, output};
 use crate::effect::EffectId;
-use crate::effect::dispersion::Wavelength;
 use crate::error::Error;
 use crate::io::inputs::check_outputs;
 use crate::io::npy;
 use crate::io::npy_table::read_table;
 use crate::progress::Observer;
 use crate::report::traced::{AimedPoint, TracedRay};
-use crate::scene::Scene;
 use crate::system::aim::Aimer;
-use crate::system::in_light::light_name;
-use crate::system::{InLight, Side, System};
+use crate::system::in_light::{in_light_of, light_name};
+use crate::system::{InLight, Side};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::io::IsTerminal;
@@ -55,7 +53,7 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
     let built = files::build(&scene, &args.scene)?;
     drop(progress);
     let system = match args.wavelength_nm {
-        Some(nm) => at_line(&built, &scene, nm)?,
+        Some(nm) => in_light_of(&built, &scene, nm)?,
         None => built,
     };
     if !scene.objects.is_empty() {
@@ -197,29 +195,6 @@ fn table(path: &Path, back: bool) -> Result<Vec<Asked>, Error> {
         }
     };
     values.as_chunks::<3>().0.iter().enumerate().map(one).collect()
-}
-
-/// The instrument of `scene` in light of one wavelength, in nm.
-fn at_line(system: &System, scene: &Scene, wavelength_nm: f64) -> Result<System, Error> {
-    let refused = |rule: String| {
-        Error::new(
-            "--wavelength-nm",
-            rule,
-            "give `prism.glass` a name of docs/effects.md, or leave --wavelength-nm out",
-        )
-    };
-    let Some(body) = scene.prism.body() else {
-        return Err(refused(format!("scene \"{}\" has no glass that a wavelength could change", scene.name)));
-    };
-    let Some(glass) = body.glass else {
-        return Err(refused(format!(
-            "`prism.index` of scene \"{}\" is a number, which says nothing of {wavelength_nm} nm",
-            scene.name
-        )));
-    };
-    let index = |nm: f64| glass.index(nm).map_err(|error| refused(error.to_string()));
-    let index_shift = index(wavelength_nm)? - index(body.wavelength_nm)?;
-    Ok(system.at_wavelength(&Wavelength { wavelength_nm, index_shift, weights: [1.0; 3] }))
 }
 
 /// First columns of the headings that a file may have.

@@ -2,6 +2,8 @@
 //! their traces, weighted by what the sensor receives of each, as it is in the grey picture.
 
 use super::instrument::{BoardHit, System};
+use crate::effect::dispersion::Wavelength;
+use crate::error::Error;
 use crate::geom::Ray;
 use crate::optics::fate::Fate;
 use crate::prism::payload::Path;
@@ -142,4 +144,26 @@ pub fn light_name(scene: &Scene, system: &System) -> String {
             )
         }
     }
+}
+
+/// `system`, the instrument of `scene`, in light of one wavelength in vacuum, in nm, whatever light the scene has.
+///
+/// # Errors
+/// When the scene has no glass of a name, whose index that wavelength could change, and where its formula does not hold there.
+pub fn in_light_of(system: &System, scene: &Scene, wavelength_nm: f64) -> Result<System, Error> {
+    let refused = |rule: String| {
+        let help = "give `prism.glass` a name of docs/effects.md, or leave the wavelength out";
+        Error::new(format!("the wavelength of {wavelength_nm} nm"), rule, help)
+    };
+    let Some(body) = scene.prism.body() else {
+        return Err(refused(format!("scene \"{}\" has no glass that a wavelength could change", scene.name)));
+    };
+    let Some(glass) = body.glass else {
+        let rule =
+            format!("`prism.index` of scene \"{}\" is a number, which says nothing of other wavelengths", scene.name);
+        return Err(refused(rule).of_key("prism.index"));
+    };
+    let index = |nm: f64| glass.index(nm).map_err(|error| refused(error.to_string()));
+    let index_shift = index(wavelength_nm)? - index(body.wavelength_nm)?;
+    Ok(system.at_wavelength(&Wavelength { wavelength_nm, index_shift, weights: [1.0; 3] }))
 }

@@ -27,6 +27,36 @@ fn tracing_forth_and_back_is_the_identity() {
     assert!(text(&bad.stderr).contains("stdin:2") && text(&bad.stderr).contains("y_px"), "{}", text(&bad.stderr));
 }
 
+/// A thin prism turns rays by (n - 1) times its angle, with the catalogue's indices of N-BK7: 1.52238 at 486.13 nm, 1.5168 at
+/// 587.56 nm, 1.51432 at 656.27 nm.
+#[test]
+fn a_wavelength_is_that_of_the_glass() {
+    let folder = tempfile::tempdir().expect("a folder");
+    small_scene(folder.path(), as_is);
+    let of_glass = ["--set", "prism.glass=N-BK7", "--set", "prism.index=1.5168"];
+    let traced = |nm: &str| {
+        let args = [&["trace", "scene.toml", "--json", "--wavelength-nm", nm], &of_glass[..]].concat();
+        json(&with_input(folder.path(), &args, "100.5,40.5\n"))[0].take()
+    };
+    let number = |row: &serde_json::Value, key: &str, axis: usize| row[key][axis].as_f64().expect("a number");
+    let [blue, yellow, red] = ["486.1327", "587.5618", "656.2725"].map(traced);
+    let slope = |key: &str| number(&yellow, key, 0) / number(&yellow, key, 2);
+    let turned = slope("exit_direction") - slope("front_mm");
+    let behind_mm = 1000.0 - number(&yellow, "back_mm", 2);
+    let apart = number(&blue, "board_mm", 0) - number(&red, "board_mm", 0);
+    let expected = behind_mm * turned * (1.52238 - 1.51432) / 0.5168;
+    assert!((apart / expected - 1.0).abs() < 0.03, "{apart} mm, {expected} mm expected");
+
+    let refused = |more: &[&str], word: &str| {
+        let out = with_input(folder.path(), &[&["trace", "scene.toml", "--wavelength-nm"], more].concat(), "1,1\n");
+        assert_eq!(out.status.code(), Some(2), "{more:?}");
+        assert!(text(&out.stderr).contains(word), "{more:?}: {}", text(&out.stderr));
+    };
+    refused(&["500"], "says nothing of other wavelengths");
+    refused(&[&["99"], &of_glass[..]].concat(), "300 to 2500 nm");
+    refused(&[&["nan"], &of_glass[..]].concat(), "NaN");
+}
+
 /// The records of an NPY file, of so many bytes each.
 fn records(bytes: &[u8], size: usize) -> Vec<&[u8]> {
     let start = 10 + usize::from(u16::from_le_bytes([bytes[8], bytes[9]]));
