@@ -18,6 +18,8 @@ pub struct StereoPoint {
     pub z_mm: f64,
     /// Distance of the point from the camera's position in a straight line, in mm.
     pub distance_mm: f64,
+    /// Where the other side of the prism would see the same point, on the sensor or not, in px; `None` where no ray through it does.
+    pub aimed_px: Option<DVec2>,
     /// Where in the whole picture the other side of the prism sees the same point, in px; `None` where it does not.
     pub other_px: Option<DVec2>,
     /// Position in the left half less that in the right one, each in the half's own px; `None` where one half alone sees it.
@@ -84,8 +86,8 @@ impl<'a> StereoTruth<'a> {
         // Find the pixel of the other half that sees it, if one does.
         let other = hit.side.other();
         let near = near.filter(|(side, _)| *side == hit.side).map(|(_, px)| px);
-        let aimed = aimer.aim_from(hit.board_mm, other, near);
-        let other_px = aimed.ok().filter(|px| aimer.sees(*px, other) && self.nearest(*px) == Ok(object));
+        let aimed_px = aimer.aim_from(hit.board_mm, other, near).ok();
+        let other_px = aimed_px.filter(|px| aimer.sees(*px, other) && self.nearest(*px) == Ok(object));
 
         // Compare both in the halves' own pixels.
         let own = |px: DVec2, side: Side| px - DVec2::new(self.first_column[side as usize], 0.0);
@@ -98,6 +100,7 @@ impl<'a> StereoTruth<'a> {
             hit,
             z_mm: off_mm.dot(self.axis),
             distance_mm: off_mm.length(),
+            aimed_px,
             other_px,
             disparity_px,
         })
@@ -110,7 +113,7 @@ impl<'a> StereoTruth<'a> {
         let at = |i: usize| {
             let px = DVec2::new(i as f64 + 0.5, j as f64 + 0.5);
             let point = self.at(px, before.map(|(side, seen)| (side, seen + DVec2::X)));
-            before = point.ok().and_then(|point| Some((point.hit.side, point.other_px?)));
+            before = point.ok().and_then(|point| Some((point.hit.side, point.aimed_px?)));
             point
         };
         columns.map(at).collect()

@@ -12,6 +12,9 @@ use std::sync::OnceLock;
 const STARTS: usize = 17;
 /// Newton's method gives up after this many steps.
 const MAX_STEPS: usize = 40;
+/// Steps in a row that the rim of what a side lets through cuts short before a search ends: each comes at least half as near to the rim,
+/// and the map, once the point is so near, tells on which side of the rim the point is.
+const MOST_CUT_SHORT: usize = 6;
 /// The largest Newton step that may be left when rounding ends the search, in px: the rounding of coordinates of a
 /// kilometre (1e-10 mm) over 0.1 mm on the board per pixel, a few hundred times over.
 const ROUNDING_PX: f64 = 1e-6;
@@ -148,6 +151,7 @@ impl System {
     /// [`Fate::NotConverged`] when no position is found; the fate of the first ray.
     pub fn aim_from(&self, mut px: DVec2, board_mm: DVec2, side: Side) -> Result<DVec2, Fate> {
         let mut here = self.footprint_through(px, side)?;
+        let mut cut_short = 0;
 
         // Take Newton steps.
         for _ in 0..MAX_STEPS {
@@ -156,27 +160,35 @@ impl System {
             if !wanted.is_finite() {
                 return Err(Fate::NotConverged);
             }
+            if wanted.length() <= self.accuracy().aim_px {
+                return Ok(px + wanted);
+            }
 
             // Halve the step until it comes nearer to the point.
             let mut step = wanted;
-            let done = step.length() <= self.accuracy().aim_px;
+            let mut at_rim = false;
             loop {
                 match self.footprint_through(px + step, side) {
-                    // Below the tolerance, rounding decides which gap is smaller.
-                    Ok(next) if done || (board_mm - next.sight.board_mm).length() < gap.length() => {
+                    Ok(next) if (board_mm - next.sight.board_mm).length() < gap.length() => {
                         (px, here) = (px + step, next);
                         break;
                     }
+                    // The floor of rounding.
+                    Ok(_) if wanted.length() <= ROUNDING_PX => return Ok(px),
                     // No step improves. Close by, that is the floor of rounding; far off, it is no answer: a place
                     // where the map folds over, or the rim of what the side lets through.
                     _ if step.length() < 1e-3 * self.accuracy().aim_px => {
                         return if wanted.length() <= ROUNDING_PX { Ok(px) } else { Err(Fate::NotConverged) };
                     }
-                    _ => step *= 0.5,
+                    found => at_rim |= found.is_err(),
                 }
+                step *= 0.5;
             }
-            if done {
-                return Ok(px);
+
+            // What is sought beyond the rim is not there.
+            cut_short = if at_rim { cut_short + 1 } else { 0 };
+            if cut_short == MOST_CUT_SHORT {
+                break;
             }
         }
         Err(Fate::NotConverged)
