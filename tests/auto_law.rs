@@ -36,7 +36,7 @@ fn text(number: u64) -> String {
     let square = dice.of(&[4.0, 20.0, 80.0]);
     let [black, white, background] = [dice.from(0.0, 0.3), dice.from(0.5, 1.0), dice.from(0.0, 1.0)];
     let mut text = format!(
-        "name = \"auto\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 12\nheight_px = 7\npixel_pitch_um = 880.0\n\
+        "name = \"auto\"\n[camera]\nfocal_length_mm = 35.0\nwidth_px = 8\nheight_px = 5\npixel_pitch_um = 880.0\n\
          [prism]\n{prism}\n[board]\ncolumns = 41\nrows = 41\nsquare_mm = {square:?}\n\
          position_mm = [3.0, 2.0, {board_z:?}]\nblack = {black:?}\nwhite = {white:?}\nbackground = {background:?}\n"
     );

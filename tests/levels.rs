@@ -20,13 +20,13 @@ fn scenes() -> Vec<Scene> {
         )
     };
     vec![
-        scene(320, 36, &revolved("epipolar", false), BOARD),
-        scene(320, 36, &revolved("epipolar", true), BOARD),
-        scene(161, 41, &revolved("toed-in", true), &posed),
-        scene(480, 36, FLAT, BOARD),
-        scene(481, 37, FREEFORM, BOARD),
-        scene(320, 46, FREEFORM, &posed),
-        scene(320, 46, &shifted, BOARD),
+        scene(320, 20, &revolved("epipolar", false), BOARD),
+        scene(320, 20, &revolved("epipolar", true), BOARD),
+        scene(161, 27, &revolved("toed-in", true), &posed),
+        scene(480, 20, FLAT, BOARD),
+        scene(481, 21, FREEFORM, BOARD),
+        scene(320, 28, FREEFORM, &posed),
+        scene(320, 28, &shifted, BOARD),
         scene(40, 30, FLAT, BOARD),
     ]
 }

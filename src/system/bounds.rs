@@ -191,6 +191,8 @@ fn lamp_bound(ideal: &System, scene: &Scene, row: &EffectRow, light: RadianceRan
 fn added(ideal: &System, effects: &Effects, light: RadianceRange, behind: f64) -> Option<Bound> {
     let ghosts = effects.ghosts?;
     let polarised = effects.fresnel?.light;
+
+    // The most light that ghosts add, coated or not, made or designed.
     let one = |coated: bool, made: bool| {
         let has = |row: &EffectRow| match row.id {
             EffectId::Ghosts | EffectId::Fresnel | EffectId::Telecentric => true,
@@ -210,6 +212,8 @@ fn added(ideal: &System, effects: &Effects, light: RadianceRange, behind: f64) -
         let (largest, step) = extremes(&places, FINE_GRID);
         largest + step
     };
+
+    // The largest of what the scene may be left with.
     let ways = [(false, false), (true, false), (false, true), (true, true)].into_iter();
     let ways = ways
         .filter(|(coated, made)| (!coated || effects.coating.is_some()) && (!made || effects.manufacture.is_some()));

@@ -162,8 +162,8 @@ fn board_in_front(study: &LightStudy) -> Option<String> {
 
 /// Rays of the pupil, and of rough surfaces, that end at the prism where the ray through the middle passes.
 fn beam(system: &System) -> Option<String> {
+    // Count the rays that end where the middle one passes.
     let variants = some_variants(system, PUPIL_POINTS);
-
     let places: Vec<_> = grid(system, PUPIL_PLACES).filter(|px| system.exit_ray(*px).is_ok()).collect();
     let mut ended: BTreeMap<Fate, usize> = BTreeMap::new();
     for (px, variant) in places.iter().flat_map(|px| variants.iter().map(move |variant| (px, variant))) {
@@ -178,6 +178,8 @@ fn beam(system: &System) -> Option<String> {
     if count == 0 {
         return None;
     }
+
+    // Say what would let them pass.
     let spare = system.effects.spare_mm(0.0, 0.0, 1.0);
     let share = 100.0 * count as f64 / all as f64;
     let words = shares(&ended, all);

@@ -88,6 +88,8 @@ impl<'a> InLight<'a> {
         if self.lights.len() == 1 {
             return (path, end);
         }
+
+        // Keep the wavelengths that take the same way.
         let paths: Vec<(f64, Path)> = self
             .lights
             .iter()
@@ -102,6 +104,8 @@ impl<'a> InLight<'a> {
             })
             .map(|(share, (other, _))| (share, other))
             .collect();
+
+        // Take the mean of points and directions, each with its share.
         let total: f64 = paths.iter().map(|(share, _)| share).sum();
         let mean = |of: &dyn Fn(&Path) -> DVec3| paths.iter().map(|(share, p)| of(p) * *share).sum::<DVec3>() / total;
         for k in 0..path.points.len() {

@@ -113,6 +113,7 @@ impl Given<'_> {
 
 /// Front and back of the right half as a user gives them; nothing of prisms that are designed or stated by numbers.
 fn given<'a>(prism: &'a PrismSpec, built: Option<&'a Prism>) -> Vec<Given<'a>> {
+    // Name the keys.
     let keys = match prism {
         PrismSpec::None | PrismSpec::Flat(_) | PrismSpec::Freeform(..) => return Vec::new(),
         PrismSpec::Mesh(MeshSpec { told: Some(_), .. }) => ["prism.body"; 2],
@@ -120,6 +121,8 @@ fn given<'a>(prism: &'a PrismSpec, built: Option<&'a Prism>) -> Vec<Given<'a>> {
             ["prism.front", "prism.back"]
         }
     };
+
+    // Take each surface with the extent of what was given.
     let surface = |face: Face| {
         let shape = match (built?.surface(Side::Right, face), prism) {
             (Surface::Freeform(sheet), PrismSpec::PointCloud(_)) => Shape::Fitted(sheet),

@@ -5,18 +5,19 @@ use crate::common::twin::{Kernel, Tone, Twin, photographed};
 use biprism::raster::Raster;
 use biprism::vision::{Corner, Detection, Settings, detect};
 use glam::DVec2;
+use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 /// Boards of the sizes that are sold: lines of three to nine corners.
 const BOARDS: [[usize; 2]; 4] = [[3, 3], [5, 4], [6, 6], [9, 6]];
 
-/// The same with its squares in px: little tilted, and turned and tilted strongly, so that near squares are a third larger than far
-/// ones.
-fn views() -> Vec<(String, Twin)> {
+/// Boards of squares of so many px, little tilted, and turned and tilted strongly, so that near squares are a third larger than far ones.
+fn views() -> Vec<(String, [usize; 2], Twin)> {
     let view = |board: [usize; 2], step: f64| {
         let tilted = Twin::posed(board, step, -12.0, 35.0);
         [("", Twin::board(board, step)), (" tilted", tilted)]
-            .map(|(how, twin)| (format!("{board:?} of {step} px{how}"), twin))
+            .map(|(how, twin)| (format!("{board:?} of {step} px{how}"), board, twin))
     };
     BOARDS.into_iter().map(|board| (board, 32.0)).chain([([8, 6], 45.0)]).flat_map(|(b, step)| view(b, step)).collect()
 }
@@ -68,21 +69,44 @@ fn quantile(values: &[f64], share: f64) -> f64 {
     values[(values.len() as f64 * share) as usize]
 }
 
+/// A picture of a board to which something was done, and what is found in it.
+struct Measured {
+    view: String,
+    board: [usize; 2],
+    done: String,
+    twin: Twin,
+    found: Detection,
+}
+
+/// Every view with everything done to it, and as it is at eight bits: what two tests judge.
+fn measured() -> &'static [Measured] {
+    static ALL: OnceLock<Vec<Measured>> = OnceLock::new();
+    ALL.get_or_init(|| {
+        let of_view = |(view, board, twin): (String, [usize; 2], Twin)| {
+            let plain = photographed(&twin.render(), 1.0, 0.0, Tone::Srgb, Tone::Srgb);
+            let pictures = wrongs(&twin).into_iter().chain([("8 bits".to_owned(), twin, plain)]);
+            let of = |(done, twin, picture): (String, Twin, Raster<f32>)| {
+                let found = detect(&picture, None, &Settings::default());
+                Measured { view: view.clone(), board, done, twin, found }
+            };
+            pictures.map(of).collect::<Vec<_>>()
+        };
+        views().into_par_iter().flat_map_iter(of_view).collect()
+    })
+}
+
 #[test]
 fn small_boards_are_measured_whatever_light_ink_or_curve_did() {
     let mut failed = Vec::new();
-    for (view, twin) in views() {
-        for (name, twin, picture) in wrongs(&twin) {
-            let found = detect(&picture, None, &Settings::default());
-            let e = judge(&twin.scene, &found);
-            println!(
-                "{view} {name:32} found {} missing {} rms {:.4} max {:.4} lean {:+.3}",
-                e.found, e.missing, e.rms, e.max, found.lean_px
-            );
-            let corners = twin.scene.size.map_or(0.0, |size| (size.x - 1.0) * (size.y - 1.0));
-            if e.missing + e.wrong > 0 || e.found as f64 != corners || e.rms > 0.02 {
-                failed.push(format!("{view} {name}: {e:?}"));
-            }
+    for Measured { view, done, twin, found, .. } in measured() {
+        let e = judge(&twin.scene, found);
+        println!(
+            "{view} {done:32} found {} missing {} rms {:.4} max {:.4} lean {:+.3}",
+            e.found, e.missing, e.rms, e.max, found.lean_px
+        );
+        let corners = twin.scene.size.map_or(0.0, |size| (size.x - 1.0) * (size.y - 1.0));
+        if e.missing + e.wrong > 0 || e.found as f64 != corners || e.rms > 0.02 {
+            failed.push(format!("{view} {done}: {e:?}"));
         }
     }
     assert!(failed.is_empty(), "{failed:#?}");
@@ -109,14 +133,8 @@ fn ink_is_a_share_of_the_squares_as_they_are_seen() {
 #[test]
 fn a_covariance_knows_what_the_model_does_not() {
     let mut all: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-    for board in BOARDS {
-        for twin in [Twin::board(board, 32.0), Twin::posed(board, 32.0, -12.0, 35.0)] {
-            let plain = photographed(&twin.render(), 1.0, 0.0, Tone::Srgb, Tone::Srgb);
-            for (name, twin, picture) in wrongs(&twin).into_iter().chain([("8 bits".to_owned(), twin, plain)]) {
-                let found = detect(&picture, None, &Settings::default());
-                all.entry(format!("{board:?} {name}")).or_default().extend(distances(&twin, &found));
-            }
-        }
+    for Measured { board, done, twin, found, .. } in measured() {
+        all.entry(format!("{board:?} {done}")).or_default().extend(distances(twin, found));
     }
     let mut failed = Vec::new();
     for (name, distances) in &all {

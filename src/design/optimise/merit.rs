@@ -88,6 +88,8 @@ impl LawMerit {
     ) -> Option<()> {
         let Instrument { sheets: [front, back], law, focus } = with;
         let Self { camera, depths_mm, .. } = self;
+
+        // Rays of the law, at each depth.
         for node in &self.nodes {
             let passage = pass(&camera.ray(node.u_mm, node.v_mm), [front, back], camera.index_ratio)?;
             let scale = node.weight / camera.pitch_mm / (depths_mm.len() as f64).sqrt();
@@ -99,6 +101,8 @@ impl LawMerit {
             }
             each(&rows[..2 * depths_mm.len()], &passage);
         }
+
+        // Rays of the spots, through the whole opening.
         let Some(spot) = &self.spot else { return Some(()) };
         let focus = focus.unwrap_or(N::constant(1.0 / spot.depth_mm));
         for node in &spot.nodes {

@@ -157,6 +157,7 @@ impl Start {
 
     /// What is to be made small over surfaces of a degree.
     pub(super) fn merit(&self, degree: usize) -> LawMerit {
+        // Bound the numbers of the law that are free.
         let law = first_law(self.settings.objective, &self.target);
         let spot = self.spot();
         let share = if spot.is_some() { FREEDOM_WITH_SPOTS } else { FREEDOM };
@@ -170,6 +171,8 @@ impl Start {
             };
             (number, Bounded { middle: numbers[number.place()], range })
         };
+
+        // Lay the rays out.
         let [columns, rows] = columns_and_rows(degree);
         LawMerit {
             layout: UnknownsLayout {
