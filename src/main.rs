@@ -13,9 +13,26 @@ fn main() -> ExitCode {
     unsafe {
         libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
     }
+    keep_memory();
     let started = Started { stdout_is_open: STDOUT_IS_OPEN.load(Ordering::Relaxed) };
     ExitCode::from(cli::run(std::env::args_os().collect(), started))
 }
+
+/// Has the system keep what memory was given back, up to some of it, for what is asked for next: pictures come and go, and each page of a
+/// new one costs a fault. Larger blocks are mapped apart, and given back at once.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+fn keep_memory() {
+    const LARGEST_KEPT: libc::c_int = 32 << 20;
+    const MOST_KEPT: libc::c_int = 256 << 20;
+    // SAFETY: settings of the allocator, before any other thread.
+    unsafe {
+        libc::mallopt(libc::M_MMAP_THRESHOLD, LARGEST_KEPT);
+        libc::mallopt(libc::M_TRIM_THRESHOLD, MOST_KEPT);
+    }
+}
+
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+fn keep_memory() {}
 
 /// Whether stdout was open before the standard library began, which opens /dev/null in place of a closed one.
 static STDOUT_IS_OPEN: AtomicBool = AtomicBool::new(true);

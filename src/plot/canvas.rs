@@ -118,14 +118,14 @@ fn paint_picture(pixmap: &mut Pixmap, rect: &Rect, picture: &Raster<Rgb>) {
         (0.0..1.0).contains(&share).then(|| ((share * count as f64) as usize).min(count - 1))
     };
     let (width, height) = (pixmap.width() as usize, pixmap.height() as usize);
+    let column = |x: usize| Some((x, under(x as f64, rect.min.x, size.x, picture.width())?));
+    let columns: Vec<(usize, usize)> = (0..width).filter_map(column).collect();
     let pixels = pixmap.pixels_mut();
     for y in 0..height {
         let Some(j) = under(y as f64, rect.min.y, size.y, picture.height()) else { continue };
-        for x in 0..width {
-            if let Some(i) = under(x as f64, rect.min.x, size.x, picture.width()) {
-                let [r, g, b] = picture.get(i, j);
-                pixels[y * width + x] = tiny_skia::ColorU8::from_rgba(r, g, b, 255).premultiply();
-            }
+        for &(x, i) in &columns {
+            let [r, g, b] = picture.get(i, j);
+            pixels[y * width + x] = tiny_skia::ColorU8::from_rgba(r, g, b, 255).premultiply();
         }
     }
 }

@@ -37,7 +37,16 @@ pub fn cut_out<T: Copy>(picture: &Raster<T>, left: usize, top: usize, width: usi
 
 /// Linear grey, 0 black to 1 white, as sRGB; [`colour::MISSING`] for NaN.
 pub fn grey(picture: &Raster<f32>) -> Raster<Rgb> {
-    picture.map(|v| if v.is_nan() { colour::MISSING } else { [colour::srgb_from_linear(v.into()); 3] })
+    let of = |light: f32| if light.is_nan() { colour::MISSING } else { [colour::srgb_from_linear(light.into()); 3] };
+    // Much of a picture of a board is of one light.
+    let (mut last, mut known) = (0.0, of(0.0));
+    let grey = |&light: &f32| {
+        if light != last {
+            (last, known) = (light, of(light));
+        }
+        known
+    };
+    Raster::from_data(picture.width(), picture.height(), picture.data().iter().map(grey).collect())
 }
 
 /// Shares of a colour map, 0..=1, as colours; [`colour::MISSING`] for NaN.

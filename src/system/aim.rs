@@ -19,6 +19,10 @@ const MOST_CUT_SHORT: usize = 6;
 /// kilometre (1e-10 mm) over 0.1 mm on the board per pixel, a few hundred times over.
 const ROUNDING_PX: f64 = 1e-6;
 
+/// A Newton step of more than a pixel is not halved below this share of it: where the map is smooth so small a one comes nearer, and
+/// beyond the rim of what the side lets through none does.
+const LEAST_SHARE: f64 = 1e-4;
+
 /// Finds pixel positions by board positions, starting from a place near by where one is known, else from a coarse grid of positions,
 /// which is traced when the first search needs it.
 ///
@@ -84,11 +88,7 @@ impl<'a> Aimer<'a> {
     /// # Errors
     /// [`Fate::NotConverged`] when no position is found from there; the fate of the first ray.
     pub fn aim_only_from(&self, board_mm: DVec2, side: Side, near: DVec2) -> Result<DVec2, Fate> {
-        let weighted = |light: &OneLight<'_>| Ok(light.system.aim_from(near, board_mm, side)? * light.share);
-        match &self.lights[..] {
-            [only] => only.system.aim_from(near, board_mm, side),
-            lights => lights.iter().map(weighted).sum(),
-        }
+        self.mean(|light| light.system.aim_from(near, board_mm, side))
     }
 
     /// [`Aimer::aim`], from a position `near` the one that is sought, where one is known.
@@ -96,15 +96,14 @@ impl<'a> Aimer<'a> {
     /// # Errors
     /// As [`Aimer::aim`].
     pub fn aim_from(&self, board_mm: DVec2, side: Side, near: Option<DVec2>) -> Result<DVec2, Fate> {
+        self.mean(|light| light.aim(board_mm, side, near))
+    }
+
+    /// The mean of what is found in each light, weighted by their shares.
+    fn mean(&self, of: impl Fn(&OneLight<'_>) -> Result<DVec2, Fate>) -> Result<DVec2, Fate> {
         match &self.lights[..] {
-            [only] => only.aim(board_mm, side, near),
-            lights => {
-                let mut mean = DVec2::ZERO;
-                for light in lights {
-                    mean += light.aim(board_mm, side, near)? * light.share;
-                }
-                Ok(mean)
-            }
+            [only] => of(only),
+            lights => lights.iter().map(|light| Ok(of(light)? * light.share)).sum(),
         }
     }
 }
@@ -167,6 +166,8 @@ impl System {
             // Halve the step until it comes nearer to the point.
             let mut step = wanted;
             let mut at_rim = false;
+            let far = if wanted.length() > 1.0 { LEAST_SHARE } else { 0.0 };
+            let least = (far * wanted.length()).max(1e-3 * self.accuracy().aim_px);
             loop {
                 match self.footprint_through(px + step, side) {
                     Ok(next) if (board_mm - next.sight.board_mm).length() < gap.length() => {
@@ -177,7 +178,7 @@ impl System {
                     Ok(_) if wanted.length() <= ROUNDING_PX => return Ok(px),
                     // No step improves. Close by, that is the floor of rounding; far off, it is no answer: a place
                     // where the map folds over, or the rim of what the side lets through.
-                    _ if step.length() < 1e-3 * self.accuracy().aim_px => {
+                    _ if step.length() < least => {
                         return if wanted.length() <= ROUNDING_PX { Ok(px) } else { Err(Fate::NotConverged) };
                     }
                     found => at_rim |= found.is_err(),

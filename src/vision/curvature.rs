@@ -56,7 +56,8 @@ pub(super) struct Tangent {
 
 /// The way along the line from node to node, arc by arc where both ends know their direction, from `own`.
 fn ways(nodes: &[LineCorner], own: usize) -> Vec<f64> {
-    let mut way = vec![0.0];
+    let mut way = Vec::with_capacity(nodes.len());
+    way.push(0.0);
     for pair in nodes.windows(2) {
         let turn = pair[0].tangent.zip(pair[1].tangent).map_or(0.0, |(a, b)| a.unit.perp_dot(b.unit));
         let half = 0.5 * libm::asin(turn.clamp(-1.0, 1.0));
@@ -169,7 +170,8 @@ impl BendRows {
             ]
         };
         let turns = tangents.iter().map(|t| 1.0 / turn_sigma(t)).collect();
-        let rows = nodes.iter().zip(&tangents).zip(&way).enumerate().flat_map(pair).collect();
+        let mut rows = Vec::with_capacity(2 * nodes.len());
+        nodes.iter().zip(&tangents).zip(&way).enumerate().for_each(|node| rows.extend(pair(node)));
         Some(Self { rows, turns, middle, scale })
     }
 

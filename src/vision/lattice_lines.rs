@@ -42,6 +42,8 @@ pub(super) struct FittedCorner {
     covariance_px2: DMat2,
     /// Half the window along each line, in px.
     half_px: [f64; 2],
+    /// Of each edge: its standard deviation across, in px, and [`Tangent::turn_per_px`].
+    across: [[f64; 2]; 2],
 }
 
 /// A lattice with the best known position of each of its corners.
@@ -122,12 +124,20 @@ impl Grid {
         let left = fit.last_step_px * fit.last_step_px / STEP_RANGE_PX;
         let covariance_px2 = fit.covariance_px2 + DMat2::from_diagonal(DVec2::splat(left * left));
         let (model, normals) = (fit.model.about_corner(), normals(&fit.model));
-        self.fitted[number] = Some(FittedCorner { model, normals, covariance_px2, half_px });
+        let across = [0, 1].map(|axis| {
+            let normal = normals[axis];
+            let variance = normal.dot(covariance_px2 * normal);
+            // Towards dark is to one side before the corner and to the other behind it, by the other edge and by which
+            // diagonal is bright.
+            let side = normals[1 - axis].dot(normal.perp()) * model.light[3];
+            [variance.max(0.0).sqrt(), STEP_TURN * side.signum() / half_px[axis]]
+        });
+        self.fitted[number] = Some(FittedCorner { model, normals, covariance_px2, half_px, across });
     }
 
     /// The contrasts of the corners that were fitted.
     pub(super) fn contrasts(&self) -> impl Iterator<Item = ([i32; 2], f64)> {
-        self.lattice.iter().filter_map(|(&cell, &k)| Some((cell, 2.0 * self.fitted[k]?.model.light[3].abs())))
+        self.lattice.iter().filter_map(|(&cell, &k)| Some((cell, 2.0 * self.fitted[k].as_ref()?.model.light[3].abs())))
     }
 
     /// Where the corner of a cell beside a corner of the lattice should be, and how long the step to it is, in px.
@@ -175,26 +185,23 @@ impl Grid {
         let axis = usize::from(direction == IVec2::Y);
         let node = |offset: i32| {
             let &number = self.lattice.get(&(cell + direction * offset).to_array())?;
-            let tangent = self.fitted[number].map(|f| {
-                let normal = f.normals[axis];
-                let variance = normal.dot(f.covariance_px2 * normal);
-                // Towards dark is to one side before the corner and to the other behind it, by the other edge and by which
-                // diagonal is bright.
-                let side = f.normals[1 - axis].dot(normal.perp()) * f.model.light[3];
-                let turn_per_px = STEP_TURN * side.signum() / f.half_px[axis];
+            let tangent = self.fitted[number].as_ref().map(|f| {
+                let (normal, [sigma_px, turn_per_px]) = (f.normals[axis], f.across[axis]);
                 let spacing_px = match self.lean {
                     Lean::Even(_) => 1.0,
                     Lean::OfSquare(_) => self.spacing_px(cell + direction * offset, axis).unwrap_or(0.0),
                 };
                 let beyond = f.model.leans_px[axis] - self.lean.at(spacing_px);
                 let unit = (normal.perp() - normal * (beyond * turn_per_px)).normalize();
-                Tangent { unit, sigma_px: variance.max(0.0).sqrt(), half_px: f.half_px[axis], turn_per_px, spacing_px }
+                Tangent { unit, sigma_px, half_px: f.half_px[axis], turn_per_px, spacing_px }
             });
             Some(LineCorner { position: self.positions[number], tangent })
         };
 
         // Walk outwards on both sides in turn, each side until its first gap.
-        let mut nodes = VecDeque::from([node(0)?]);
+        let first = node(0)?;
+        let mut nodes = VecDeque::with_capacity(MOST);
+        nodes.push_back(first);
         let mut own = 0;
         let (mut before, mut after) = (Some(1), Some(1));
         while (before, after) != (None, None) && nodes.len() < MOST {
@@ -300,7 +307,7 @@ impl Grid {
         let steps = DMat2::from_cols(self.step(cell, IVec2::X)?, self.step(cell, IVec2::Y)?);
         let lines = [self.line(cell, IVec2::X)?, self.line(cell, IVec2::Y)?];
         let leans_px = self.leans_px(cell);
-        let due_px = self.fitted[number].map(|f| {
+        let due_px = self.fitted[number].as_ref().map(|f| {
             // An edge fitted with a wrong bend is off by a sixth of what the bend's error makes at the window's end.
             let off = |k: usize| (lines[k].curvature - f.model.curvature[k]) * f.half_px[k] * f.half_px[k] / 6.0;
             let sigma = (0.5 * (f.covariance_px2.x_axis.x + f.covariance_px2.y_axis.y)).sqrt();
@@ -314,7 +321,7 @@ impl Grid {
             centre: self.positions[number],
             steps,
             lines,
-            light: self.fitted[number].map_or([0.0; 6], |f| f.model.light),
+            light: self.fitted[number].as_ref().map_or([0.0; 6], |f| f.model.light),
             leans_px,
             lean_rates: self.lean_rates(cell),
             skew: self.skew,

@@ -63,13 +63,18 @@ impl Neighbourhood {
             let at = |k: i32| self.contrast.get(&(IVec2::from_array(cell) + direction * k).to_array());
             // Carry on a fall by a constant factor, and no rise.
             let foretold = |near: f64, far: f64| near * (near / far).clamp(LEAST_CONTRAST, 1.0);
-            at(1).zip(at(2)).is_some_and(|(&near, &far)| *own < LEAST_CONTRAST * foretold(near, far))
+            let stronger = at(1).filter(|near| *own < LEAST_CONTRAST * **near);
+            stronger.is_some_and(|near| at(2).is_some_and(|far| *own < LEAST_CONTRAST * foretold(*near, *far)))
         })
     }
 
     /// Whether the picture at a corner is far less like two crossing edges than around it.
     pub(super) fn is_unlike(&self, cell: [i32; 2]) -> bool {
         let Some(&own) = self.relative.get(&cell) else { return false };
+        // Below this it is alike to all, whatever the corners around it are.
+        if own <= SMALL_RESIDUAL.max(MOST_AT_RIM * self.typical) {
+            return false;
+        }
         let around = (-AROUND..=AROUND).flat_map(|i| (-AROUND..=AROUND).map(move |j| [cell[0] + i, cell[1] + j]));
         let around: Vec<f64> =
             around.filter(|other| *other != cell).filter_map(|other| self.relative.get(&other).copied()).collect();

@@ -3,9 +3,11 @@
 //! The response is S = Ixy^2 - Ixx Iyy - (Ixx + Iyy)^2 / 8 on a Gaussian of 1.5 px: minus the determinant of the
 //! Hessian, less a share of its trace, which vanishes at the crossing of two edges and not at blobs and ends of lines.
 
+use crate::num::simd::{Kernel, widest};
 use crate::raster::Raster;
 use glam::DVec2;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Half width of the smoothing kernel, in px.
 const TAPS: usize = 5;
@@ -35,8 +37,8 @@ pub(super) fn peaks(image: &Raster<f32>) -> Vec<Peak> {
     }
     let kernel = half_kernel();
     let starts: Vec<usize> = (0..height).step_by(BAND).collect();
-    let bands: Vec<Vec<Peak>> =
-        starts.par_iter().map(|&first| band_peaks(image, &kernel, first, (first + BAND).min(height))).collect();
+    let band = |first: usize| BandPeaks { image, kernel: &kernel, rows: first..(first + BAND).min(height) };
+    let bands: Vec<Vec<Peak>> = starts.par_iter().map(|&first| widest(band(first))).collect();
     let mut peaks: Vec<Peak> = bands.into_iter().flatten().collect();
     peaks.sort_by(|a, b| b.strength.total_cmp(&a.strength));
     peaks
@@ -49,29 +51,39 @@ fn half_kernel() -> [f32; TAPS + 1] {
     raw.map(|v| (v / sum) as f32)
 }
 
-/// The peaks in the rows `[first, last)`.
-fn band_peaks(image: &Raster<f32>, kernel: &[f32; TAPS + 1], first: usize, last: usize) -> Vec<Peak> {
+/// The peaks in some rows.
+struct BandPeaks<'a> {
+    image: &'a Raster<f32>,
+    kernel: &'a [f32; TAPS + 1],
+    rows: Range<usize>,
+}
+
+impl Kernel for BandPeaks<'_> {
+    type Out = Vec<Peak>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<Peak> {
+        band_peaks(self.image, self.kernel, self.rows)
+    }
+}
+
+#[inline(always)]
+fn band_peaks(
+    image: &Raster<f32>,
+    kernel: &[f32; TAPS + 1],
+    Range { start: first, end: last }: Range<usize>,
+) -> Vec<Peak> {
     // Find the rows that the band needs.
     let (width, height) = (image.width(), image.height());
     // The response is wanted REACH rows further than the band, the smoothed picture one row further still.
     let response_first = first.saturating_sub(REACH).max(1);
     let response_last = (last + REACH).min(height - 1);
     let smooth_first = response_first - 1;
-
-    // Smooth the picture by a separable Gaussian, its border repeated outside.
-    let mut smooth = vec![0.0f32; (response_last + 1 - smooth_first) * width];
-    let mut padded = vec![0.0f32; width + 2 * TAPS];
-    for (row, out) in (smooth_first..=response_last).zip(smooth.chunks_exact_mut(width)) {
-        smooth_rows(image, kernel, row, &mut padded[TAPS..TAPS + width]);
-        let (left, right) = (padded[TAPS], padded[TAPS + width - 1]);
-        padded[..TAPS].fill(left);
-        padded[TAPS + width..].fill(right);
-        smooth_columns(&padded, kernel, out);
-    }
+    let smooth = smoothed(image, kernel, smooth_first..response_last + 1);
     let line = |row: usize| &smooth[(row - smooth_first) * width..(row - smooth_first + 1) * width];
 
     // Compute the response, with zeros to both sides for what lies outside: no peak is beaten by them. Take
-    // the largest of seven along each row.
+    // the largest of seven along each row, and of these the largest of four rows.
     let stride = width + 2 * REACH;
     let mut response = vec![0.0f32; (response_last - response_first) * stride];
     let mut along = response.clone();
@@ -81,16 +93,17 @@ fn band_peaks(image: &Raster<f32>, kernel: &[f32; TAPS + 1], first: usize, last:
         saddle(line(row - 1), line(row), line(row + 1), &mut out[REACH + 1..REACH + width - 1]);
         largest_of_seven(out, &mut pairs, &mut along[k * stride..][..width]);
     }
+    largest_of_four_rows(&mut along, stride);
 
     // Find the local maxima.
     let mut peaks = Vec::new();
     let mut largest = vec![0.0f32; width];
     for row in first.max(1)..last.min(height - 1) {
-        // Take the largest of seven rows.
+        // Take the largest of seven rows: of the first four and of the last.
         let near = row.saturating_sub(REACH).max(response_first)..(row + REACH + 1).min(response_last);
         largest.fill(FLOOR);
-        for other in near.clone() {
-            larger_of(&mut largest, &along[(other - response_first) * stride..]);
+        for four in [near.start, near.end.saturating_sub(REACH + 1).max(near.start)] {
+            larger_of(&mut largest, &along[(four - response_first) * stride..][..width]);
         }
 
         // Keep what reaches it, and refine its position.
@@ -114,6 +127,7 @@ fn band_peaks(image: &Raster<f32>, kernel: &[f32; TAPS + 1], first: usize, last:
 
 /// Where a value is not below its limit. Whole runs are compared first, in lanes: a branch at each value would be
 /// guessed wrong at every other pixel of a noisy picture.
+#[inline(always)]
 fn maxima<'a>(values: &'a [f32], limits: &'a [f32]) -> impl Iterator<Item = usize> + 'a {
     const RUN: usize = 8;
     let reaches = |v: &f32, limit: &f32| v >= limit;
@@ -123,6 +137,7 @@ fn maxima<'a>(values: &'a [f32], limits: &'a [f32]) -> impl Iterator<Item = usiz
 }
 
 /// `out[x]` = the largest of the seven values from x on, by pairs of pairs.
+#[inline(always)]
 fn largest_of_seven(values: &[f32], scratch: &mut [f32], out: &mut [f32]) {
     let (twos, fours) = scratch.split_at_mut(values.len());
     let pair = |out: &mut [f32], values: &[f32], apart: usize| {
@@ -135,14 +150,50 @@ fn largest_of_seven(values: &[f32], scratch: &mut [f32], out: &mut [f32]) {
     pair(out, fours, 3);
 }
 
-/// Each value of `out`, or the one of `values` where that is larger.
+/// Each value of `out`, or the one of `values`, which are as many, where that is larger.
+#[inline(always)]
 fn larger_of(out: &mut [f32], values: &[f32]) {
-    for (out, &v) in out.iter_mut().zip(values) {
-        *out = if v > *out { v } else { *out };
+    const RUN: usize = 8;
+    let larger = |out: f32, v: f32| if v > out { v } else { out };
+    let ((runs, rest), (more, last)) = (out.as_chunks_mut::<RUN>(), values.as_chunks::<RUN>());
+    for (out, v) in runs.iter_mut().zip(more) {
+        *out = std::array::from_fn(|i| larger(out[i], v[i]));
+    }
+    for (out, &v) in rest.iter_mut().zip(last) {
+        *out = larger(*out, v);
     }
 }
 
+/// In the place of each row, so many values long, the largest of it and the three after it, as far as there are, by pairs of pairs.
+#[inline(always)]
+fn largest_of_four_rows(values: &mut [f32], stride: usize) {
+    let count = values.len() / stride;
+    for apart in [1, 2] {
+        for k in 0..count.saturating_sub(apart) {
+            let (own, later) = values.split_at_mut((k + apart) * stride);
+            larger_of(&mut own[k * stride..][..stride], &later[..stride]);
+        }
+    }
+}
+
+/// Some rows of the picture smoothed by a separable Gaussian, its border repeated outside.
+#[inline(always)]
+fn smoothed(image: &Raster<f32>, kernel: &[f32; TAPS + 1], rows: Range<usize>) -> Vec<f32> {
+    let width = image.width();
+    let mut smooth = vec![0.0f32; rows.len() * width];
+    let mut padded = vec![0.0f32; width + 2 * TAPS];
+    for (row, out) in rows.zip(smooth.chunks_exact_mut(width)) {
+        smooth_rows(image, kernel, row, &mut padded[TAPS..TAPS + width]);
+        let (left, right) = (padded[TAPS], padded[TAPS + width - 1]);
+        padded[..TAPS].fill(left);
+        padded[TAPS + width..].fill(right);
+        smooth_columns(&padded, kernel, out);
+    }
+    smooth
+}
+
 /// One row smoothed across the rows, the border row repeated outside.
+#[inline(always)]
 fn smooth_rows(image: &Raster<f32>, kernel: &[f32; TAPS + 1], row: usize, out: &mut [f32]) {
     let last = image.height() - 1;
     for (sum, centre) in out.iter_mut().zip(image.row(row)) {
@@ -155,6 +206,7 @@ fn smooth_rows(image: &Raster<f32>, kernel: &[f32; TAPS + 1], row: usize, out: &
 }
 
 /// One row, with its border pixels repeated [`TAPS`] times at either end, smoothed along itself.
+#[inline(always)]
 fn smooth_columns(padded: &[f32], kernel: &[f32; TAPS + 1], out: &mut [f32]) {
     for (sum, centre) in out.iter_mut().zip(&padded[TAPS..]) {
         *sum = kernel[0] * centre;
@@ -165,6 +217,7 @@ fn smooth_columns(padded: &[f32], kernel: &[f32; TAPS + 1], out: &mut [f32]) {
 }
 
 /// out += weight (a + b), a form that the processor's lanes take.
+#[inline(always)]
 fn add_pair(out: &mut [f32], weight: f32, a: &[f32], b: &[f32]) {
     for ((sum, a), b) in out.iter_mut().zip(a).zip(b) {
         *sum += weight * (a + b);
@@ -172,6 +225,7 @@ fn add_pair(out: &mut [f32], weight: f32, a: &[f32], b: &[f32]) {
 }
 
 /// The response of the inner pixels of a row.
+#[inline(always)]
 fn saddle(above: &[f32], here: &[f32], below: &[f32], out: &mut [f32]) {
     let n = out.len();
     let (a0, a1, a2) = (&above[..n], &above[1..n + 1], &above[2..n + 2]);

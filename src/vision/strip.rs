@@ -31,6 +31,11 @@ pub(super) struct EdgeStrip {
 }
 
 impl EdgeStrip {
+    /// No pixels, and room for so many.
+    pub(super) fn with_room(pixels: usize) -> Self {
+        Self { chunks: Vec::with_capacity(pixels.div_ceil(CHUNK)), ..Self::default() }
+    }
+
     /// The last chunk, with room for a pixel.
     #[inline(always)]
     fn room(&mut self) -> &mut [Column; 5] {

@@ -9,6 +9,9 @@ use crate::raster::Raster;
 use glam::DVec2;
 use std::ops::Range;
 
+/// Pixels that room is made for before they are counted, at most, of each kind.
+const MOST_ROOM: f64 = 4096.0;
+
 /// One listed pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ListedPixel {
@@ -141,7 +144,7 @@ impl Kernel for Gathering<'_> {
     fn run(self) -> Window {
         // Gather row by row.
         let Self { image, valid, frame } = self;
-        let mut window = Window::default();
+        let mut window = Window::with_room(frame);
         let borders = WindowBorders::new(frame);
         let reach = frame.half * (frame.steps.x_axis.abs() + frame.steps.y_axis.abs()) + 2.0;
         let clamp = |v: f64, most: usize| v.clamp(0.0, most as f64) as usize;
@@ -162,6 +165,16 @@ impl Kernel for Gathering<'_> {
 }
 
 impl Window {
+    /// No pixels, and room for about those of an uncut window.
+    fn with_room(frame: &WindowFrame) -> Self {
+        let WindowFrame { steps, bands_px, half, .. } = *frame;
+        let side = 2.0 * half * steps.x_axis.length().max(steps.y_axis.length());
+        let [first, second] = bands_px.map(|band| (2.0 * band).min(side));
+        let room = |pixels: f64| pixels.min(MOST_ROOM) as usize;
+        let strips = [first, second].map(|wide| EdgeStrip::with_room(room(wide * side)));
+        Self { listed: Vec::with_capacity(room(first * second)), strips, ..Self::default() }
+    }
+
     /// Without the pixels that are near no edge.
     pub(super) fn near_edges(self) -> Self {
         let flat: f64 = self.flat.iter().map(|sums| sums.moments[0]).sum();

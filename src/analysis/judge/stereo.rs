@@ -129,7 +129,9 @@ fn epipolar_curves(scene: &Scene, system: &System, halves: &[HalfView; 2], [near
         plane.world_from_board = Pose { translation_mm: place, ..Pose::IDENTITY };
         let system = system.with_board(&plane);
         let aimer = Aimer::new(&system);
-        for ((curve, near), sighting) in curves.iter_mut().zip(&mut nearest).zip(&sightings) {
+        // A curve that lacks a point is left out, and has no more of them sought.
+        let whole = curves.iter_mut().zip(&mut nearest).zip(&sightings).filter(|((curve, _), _)| curve.len() == s);
+        for ((curve, near), sighting) in whole {
             // The search starts where the same ray was seen at the depth before.
             let met = system.board().intersect(&sighting.ray);
             let seen = met.and_then(|(mm, _)| aimer.aim_from(mm, right.side(), *near)).ok();

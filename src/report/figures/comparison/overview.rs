@@ -96,7 +96,8 @@ pub(super) fn draw(
         drawing.text("no picture", layout.body, GREY, middle, Align::Middle);
     } else {
         let small = picture::grey(&picture::area_averaged(panel.picture, pixels.0, pixels.1));
-        let small = small.map(|c| colour::mixed(c, WHITE, PALENESS));
+        let paled: [Rgb; 256] = std::array::from_fn(|level| colour::mixed([level as u8; 3], WHITE, PALENESS));
+        let small = small.map(|[level, ..]| paled[usize::from(level)]);
         drawing.push(Item::Picture(place.area, small));
     }
     for corner in panel.corners.iter().filter(|c| drawable(c)) {
