@@ -6,6 +6,7 @@ use super::map::{BORDER_STEP, INSET_PX, MapPatch};
 use super::region::Region;
 use super::seam_map::{SIDES, SeamMap};
 use crate::effect::Hook;
+use crate::surface::shape::Surface;
 use crate::system::{Prism, Side, System, Way};
 use glam::DVec2;
 use std::ops::Range;
@@ -81,8 +82,14 @@ impl Tiling {
     /// The same of the region, a part of `columns`, in which light looks through the other half's glass of a solid prism: on both sides
     /// of the ridge of its front it leaves through the backs of both halves.
     fn cross_solid(&mut self, system: &System, columns: &Range<usize>, region: Region) {
-        let ideal = system.prism().is_some_and(Prism::is_ideal);
-        let Some(front) = seam(system, &mut self.rays).filter(|_| ideal) else { return self.trace(region) };
+        // Surfaces of revolution do not go on beyond the ridge.
+        let goes_on = |surface: &Surface| !matches!(surface, Surface::Revolved(_));
+        let all_go_on = |prism: &Prism| prism.sides.iter().flatten().all(goes_on);
+        let can_be = system.prism().is_some_and(|prism| prism.is_ideal() && all_go_on(prism));
+        if !can_be || region.columns.is_empty() {
+            return self.trace(region);
+        }
+        let Some(front) = seam(system, &mut self.rays) else { return self.trace(region) };
         // Where the ridge of the front runs between two columns, so do the ways.
         let [before, after] = if front.is_empty() {
             [front.start; 2]
