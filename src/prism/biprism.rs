@@ -114,6 +114,11 @@ impl Prism {
         self.solid
     }
 
+    /// Whether its surfaces refract by their shapes alone, without rims, flaws of their finish and the like.
+    pub fn is_ideal(&self) -> bool {
+        self.imperfections.is_none()
+    }
+
     /// Whether both halves have one and the same back, so that it does not matter whose light leaves through.
     pub fn has_one_back(&self) -> bool {
         let [left, right] = Side::ALL.map(|side| self.surface(side, Face::Back));

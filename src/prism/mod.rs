@@ -12,5 +12,6 @@ pub mod surface_modifier;
 pub mod refract_at;
 pub mod biprism;
 mod as_built;
+pub mod triangles;
 mod first_face;
 pub mod side;

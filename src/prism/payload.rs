@@ -124,6 +124,8 @@ pub struct PartsPassed {
     pub facets: [u32; 2],
     /// The same between which it may have a kink.
     pub pieces: [u32; 2],
+    /// The triangles themselves, of meshes.
+    pub triangles: [u32; 2],
     count: usize,
 }
 
@@ -131,6 +133,7 @@ impl Payload for PartsPassed {
     fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>) {
         if self.count < 2 {
             [self.facets[self.count], self.pieces[self.count]] = event.surface.parts(event.hit);
+            self.triangles[self.count] = event.hit.part;
         }
         self.count += 1;
     }

@@ -81,7 +81,7 @@ fn band_alone(plan: &Plan, band: &mut Band) -> Work {
     for patch in &plan.patches {
         work += mapped::render(plan, patch, band);
     }
-    if let Some(seam) = &plan.seam {
+    for seam in &plan.seams {
         work += seam_pixels::render(plan, seam, band);
     }
     for region in &plan.traced {
@@ -113,7 +113,7 @@ fn part_alone(plan: &Plan, band: &mut Band) -> Work {
             work += mapped::render(plan, &patch.part(region), band);
         }
     }
-    if let Some(seam) = &plan.seam {
+    for seam in &plan.seams {
         work += seam_pixels::render(plan, seam, band);
     }
     for region in &plan.traced {

@@ -14,6 +14,8 @@ use rayon::prelude::*;
 
 /// Pixels along the side of a block: where light takes the same routes to all its corners, it does to all its pixels.
 const BLOCK: usize = 8;
+/// Blocks that cannot be interpolated are quartered down to this many pixels along their sides.
+const SMALLEST: usize = 2;
 /// A block may see this much beyond what its corners see, as a share of it.
 const MARGIN: f64 = 0.5;
 /// The light of a pixel may be off by this, of full scale 1, through the bend of a block: less than a step of 16 bits.
@@ -22,54 +24,53 @@ const BEND: f64 = 1e-5;
 /// Adds the light of ghosts to the picture of one pass of `system`, where some act.
 ///
 /// Between the corners of a block, powers and places on the board are taken as linear, and each pixel as the exact mean
-/// of the board over what it sees; where routes differ, and beside the ridge, pixels are sampled.
+/// of the board over what it sees; where that does not hold, over quarters of it, the smallest of which are sampled: where
+/// routes differ, and beside the ridge.
 pub(super) fn add(system: &System, film: &mut Film) {
     let Some(pass) = GhostPass::new(system) else { return };
 
     // Trace the ghosts at the corners of all blocks.
     let width = film.radiance.width();
-    let corners = pass.corners(width, film.radiance.height());
+    let corners = pass.corners();
     let columns = width.div_ceil(BLOCK) + 1;
 
     // Add the ghosts' light block by block.
     let rows = film.radiance.data_mut().par_chunks_mut(width * BLOCK).enumerate();
-    let sampled: Vec<usize> = rows
+    let rays: Vec<u64> = rows
         .map(|(j, rows)| {
-            let mut sampled = 0;
-            for i in 0..columns - 1 {
+            let of_block = |i: usize| {
                 let at = |di: usize, dj: usize| corners[(j + dj) * columns + i + di].as_slice();
-
-                // Interpolate the ghosts over the block, where its corners take the same routes.
-                let few = i * BLOCK..width.min((i + 1) * BLOCK);
-                let first = DVec2::new((i * BLOCK) as f64, (j * BLOCK) as f64);
-                // Between the corners there may be an object.
                 let corners = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
-                let block = if pass.faces.len() > 1 { None } else { pass.block(corners, first) };
-
-                // Add the mean over each pixel, from the block or by samples.
-                for (k, row) in rows.chunks_mut(width).enumerate() {
-                    for x in few.clone() {
-                        let corner = DVec2::new(x as f64, (j * BLOCK + k) as f64);
-                        let ghosts = match &block {
-                            Some(block) => block.pixel(&pass.face, corner - first, pass.active),
-                            None => pass.sampled(corner),
-                        };
-                        row[x] = (f64::from(row[x]) + ghosts) as f32;
-                    }
-                    sampled += if block.is_none() { few.len() } else { 0 };
-                }
-            }
-            sampled
+                pass.light(
+                    &GhostSquare { first: [i * BLOCK, j * BLOCK], size: BLOCK, corners },
+                    &mut |[x, y], light| {
+                        let pixel = &mut rows[(y - j * BLOCK) * width + x];
+                        *pixel = (f64::from(*pixel) + light) as f32;
+                    },
+                )
+            };
+            (0..columns - 1).map(of_block).sum()
         })
         .collect();
 
     // Count the rays.
-    let samples = pass.ghosts.samples * pass.ghosts.samples;
-    film.counts.rays += (corners.len() + sampled.iter().sum::<usize>() * samples) as u64;
+    film.counts.rays += corners.len() as u64 + rays.iter().sum::<u64>();
+}
+
+/// A square of pixels, and the ghosts at its corners.
+struct GhostSquare<'a> {
+    /// Column and row of its first pixel.
+    first: [usize; 2],
+    /// Pixels along its side.
+    size: usize,
+    /// At the upper left, upper right, lower left and lower right corner.
+    corners: [&'a [Ghost]; 4],
 }
 
 /// Ghosts over a block of pixels.
 struct GhostBlock {
+    /// Pixels along its side.
+    size: f64,
     /// The light, at the four corners, of all ghosts that are of one radiance over the block.
     constant: [f64; 4],
     /// The others: powers, and places on the board in squares, at the four corners.
@@ -80,7 +81,7 @@ impl GhostBlock {
     /// The mean radiance of all ghosts over the square of side `active` in the middle of the pixel whose corner lies at
     /// `offset` from that of the block.
     fn pixel(&self, face: &BoardFace<'_>, offset: DVec2, active: f64) -> f64 {
-        let size = BLOCK as f64;
+        let size = self.size;
         let light = between(self.constant, (offset + 0.5) / size);
         let edges = self.edges.iter().map(|(powers, places)| {
             let outline = square(0.5 * active).map(|c| between(*places, (offset + 0.5 + c) / size));
@@ -94,6 +95,11 @@ impl GhostBlock {
         });
         light + edges.sum::<f64>()
     }
+}
+
+/// The upper left corner of a pixel, in px.
+fn place(pixel: [usize; 2]) -> DVec2 {
+    DVec2::from_array(pixel.map(|n| n as f64))
 }
 
 /// The value at `at`, from 0 to 1, between those at the upper left, upper right, lower left and lower right corner.
@@ -118,6 +124,8 @@ struct GhostPass<'a> {
     brightest: f64,
     /// The side of the square in the middle of a pixel that receives light, in px.
     active: f64,
+    /// Columns and rows of the picture.
+    size_px: [usize; 2],
 }
 
 /// A ghost at one place of the picture.
@@ -155,39 +163,82 @@ impl<'a> GhostPass<'a> {
             faces: faces(system),
             brightest,
             active,
+            size_px: system.camera().size_px(),
         })
     }
 
     /// All ghosts at the corners of all blocks, row by row.
-    fn corners(&self, width: usize, height: usize) -> Vec<Vec<Ghost>> {
-        let (columns, rows) = (width.div_ceil(BLOCK) + 1, height.div_ceil(BLOCK) + 1);
-        let trace_corner = |k: usize| {
-            let mut ghosts = Vec::new();
-            let corner = DVec2::new((k % columns) as f64, (k / columns) as f64) * BLOCK as f64;
-            self.trace(corner, |ghost| ghosts.push(ghost));
-            ghosts
-        };
-        (0..columns * rows).into_par_iter().map(trace_corner).collect()
+    fn corners(&self) -> Vec<Vec<Ghost>> {
+        let [columns, rows] = self.size_px.map(|n| n.div_ceil(BLOCK) + 1);
+        (0..columns * rows).into_par_iter().map(|k| self.at([k % columns * BLOCK, k / columns * BLOCK])).collect()
     }
 
-    /// The ghosts of the block with these corners, the first of them at `first`; `None` where they bend too much, or where
-    /// light takes several routes.
-    fn block(&self, corners: [&[Ghost]; 4], first: DVec2) -> Option<GhostBlock> {
-        // Compare the routes of light to the corners and to the middle.
-        let [a, b, c, d] = corners;
-        let same = |other: &[Ghost]| other.len() == a.len() && other.iter().zip(a).all(|(o, a)| o.route == a.route);
-        if !(same(b) && same(c) && same(d)) {
-            return None;
+    /// All ghosts at the upper left corner of a pixel.
+    fn at(&self, pixel: [usize; 2]) -> Vec<Ghost> {
+        let mut ghosts = Vec::new();
+        self.trace(place(pixel), |ghost| ghosts.push(ghost));
+        ghosts
+    }
+
+    /// Tells the mean light of all ghosts in each pixel of a square, and says how many rays that took.
+    fn light(&self, square: &GhostSquare<'_>, tell: &mut dyn FnMut([usize; 2], f64)) -> u64 {
+        let GhostSquare { first: [left, top], size, corners } = *square;
+        let [width, height] = self.size_px;
+        let pixels = || (top..height.min(top + size)).flat_map(|y| (left..width.min(left + size)).map(move |x| [x, y]));
+
+        // Sample where there may be an object between the corners.
+        let sampled = |tell: &mut dyn FnMut([usize; 2], f64)| {
+            pixels().for_each(|pixel| tell(pixel, self.sampled(place(pixel))));
+            (pixels().count() * self.ghosts.samples * self.ghosts.samples) as u64
+        };
+        if self.faces.len() > 1 {
+            return sampled(tell);
         }
-        let mut middle = Vec::with_capacity(a.len());
-        self.trace(first + 0.5 * BLOCK as f64, |ghost| middle.push(ghost));
-        if !same(&middle) {
+
+        // Interpolate between the corners.
+        let half = size / 2;
+        let middle = self.at([left + half, top + half]);
+        if let Some(block) = self.block(square, &middle) {
+            let first = place([left, top]);
+            pixels().for_each(|pixel| tell(pixel, block.pixel(&self.face, place(pixel) - first, self.active)));
+            return 1;
+        }
+        if size <= SMALLEST {
+            return 1 + sampled(tell);
+        }
+
+        // Go on with the quarters.
+        let at = |i: usize, j: usize| self.at([left + i * half, top + j * half]);
+        let [a, b, c, d] = corners;
+        let [upper, lower, before, behind] = [at(1, 0), at(1, 2), at(0, 1), at(2, 1)];
+        let quarters = [
+            [a, &upper, &before, &middle],
+            [&upper, b, &middle, &behind],
+            [&before, &middle, c, &lower],
+            [&middle, &behind, &lower, d],
+        ];
+        let quarter = |(k, corners): (usize, [&[Ghost]; 4])| {
+            let first = [left + k % 2 * half, top + k / 2 * half];
+            let inside = first[0] < width && first[1] < height;
+            if inside { self.light(&GhostSquare { first, size: half, corners }, tell) } else { 0 }
+        };
+        5 + quarters.into_iter().enumerate().map(quarter).sum::<u64>()
+    }
+
+    /// The ghosts of a square of pixels, given those at its middle; `None` where they bend too much, or where light takes
+    /// several routes.
+    fn block(&self, square: &GhostSquare<'_>, middle: &[Ghost]) -> Option<GhostBlock> {
+        // Compare the routes of light to the corners and to the middle.
+        let (size, corners) = (square.size as f64, square.corners);
+        let [a, others @ ..] = corners;
+        let same = |other: &[Ghost]| other.len() == a.len() && other.iter().zip(a).all(|(o, a)| o.route == a.route);
+        if !(others.into_iter().all(same) && same(middle)) {
             return None;
         }
 
         // Interpolate each ghost over the block, and add up the errors at the middle.
         let squares = self.face.squares_per_mm();
-        let mut block = GhostBlock { constant: [0.0; 4], edges: Vec::new() };
+        let mut block = GhostBlock { size, constant: [0.0; 4], edges: Vec::new() };
         let mut bend = 0.0;
         for (k, middle) in middle.iter().enumerate() {
             // Compare the power at the middle with the interpolated one.
@@ -211,7 +262,7 @@ impl<'a> GhostPass<'a> {
                     let constant = self.face.constant(0.5 * (low + high), (0.5 + MARGIN) * (high - low));
                     if constant.is_none() {
                         // What a pixel sees moves by this share of itself.
-                        bend += middle.power * self.brightest * (off / ((high - low) / BLOCK as f64)).max_element();
+                        bend += middle.power * self.brightest * (off / ((high - low) / size)).max_element();
                         block.edges.push((powers, places));
                     }
                     constant
@@ -254,7 +305,12 @@ impl<'a> GhostPass<'a> {
 
     /// Tells of every ghost at an image position.
     fn trace(&self, px: DVec2, mut tell: impl FnMut(Ghost)) {
-        self.system.reflected(px, self.light, self.body, &self.ghosts, |exit| tell(self.ghost(exit, px)));
+        self.system.reflected(px, self.light, self.body, &self.ghosts, |exit| {
+            // Of what sends no light it does not matter where it is.
+            if exit.last.face == Face::Back || self.ghosts.behind != 0.0 {
+                tell(self.ghost(exit, px));
+            }
+        });
     }
 
     /// What light that leaves the glass sees, weakened as all light at `px` is: by everything but the glass.

@@ -6,6 +6,7 @@ use super::pixel::{INSET_PX, square, subdivided};
 use super::pixel_mean::Taylor2;
 use super::plan::{KINK_STRAY_SHARE, PartBorders, Plan};
 use super::steep;
+use super::triangles;
 use super::work::Work;
 use crate::system::System;
 use glam::{DMat2, DVec2};
@@ -24,10 +25,13 @@ pub(super) fn holds(plan: &Plan, px: DVec2, taylor: &Taylor2, work: &mut Work) -
     })
 }
 
-/// The light of a pixel whose expansion does not hold: cut along the kinks where they are followed, else divided, and counted
-/// as one without promise where there are any.
+/// The light of a pixel whose expansion does not hold: cut along the sides of triangles where these tell it, along the kinks where they
+/// are followed, else divided, and counted as one without promise where there are any.
 pub(super) fn pixel(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
     work.counts.edge_pixels += 1;
+    if let Some(light) = triangles::pixel(plan, px, work) {
+        return light;
+    }
     if plan.kinks == PartBorders::Few {
         return along_borders(plan, px, plan.active, work);
     }

@@ -36,6 +36,7 @@ pub(super) fn render(plan: &Plan, band: &mut Band, paint: BandPainter) -> Work {
             let to = j * band.width + i;
             band.radiance[to] = match own {
                 Some(own) => layers[own].radiance[at],
+                None if plan.truth_alone => 0.0,
                 None => divided(plan, px, &mut work) as f32,
             };
             if let Some(truth) = &mut band.truth {

@@ -144,13 +144,14 @@ impl Kernel for PatchRows<'_, '_, '_> {
             let out = &mut band.radiance[span.clone()];
             edge_pixels.clear();
             match plan.plate {
+                _ if plan.truth_alone => (),
                 None => work.counts.edge_pixels += constant_pixels(plan, patch, &row, draft, out, &mut edge_pixels),
                 Some(_) => edge_pixels.extend(0..out.len() as u32),
             }
             edge_means(plan, patch, &row, y, out, &edge_pixels, &mut work);
 
             // Apply the throughput of transport effects.
-            if plan.has_throughput {
+            if plan.has_throughput && !plan.truth_alone {
                 let first = DVec2::new(columns.start as f64 + 0.5, y);
                 match &patch.throughput {
                     Some(powers) => throughput(patch, powers, y, out),

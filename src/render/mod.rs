@@ -2,8 +2,8 @@
 //!
 //! [`render`] reads from top to bottom: passes, plan and bands, accumulation, diffraction, sensor. A plan (`plan`)
 //! fixes everything before the first pixel; its bands (`bands`) are filled by the certified map (`map`, `tiling`,
-//! `mapped`, along the seam `seam_map` and `seam_pixels`), by tracing every pixel's centre (`tile`), or by the slow and simple reference (`reference`); pixels under
-//! a border are clipped (`border`).
+//! `mapped`, along seams `seam_map` and `seam_pixels`), by tracing every pixel's centre (`tile`), or by the slow and simple reference
+//! (`reference`); pixels under a border are clipped (`border`), those of meshes along the sides of triangles (`triangles`).
 
 pub mod checkerboard;
 mod pixel_mean;
@@ -27,6 +27,7 @@ mod border;
 mod cut;
 mod divided;
 mod piece;
+mod triangles;
 mod tile;
 mod draft;
 mod mapped;

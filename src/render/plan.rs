@@ -28,11 +28,12 @@ pub(super) const BAND_ROWS: usize = 48;
 /// In a picture of at most so many pixels all of the glass may lie within one.
 const FEW_PIXELS: usize = 150;
 
-/// Facets of a surface up to which the creases between them are followed: beyond them they fill the picture.
+/// Facets of a surface up to which the creases between them are followed where triangles do not tell what is seen: beyond them they
+/// fill the picture.
 const MOST_FACETS: usize = 256;
 /// What the map may stray from its expansion at the corners of a pixel, as a share of the bend allowed.
 pub(super) const KINK_STRAY_SHARE: f64 = 0.5;
-/// Pieces up to which kinks are followed, in the pixels in which they matter.
+/// Pieces up to which kinks are followed, in the pixels in which they matter, and facets where triangles tell what is seen.
 const MOST_PIECES: usize = 1 << 16;
 
 /// Lines between the parts of surfaces of triangles: creases between facets, kinks between pieces.
@@ -71,8 +72,8 @@ pub struct Plan<'a> {
     pub(super) centre_tracer: CentreTracer<'a>,
     /// Rectangles that a polynomial map stands for.
     pub(super) patches: Vec<MapPatch>,
-    /// The columns that the seam between the sides passes through, where a map stands for them.
-    pub(super) seam: Option<SeamMap>,
+    /// The columns that seams between ways through the glass pass through, where maps stand for them.
+    pub(super) seams: Vec<SeamMap>,
     /// Rectangles whose every pixel is traced.
     pub(super) traced: Vec<Region>,
     /// What the Taylor expansions of traced pixels are wrong by, in px: see [`truncation_error`].
@@ -85,6 +86,8 @@ pub struct Plan<'a> {
     pub(super) has_throughput: bool,
     /// Whether they change it so steeply that some pixels are taken by parts.
     pub(super) steep: bool,
+    /// Whether nothing is wanted but the ground truth.
+    pub(super) truth_alone: bool,
     /// The side of the square in the middle of a pixel that receives light, in px.
     pub(super) active: f64,
     /// Whether the ridge is seen as a straight line, being that of two planes or the picture's own middle.
@@ -95,6 +98,8 @@ pub struct Plan<'a> {
     pub(super) creases: PartBorders,
     /// Its kinks.
     pub(super) kinks: PartBorders,
+    /// Whether the triangles of its meshes tell what a pixel sees.
+    pub(super) by_triangles: bool,
 }
 
 impl<'a> Plan<'a> {
@@ -112,6 +117,14 @@ impl<'a> Plan<'a> {
     /// which parts can be rendered.
     pub(super) fn of_parts(system: &'a System, cells: usize) -> Self {
         Self::by(system, Sampling::Map, false, cells.div_ceil(2)).with_throughput()
+    }
+
+    /// The plan of the ground truth alone, without a picture.
+    pub(super) fn of_truth(system: &'a System) -> Self {
+        fn truth_alone(plan: Plan) -> Plan {
+            Plan { truth_alone: true, objects: plan.objects.into_iter().map(truth_alone).collect(), ..plan }
+        }
+        truth_alone(Self::new(system))
     }
 
     /// The plan with the transport effects of its instrument.
@@ -133,6 +146,7 @@ impl<'a> Plan<'a> {
             Sampling::Map => certify(system, first, grain),
         };
         let [facets, pieces] = system.most_parts();
+        let by_triangles = system.is_told_by_triangles();
         let by_differences = sampling != Sampling::SingleRays && !tiling.traced.is_empty();
         let kinks = PartBorders::of(pieces, MOST_PIECES);
         let truncation_px = match (by_differences, kinks) {
@@ -149,16 +163,18 @@ impl<'a> Plan<'a> {
             objects: system.layers().iter().map(|layer| Self::by(layer, sampling, false, grain)).collect(),
             centre_tracer: CentreTracer::new(system, sampling != Sampling::SingleRays),
             patches: tiling.patches,
-            seam: tiling.seam,
+            seams: tiling.seams,
             traced: tiling.traced,
             rays: tiling.rays,
             mirrored,
             has_throughput: false,
             steep: false,
+            truth_alone: false,
             active: system.effects().active_side(),
             few_pixels: width * height <= FEW_PIXELS,
-            creases: PartBorders::of(facets, MOST_FACETS),
+            creases: PartBorders::of(facets, if by_triangles { MOST_PIECES } else { MOST_FACETS }),
             kinks,
+            by_triangles,
             straight_ridge: system.prism().is_none_or(|prism| {
                 let plane = |side| matches!(prism.surface(side, Face::Front), Surface::Plane { .. });
                 system.camera().keeps_lines() && [Side::Left, Side::Right].into_iter().all(plane)
@@ -197,8 +213,7 @@ impl<'a> Plan<'a> {
             let within = |v: f64, range: &Range<usize>| v >= range.start as f64 && v <= range.end as f64;
             within(px.x, columns) && within(px.y, rows)
         };
-        let by_seam =
-            |px: DVec2| self.seam.as_ref().filter(|seam| inside(&seam.region, px)).map(|seam| seam.side_at(px));
+        let by_seam = |px: DVec2| self.seams.iter().find(|seam| inside(&seam.region, px)).map(|seam| seam.side_at(px));
         let by_patch = |px: DVec2| self.patches.iter().find(|patch| inside(&patch.region, px));
         let mapped = |px: DVec2| by_patch(px).or_else(|| by_seam(px)).map(|patch| patch.trace(px).0);
         let mm = 1.0 / self.pattern.squares_per_mm();
@@ -219,6 +234,11 @@ impl<'a> Plan<'a> {
         Accuracy { bend_px: self.system.accuracy().bend_px - truncation_px, ..*self.system.accuracy() }
     }
 
+    /// Whether pixels beside creases are cut along them.
+    pub(super) fn follows_creases(&self) -> bool {
+        self.creases == PartBorders::Few || (self.by_triangles && self.creases == PartBorders::Many)
+    }
+
     /// The account of the planning.
     pub(super) fn work(&self) -> Work {
         Work { counts: Counts { rays: self.rays, ..Counts::default() }, bend_px: 0.0 }
@@ -232,7 +252,7 @@ impl<'a> Plan<'a> {
 
     /// Everything that the map consists of.
     fn all_patches(&self) -> impl Iterator<Item = &MapPatch> {
-        self.patches.iter().chain(self.seam.iter().flat_map(|seam| &seam.sides))
+        self.patches.iter().chain(self.seams.iter().flat_map(|seam| &seam.sides))
     }
 
     /// The largest error of a map, of the board and of objects.
@@ -245,7 +265,7 @@ impl<'a> Plan<'a> {
     pub fn account(&self, bend_px: f64) -> AccuracyReport {
         let [width, height] = self.system.camera().size_px();
         let sides = if self.mirrored { 2 } else { 1 };
-        let regions = self.patches.iter().map(|patch| &patch.region).chain(self.seam.iter().map(|seam| &seam.region));
+        let regions = self.patches.iter().map(|patch| &patch.region).chain(self.seams.iter().map(|seam| &seam.region));
         let mapped: usize = regions.map(|region| region.columns.len() * region.rows.len()).sum();
         let accuracy = &self.system.accuracy();
         let truncations = self.all_patches().map(|p| p.truncation_px).chain([self.truncation_px]);
@@ -256,7 +276,7 @@ impl<'a> Plan<'a> {
             promise_px: accuracy.promise_px,
             map_px: self.map_px(),
             bend_px: bend_px + truncation_px,
-            patches: sides * self.patches.len() + 2 * usize::from(self.seam.is_some()),
+            patches: sides * self.patches.len() + 2 * self.seams.len(),
             mapped: (sides * mapped) as f64 / (width * height) as f64,
             passes: 1,
             noise: None,

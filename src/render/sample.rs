@@ -45,7 +45,7 @@ impl Plan<'_> {
         };
         PixelWork {
             mapped: count(
-                &mut self.patches.iter().map(|patch| &patch.region).chain(self.seam.iter().map(|s| &s.region)),
+                &mut self.patches.iter().map(|patch| &patch.region).chain(self.seams.iter().map(|s| &s.region)),
             ),
             traced: count(&mut self.traced.iter()),
         }
@@ -115,18 +115,20 @@ fn traced<'a>(plan: &Plan, window: &'a System) -> Plan<'a> {
         objects: Vec::new(),
         centre_tracer: CentreTracer::new(window, window.accuracy().sampling != Sampling::SingleRays),
         patches: Vec::new(),
-        seam: None,
+        seams: Vec::new(),
         traced: vec![Region { columns: 0..width, rows: 0..height }],
         truncation_px: plan.truncation_px,
         rays: 0,
         mirrored: false,
         has_throughput: plan.has_throughput,
         steep: plan.steep,
+        truth_alone: false,
         active: plan.active,
         straight_ridge: plan.straight_ridge,
         few_pixels: plan.few_pixels,
         creases: plan.creases,
         kinks: plan.kinks,
+        by_triangles: plan.by_triangles,
     }
 }
 

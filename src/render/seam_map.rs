@@ -1,8 +1,8 @@
-//! The certified map of the columns that the seam between the sides passes through: the seam as a curve, and for either side a
-//! polynomial over all of the columns, by rays that pass that side also beyond the ridge.
+//! The certified map of the columns that a seam passes through, on either side of which light takes another way through the glass: the
+//! seam as a curve, and for either way a polynomial over all of the columns, by rays that take it also beyond the ridge.
 //!
-//! Rays vouch for it as for a patch of the map (`map`): along the border of what each side sees, the seam being a part of it,
-//! and inside, they pass the side that the curve tells and agree with its polynomial.
+//! Rays vouch for it as for a patch of the map (`map`): along the border of what is seen by each way, the seam being a part of it,
+//! and inside, they take the way that the curve tells and agree with its polynomial.
 
 use super::centre_rays::trace_scalar;
 use super::film::Class;
@@ -10,15 +10,18 @@ use super::map::{BORDER_STEP, INSET_PX, INSIDE, MapPatch, corners};
 use super::region::Region;
 use crate::effect::Hook;
 use crate::num::chebyshev::{Interpolation, points};
-use crate::system::{Side, System};
+use crate::system::{Side, System, Way};
 use glam::DVec2;
 
-/// The map of the columns that the seam passes through.
+/// The ways left and right of the seam between the sides.
+pub(super) const SIDES: [Way; 2] = [Way::through(Side::Left), Way::through(Side::Right)];
+
+/// The map of the columns that a seam passes through.
 #[derive(Debug)]
 pub(super) struct SeamMap {
     /// The pixels for which it stands.
     pub(super) region: Region,
-    /// What is seen through the left and the right side, each over all of the region.
+    /// What is seen by the ways left and right of it, each over all of the region.
     pub(super) sides: [MapPatch; 2],
     /// The column of the seam, in px, by rising powers of the t of the sides.
     curve: Vec<f64>,
@@ -41,47 +44,48 @@ const BESIDE_PX: f64 = 1e-7;
 const ALONG_BORDER: usize = 8;
 
 impl SeamMap {
-    /// Traces and fits `region`; `None` where rays do not vouch for it, or where something besides the ridge is to be seen there.
-    /// `rays` counts them.
-    pub(super) fn fit(system: &System, region: &Region, rays: &mut u64) -> Option<Self> {
-        // Mirror images are copied, which pixels on the axis itself are not.
-        let other_ways = system.clips() || system.effects().act_by(Hook::Transport) || system.is_mirror_symmetric();
+    /// Traces and fits `region`, left and right of whose seam light takes these ways; `None` where rays do not vouch for it, or where
+    /// something besides that ridge is to be seen there, or mirror images that are not `copied`. `rays` counts them.
+    pub(super) fn fit(system: &System, region: &Region, ways: [Way; 2], copied: bool, rays: &mut u64) -> Option<Self> {
+        // Pixels on the axis itself are not copied.
+        let mirrored = system.is_mirror_symmetric() && !copied;
+        let other_ways = system.clips() || system.effects().act_by(Hook::Transport) || mirrored;
         if other_ways || region.rows.len() < LEAST_ROWS || region.columns.is_empty() {
             return None;
         }
 
-        // Find the curve, and check which side is seen on either side of it.
+        // Find the curve, and check which way light takes on either side of it.
         let continued = system.continued();
         let scale = 1.0 / system.board().pattern.square_mm;
-        let patches = Side::ALL.map(|side| MapPatch::over(system, region, side.into(), side == Side::Left));
-        let (curve, bend_px) = curve(&continued, region, rays)?;
+        let patches = ways.map(|way| MapPatch::over(system, region, way.front.into(), way.front == Side::Left));
+        let (curve, bend_px) = curve(&continued, region, ways, rays)?;
         let column = |y: f64| at(&curve, patches[0].t(y));
         let mut checks = [Vec::new(), Vec::new()];
         for px in places(system, region, &patches[0], column) {
-            let side = if px.x < column(px.y) { Side::Left } else { Side::Right };
+            let k = usize::from(px.x >= column(px.y));
             let (seen_mm, class) = trace_scalar(system, px);
             *rays += 1;
-            if class != side.into() {
+            if class != ways[k].front.into() || !system.takes(px, ways[k]) {
                 return None;
             }
-            checks[side as usize].push((px, seen_mm * scale));
+            checks[k].push((px, seen_mm * scale));
         }
 
-        // Fit what either side sees, by rays that pass it also beyond the ridge.
-        let fit = |side: Side, patch: MapPatch, rays: &mut u64| {
-            let checks = &mut checks[side as usize].clone();
+        // Fit what is seen by either way, by rays that take it also beyond the ridge.
+        let fit = |k: usize, patch: MapPatch, rays: &mut u64| {
+            let checks = &mut checks[k].clone();
             // The scale is that between the first two.
             let last = checks.pop()?;
             checks.insert(1.min(checks.len()), last);
             let mut through = |px: DVec2| {
                 *rays += 1;
-                let seen = continued.exit_ray_through(px, side).and_then(|ray| continued.board().intersect(&ray));
-                seen.map_or_else(|fate| (DVec2::ZERO, Class::from(fate)), |(mm, _)| (mm, side.into()))
+                let seen = continued.exit_ray_by(px, ways[k]).and_then(|(ray, _)| continued.board().intersect(&ray));
+                seen.map_or_else(|fate| (DVec2::ZERO, Class::from(fate)), |(mm, _)| (mm, ways[k].front.into()))
             };
             patch.fitted(system.accuracy(), checks, &mut through, scale)
         };
         let [left, right] = patches;
-        let sides = [fit(Side::Left, left, rays)?, fit(Side::Right, right, rays)?];
+        let sides = [fit(0, left, rays)?, fit(1, right, rays)?];
         let truncation_px = sides.iter().map(|side| side.truncation_px).fold(0.0, f64::max);
         let allowed_px = system.accuracy().bend_px - truncation_px;
         // NaN must not pass.
@@ -94,7 +98,7 @@ impl SeamMap {
         at(&self.curve, self.sides[0].t(y))
     }
 
-    /// The map of the side that `px` sees through.
+    /// The map of the way by which `px` sees.
     pub(super) fn side_at(&self, px: DVec2) -> &MapPatch {
         &self.sides[usize::from(px.x >= self.column(px.y))]
     }
@@ -108,23 +112,31 @@ fn at(powers: &[f64], t: f64) -> f64 {
 
 /// The column of the seam by powers of t, from -1 to 1 over the rows of `region`, and how far it strays from its chord within
 /// a row at most, in px. `continued` has surfaces that go on beyond the ridge.
-fn curve(continued: &System, region: &Region, rays: &mut u64) -> Option<(Vec<f64>, f64)> {
+fn curve(continued: &System, region: &Region, ways: [Way; 2], rays: &mut u64) -> Option<(Vec<f64>, f64)> {
     let [low, high] = corners(region);
     let (middle, half) = (0.5 * (low.y + high.y), 0.5 * (high.y - low.y));
     let nodes = points(CURVE_DEGREE + 1);
-    let column = |t: &f64| ridge_column(continued, middle + t * half, [low.x, high.x], rays);
+    let column = |t: &f64| {
+        let mut off_mm = |x: f64| {
+            *rays += 1;
+            let px = DVec2::new(x, middle + t * half);
+            let off_mm = if ways[0].front == ways[1].front {
+                continued.exit_ray_by(px, ways[1]).ok().map(|(_, back_x_mm)| back_x_mm)
+            } else {
+                continued.front_x_mm(px, ways[1].front)
+            };
+            off_mm.map(|off_mm| (x, off_mm))
+        };
+        ridge_column([low.x, high.x], &mut off_mm)
+    };
     let columns: Vec<f64> = nodes.iter().map(column).collect::<Option<_>>()?;
     let series = Interpolation::new(&[0.0], &nodes)?.series(|_, j| columns[j]);
     let stray_px = series.bound(0, 2) / (8.0 * half * half);
     Some((series.powers(0, CURVE_DEGREE).pop()?, stray_px))
 }
 
-/// Where the secant method, from two columns on, finds the front's ridge at the height `y`, in px.
-fn ridge_column(continued: &System, y: f64, from: [f64; 2], rays: &mut u64) -> Option<f64> {
-    let mut off_mm = |x: f64| {
-        *rays += 1;
-        continued.front_x_mm(DVec2::new(x, y), Side::Right).map(|off_mm| (x, off_mm))
-    };
+/// Where the secant method, from two columns on, finds the ridge, in px, given a column with how far off it is.
+fn ridge_column(from: [f64; 2], off_mm: &mut dyn FnMut(f64) -> Option<(f64, f64)>) -> Option<f64> {
     let (mut before, mut here) = (off_mm(from[0])?, off_mm(from[1])?);
     for _ in 0..SECANTS {
         let x: f64 = here.0 - here.1 * (here.0 - before.0) / (here.1 - before.1);

@@ -57,7 +57,7 @@ impl Kernel for SeamRows<'_, '_, '_> {
             let (from, to) = (upper.min(lower) - seam.stray_px, upper.max(lower) + seam.stray_px);
             listed.iter_mut().for_each(Vec::clear);
             cut.clear();
-            for (i, x) in columns.clone().enumerate() {
+            for (i, x) in columns.clone().enumerate().filter(|_| !plan.truth_alone) {
                 let x = x as f64 + 0.5;
                 if x + half <= from {
                     listed[0].push(i as u32);
@@ -171,10 +171,12 @@ mod tests {
     use crate::render::bands::picture;
     use crate::render::film::Outputs;
     use crate::render::plan::Plan;
+    use crate::render::region::Region;
+    use crate::render::seam_map::SeamMap;
     use crate::render::tests::{built, scene};
     use crate::system::System;
 
-    /// A slanted and a curved seam, by the map and with every pixel traced: radiances within the promise of both, and the truth.
+    /// A slanted and a curved seam, and the three of a solid prism, by the map and with every pixel traced: radiances within the promise of both, and the truth.
     #[test]
     fn what_the_seam_cuts_is_as_every_pixel_traced() {
         let tilted =
@@ -185,16 +187,23 @@ mod tests {
                     back = { centre_mm = [0, 0], scale_mm = [1, 1], domain_mm = [[-1, 20], [-9, 9]],\
                     terms = [[0, 0, 87]] }";
         let board = "columns = 81\nrows = 81\nsquare_mm = 5.0\nposition_mm = [1.0, 2.0, 1000.0]\ntilt_deg = [3, 8, 1]";
-        for prism in [tilted, bent] {
+        let solid = &bent
+            .replace("[[0, 0, 87]]", "[[0, 0, 87], [1, 0, 0.03], [0, 2, 0.002]]")
+            .replace("index", "solid = true\nindex");
+        for (prism, seams) in [(tilted, 1), (bent, 1), (solid, 3)] {
             let plain = scene(800, 450, prism, board);
             let [by_map, traced] = [Accuracy::standard(), Accuracy::exact()].map(|accuracy| built(&plain, accuracy));
             let plan = Plan::new(&by_map);
-            let seam = plan.seam.as_ref().expect("rays vouch for it");
+            assert_eq!(plan.seams.len(), seams, "rays vouch for them\n{prism}");
             let film = |system: &System| picture(&Plan::new(system), Outputs { truth: true }, &());
             let (a, b) = (film(&by_map), film(&traced));
             assert_eq!(a.class, b.class, "{prism}");
             let (mut cut, mut lined) = (0, 0);
-            for (j, i) in seam.region.rows.clone().flat_map(|j| seam.region.columns.clone().map(move |i| (j, i))) {
+            let pixels = |seam: &SeamMap| {
+                let Region { columns, rows } = seam.region.clone();
+                rows.flat_map(move |j| columns.clone().map(move |i| (j, i)))
+            };
+            for (seam, (j, i)) in plan.seams.iter().flat_map(|seam| pixels(seam).map(move |pixel| (seam, pixel))) {
                 let (mapped, exact) = (a.radiance.get(i, j), b.radiance.get(i, j));
                 // The promises of both levels over a pixel's diagonal, for a contrast of 0.8, and roundings to f32.
                 assert!(

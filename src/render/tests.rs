@@ -199,7 +199,7 @@ fn the_map_covers_the_sensor_once() {
         let plan = Plan::new(&system);
         let [width, height] = system.camera().size_px();
         let mut times = vec![0; width * height];
-        let seam = plan.seam.iter().map(|seam| &seam.region);
+        let seam = plan.seams.iter().map(|seam| &seam.region);
         for region in plan.patches.iter().map(|p| &p.region).chain(seam).chain(&plan.traced) {
             for (i, j) in region.rows.clone().flat_map(|j| region.columns.clone().map(move |i| (i, j))) {
                 times[j * width + i] += 1;

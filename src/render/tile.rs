@@ -5,11 +5,12 @@ use super::border::{Nearby, border_pixel};
 use super::centre_rays::Run;
 use super::film::Class;
 use super::kinks;
-use super::pixel::{ended_ray_radiance, mean_or_subdivide, means_of};
+use super::pixel::{ended_ray_radiance, mean_or_subdivide, means_of, subdivided};
 use super::pixel_mean::{PackedTaylor2, Taylor2};
 use super::plan::{PartBorders, Plan};
 use super::region::Region;
 use super::steep;
+use super::triangles;
 use super::work::Work;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
@@ -27,8 +28,8 @@ struct Centres {
     x_mm: Vec<f64>,
     y_mm: Vec<f64>,
     class: Vec<Class>,
-    /// Of a prism with creases, the facets that each passes.
-    facets: Option<Vec<[u32; 2]>>,
+    /// The triangles that each passes, where these tell what is seen; else of a prism with creases the facets.
+    parts: Option<Vec<[u32; 2]>>,
 }
 
 /// Renders the part of `region` that lies in `band`, which holds all its rows.
@@ -48,14 +49,22 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
     // Trace the centres of the tile and of one pixel around it.
     let centres = trace(plan, rect, DVec2::ZERO);
     work.counts.rays += centres.class.len() as u64;
+    if plan.truth_alone {
+        for (j, y) in rect.rows.clone().enumerate() {
+            let start = band.at(rect.columns.start, y);
+            centres.store_truth((j + 1) * centres.stride + 1, band, start, rect.columns.len());
+        }
+        return;
+    }
     let stride = centres.stride;
     let first = centres.class[0];
     let one_side = first.side().is_some() && centres.class.iter().all(|c| *c == first);
 
     // Where few centres are lit, trace the corners too; where there are few at all, light may pass between both.
     let few_lit = || centres.lit() < FEW_LIT.min(centres.class.len());
-    let corners =
-        ((!one_side && few_lit()) || plan.creases == PartBorders::Few).then(|| trace(plan, rect, DVec2::splat(-0.5)));
+    // A facet may have a notch between the centres, a triangle has none.
+    let notched = plan.creases == PartBorders::Few && !plan.by_triangles;
+    let corners = ((!one_side && few_lit()) || notched).then(|| trace(plan, rect, DVec2::splat(-0.5)));
     work.counts.rays += corners.as_ref().map_or(0, |corners| corners.class.len() as u64);
 
     // Fill row by row.
@@ -69,13 +78,17 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         border.clear();
 
         // List the pixels beside a border, and count those on more creases than are followed.
-        let creased = |k: usize| centres.is_beside_a_crease(k) || corners.as_ref().is_some_and(|c| c.facets_differ(k));
-        let followed = |k: usize| plan.creases == PartBorders::Few && creased(k);
-        if !one_side || plan.creases == PartBorders::Few {
+        let creased = |k: usize| {
+            let between = corners.as_ref().filter(|_| notched);
+            centres.is_beside_other_parts(k) || between.is_some_and(|corners| corners.parts_differ(k))
+        };
+        let follows = plan.follows_creases();
+        let followed = |k: usize| follows && creased(k);
+        if !one_side || follows {
             let beside = |k: usize| !centres.is_amid_its_side(k) || followed(k);
             border.extend((0..row.len() as u32).filter(|&i| beside(at + i as usize)));
         }
-        if plan.creases == PartBorders::Many {
+        if plan.creases == PartBorders::Many && !follows {
             work.counts.unpromised_pixels += (at..at + row.len()).filter(|&k| creased(k)).count() as u64;
         }
 
@@ -139,6 +152,16 @@ fn kinked_pixels(
 /// corners tell of one.
 fn beside_border(plan: &Plan, px: DVec2, centres: &Centres, at: usize, cornered: bool, work: &mut Work) -> f64 {
     let own = centres.class[at];
+    if plan.by_triangles && !centres.is_beside_a_fate(at) {
+        if let Some(light) = triangles::pixel(plan, px, work) {
+            work.counts.edge_pixels += 1;
+            return light;
+        }
+        if plan.creases == PartBorders::Many {
+            work.counts.unpromised_pixels += 1;
+            return subdivided(plan, px, work) * plan.throughput(px);
+        }
+    }
     let creased = [plan.creases, plan.kinks].contains(&PartBorders::Few) && own.side().is_some();
     let nearby = match (plan.few_pixels, centres.is_beside_a_fate(at)) {
         (_, false) if creased => Nearby::Border,
@@ -162,20 +185,42 @@ fn trace(plan: &Plan, rect: &Region, off: DVec2) -> Centres {
         x_mm: vec![0.0; size],
         y_mm: vec![0.0; size],
         class: vec![Class::Missed; stride * rows],
-        facets: None,
+        parts: None,
     };
-    let start = |j: usize| off + DVec2::new(rect.columns.start as f64 - 0.5, (rect.rows.start + j) as f64 - 0.5);
+    if plan.by_triangles || plan.creases != PartBorders::None {
+        trace_with_parts(plan, rect, off, &mut centres);
+        return centres;
+    }
     for j in 0..rows {
-        let start = start(j);
+        let start = first_place(rect, off) + DVec2::new(0.0, j as f64);
         let span = j * stride..(j + 1) * stride;
         let (x_mm, y_mm) = (&mut centres.x_mm[span.clone()], &mut centres.y_mm[span.clone()]);
         plan.centre_tracer.trace(start, Run { x_mm, y_mm, class: &mut centres.class[span] });
     }
-    if plan.creases != PartBorders::None {
-        let place = |k: usize| start(k / stride) + DVec2::new((k % stride) as f64, 0.0);
-        centres.facets = Some((0..stride * rows).map(|k| plan.system().parts(place(k)).facets).collect());
-    }
     centres
+}
+
+/// The first of the places that are traced of a tile.
+fn first_place(rect: &Region, off: DVec2) -> DVec2 {
+    off + DVec2::new(rect.columns.start as f64 - 0.5, rect.rows.start as f64 - 0.5)
+}
+
+/// Traces all places of a tile ray by ray, with the parts of the surfaces that each ray passes.
+fn trace_with_parts(plan: &Plan, rect: &Region, off: DVec2, centres: &mut Centres) {
+    let (stride, count) = (centres.stride, centres.class.len());
+    let part = |k: usize| {
+        let place = first_place(rect, off) + DVec2::new((k % stride) as f64, (k / stride) as f64);
+        let (sight, parts) = plan.system.trace_with_parts(place);
+        match sight {
+            Ok(sight) => {
+                (centres.x_mm[k], centres.y_mm[k]) = (sight.board_mm.x, sight.board_mm.y);
+                centres.class[k] = sight.side.into();
+            }
+            Err(fate) => centres.class[k] = fate.into(),
+        }
+        if plan.by_triangles { parts.triangles } else { parts.facets }
+    };
+    centres.parts = Some((0..count).map(part).collect());
 }
 
 /// A kernel that fills the pixels of a row that no line of the pattern can touch, and lists the others;
@@ -290,20 +335,20 @@ impl Centres {
         rows.iter().any(|&k| self.class[k - 1..=k + 1].iter().any(|class| class.side().is_none()))
     }
 
-    /// Whether one of its neighbours passes other facets of the same side.
-    fn is_beside_a_crease(&self, at: usize) -> bool {
-        let Some(facets) = &self.facets else { return false };
+    /// Whether one of its neighbours passes other parts of the same side.
+    fn is_beside_other_parts(&self, at: usize) -> bool {
+        let Some(parts) = &self.parts else { return false };
         let rows = [at - self.stride, at, at + self.stride];
-        let differs = |other: usize| facets[other] != facets[at] && self.class[other] == self.class[at];
+        let differs = |other: usize| parts[other] != parts[at] && self.class[other] == self.class[at];
         rows.iter().any(|&k| (k - 1..=k + 1).any(differs))
     }
 
-    /// Of the corners of pixels, by their top left ones: whether those of the pixel of index `at` pass several facets of a side.
-    fn facets_differ(&self, at: usize) -> bool {
-        let Some(facets) = &self.facets else { return false };
+    /// Of the corners of pixels, by their top left ones: whether those of the pixel of index `at` pass several parts of a side.
+    fn parts_differ(&self, at: usize) -> bool {
+        let Some(parts) = &self.parts else { return false };
         [at + 1, at + self.stride, at + self.stride + 1]
             .iter()
-            .any(|&k| facets[k] != facets[at] && self.class[k] == self.class[at])
+            .any(|&k| parts[k] != parts[at] && self.class[k] == self.class[at])
     }
 
     /// Of the corners of pixels, by their top left ones: whether one of the pixel of index `at` is not of class `own`.

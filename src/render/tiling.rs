@@ -4,17 +4,19 @@ use super::centre_rays::trace_scalar;
 use super::film::Class;
 use super::map::{BORDER_STEP, INSET_PX, MapPatch};
 use super::region::Region;
-use super::seam_map::SeamMap;
+use super::seam_map::{SIDES, SeamMap};
 use crate::effect::Hook;
-use crate::system::{Side, System};
+use crate::surface::shape::Surface;
+use crate::system::{Prism, Side, System, Way};
 use glam::DVec2;
+use std::ops::Range;
 
 /// The sensor, or its right half, as certified patches and regions to be traced.
 #[derive(Debug, Default)]
 pub(super) struct Tiling {
     pub(super) patches: Vec<MapPatch>,
-    /// The columns that the seam between the sides passes through, where a map stands for them.
-    pub(super) seam: Option<SeamMap>,
+    /// The columns that seams between ways through the glass pass through, where maps stand for them.
+    pub(super) seams: Vec<SeamMap>,
     pub(super) traced: Vec<Region>,
     /// Rays that it took.
     pub(super) rays: u64,
@@ -51,8 +53,8 @@ pub(super) fn certify(system: &System, first: usize, grain: usize) -> Tiling {
             for (k, columns) in regions.into_iter().enumerate() {
                 let region = Region { columns, rows: rows.clone() };
                 match k {
-                    1 if creased => tiling.trace(region),
-                    1 => tiling.cross(system, region),
+                    1 if creased => tiling.cross_solid(system, &seam, region),
+                    1 => tiling.cross(system, region, SIDES, false),
                     _ => tiling.divide(system, region),
                 }
             }
@@ -69,11 +71,45 @@ impl Tiling {
         }
     }
 
-    /// Fits the region that the seam between the sides passes through, or leaves it to be traced.
-    fn cross(&mut self, system: &System, region: Region) {
-        self.seam = SeamMap::fit(system, &region, &mut self.rays);
-        if self.seam.is_none() {
-            self.trace(region);
+    /// Fits the region that a seam between these ways passes through, or leaves it to be traced.
+    fn cross(&mut self, system: &System, region: Region, ways: [Way; 2], copied: bool) {
+        match SeamMap::fit(system, &region, ways, copied, &mut self.rays) {
+            Some(seam) => self.seams.push(seam),
+            None => self.trace(region),
+        }
+    }
+
+    /// The same of the region, a part of `columns`, in which light looks through the other half's glass of a solid prism: on both sides
+    /// of the ridge of its front it leaves through the backs of both halves.
+    fn cross_solid(&mut self, system: &System, columns: &Range<usize>, region: Region) {
+        // Surfaces of revolution do not go on beyond the ridge.
+        let goes_on = |surface: &Surface| !matches!(surface, Surface::Revolved(_));
+        let all_go_on = |prism: &Prism| prism.sides.iter().flatten().all(goes_on);
+        let can_be = system.prism().is_some_and(|prism| prism.is_ideal() && all_go_on(prism));
+        if !can_be || region.columns.is_empty() {
+            return self.trace(region);
+        }
+        let Some(front) = seam(system, &mut self.rays) else { return self.trace(region) };
+        // Where the ridge of the front runs between two columns, so do the ways.
+        let [before, after] = if front.is_empty() {
+            [front.start; 2]
+        } else {
+            [columns.start.midpoint(front.start), front.end.midpoint(columns.end)]
+        };
+        let way = |front: Side, back: Side| Way { front, back };
+        let (left, right) = (Side::Left, Side::Right);
+        let parts = [
+            (columns.start..before, [way(left, left), way(left, right)]),
+            (before..after, [way(left, right), way(right, left)]),
+            (after..columns.end, [way(right, left), way(right, right)]),
+        ];
+        let copied = region.columns.start > columns.start;
+        for (columns, ways) in parts {
+            let start = columns.start.max(region.columns.start);
+            let part = Region { columns: start..columns.end.max(start), rows: region.rows.clone() };
+            if !part.columns.is_empty() {
+                self.cross(system, part, ways, copied);
+            }
         }
     }
 
@@ -139,7 +175,7 @@ fn passes_all_along(system: &System, region: &Region, rays: &mut u64) -> bool {
 
 /// The columns in which light looks through the other half's glass of a solid prism, and those of the seam between them. `None` where a
 /// row does not begin with such light of the left half that does not, and end with such of the right one.
-fn solid_seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>> {
+fn solid_seam(system: &System, rays: &mut u64) -> Option<Range<usize>> {
     let [width, height] = system.camera().size_px().map(|n| n as f64);
     let mut ends = [Vec::new(), Vec::new()];
     for k in 0..=ROWS_OF_A_BENT_SEAM {
@@ -179,7 +215,7 @@ fn solid_seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>>
 /// The columns that the seam between the sides passes through, in the picture's first, middle and last row, and in rows between
 /// where the lens may bend it: none where it runs between two columns. `None` where a row does not begin left and end right of
 /// it.
-fn seam(system: &System, rays: &mut u64) -> Option<std::ops::Range<usize>> {
+fn seam(system: &System, rays: &mut u64) -> Option<Range<usize>> {
     let [width, height] = system.camera().size_px().map(|n| n as f64);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     let parts = if system.camera().keeps_lines() { 2 } else { ROWS_OF_A_BENT_SEAM };

@@ -99,10 +99,10 @@ pub(super) struct MeshPrismFile {
     #[serde(rename = "body")]
     pub(super) solid: Option<MeshFile>,
     /// Which normals refract: smooth ones between the corners, parted where facets make a crease of more than 1 deg (of more
-    /// than 5 deg where nothing smooth lies beside it), or each triangle's own. Pixels are cut along creases
-    /// where a surface has at most 256 facets, and along the kinks at the sides of triangles with smooth normals where they
-    /// matter and are at most 65536; other such pixels are counted as without promise. What is smaller than a pixel may lie
-    /// between the rays that look for it.
+    /// than 5 deg where nothing smooth lies beside it), or each triangle's own. Pixels are cut along the sides of triangles where
+    /// their rays pass; where a rim clips rays or a surface is rough, along creases where a surface has at most 256 facets, and
+    /// along the kinks at the sides of triangles with smooth normals where they matter and are at most 65536; other such pixels
+    /// are counted as without promise. What is smaller than a pixel may lie between the rays that look for it.
     #[serde(default)]
     pub(super) normals: NormalsFile,
 }

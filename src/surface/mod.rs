@@ -13,6 +13,7 @@ pub(crate) mod normals;
 mod parts;
 mod graph;
 mod shear;
+pub mod triangle;
 pub mod mesh;
 pub mod closed_body;
 pub mod solid;

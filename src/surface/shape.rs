@@ -4,6 +4,7 @@ use super::figure_error::FigureError;
 use super::hit::Hit;
 use super::mesh::Mesh;
 use super::polynomial::{turn, turned};
+use super::triangle::OnTriangle;
 use crate::geom::{Pose, Ray};
 use crate::optics::fate::Fate;
 use glam::DVec3;
@@ -83,6 +84,34 @@ impl Surface {
                 let met = base.intersect(&ray.moved(&poses[1]), residual_mm)?;
                 Ok(Hit { normal: poses[0].vector(met.normal), ..met })
             }
+        }
+    }
+
+    /// Where the ray meets the plane of a triangle of a mesh, which is continued beyond its sides; of another surface where it
+    /// meets that, which has no sides. `None` where it does not.
+    #[inline]
+    pub fn on_triangle(&self, ray: &Ray, triangle: u32, residual_mm: f64) -> Option<OnTriangle> {
+        match self {
+            Self::Mesh { mesh, mirrored } => {
+                let own = |v| turned(v, *mirrored);
+                let met =
+                    mesh.on_triangle(&Ray { origin: own(ray.origin), direction: own(ray.direction) }, triangle)?;
+                Some(OnTriangle { hit: Hit { normal: own(met.hit.normal), ..met.hit }, ..met })
+            }
+            Self::Moved { base, poses } => {
+                let met = base.on_triangle(&ray.moved(&poses[1]), triangle, residual_mm)?;
+                Some(OnTriangle { hit: Hit { normal: poses[0].vector(met.hit.normal), ..met.hit }, ..met })
+            }
+            _ => self.intersect(ray, residual_mm).ok().map(|hit| OnTriangle { hit, within: [1.0; 3] }),
+        }
+    }
+
+    /// The triangle of a mesh beyond a side of one; `None` where there is not one.
+    pub fn neighbour(&self, triangle: u32, side: usize) -> Option<u32> {
+        match self {
+            Self::Mesh { mesh, .. } => mesh.neighbour(triangle, side),
+            Self::Moved { base, .. } => base.neighbour(triangle, side),
+            _ => None,
         }
     }
 

@@ -33,6 +33,7 @@ pub use build::{
 };
 pub use design_store::DesignStore;
 pub use doubts::doubts;
+pub(crate) use facets::Way;
 pub use instrument::{BoardHit, Footprint, System};
 pub use light::require_light;
 

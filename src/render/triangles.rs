@@ -1,0 +1,302 @@
+//! Pixels in which several triangles of a mesh are seen: cut along the sides of the triangles of front and back, and along the ridge, in
+//! pieces, each of which is seen through one triangle of either.
+//!
+//! A triangle's plane goes on beyond its sides, and so do the normals that it blends. So what is seen through a pair of triangles is a
+//! smooth map of the place all over the pixel, and how far within their sides that is, are smooth functions of it, whose zeros are the
+//! sides: of the front straight lines, of the back nearly so. From the pair at the middle one goes on to those beyond its sides. Where
+//! the pieces do not add up to the pixel, or something is not straight enough, it is quartered.
+
+use super::pixel::square;
+use super::pixel_mean::{Taylor2, mean_of_points};
+use super::plan::Plan;
+use super::truncation_error::in_px;
+use super::work::Work;
+use crate::geom::Ray;
+use crate::prism::triangles::TrianglePair;
+use crate::surface::face::Face;
+use crate::system::Side;
+use crate::texture::Convex;
+use glam::{DMat2, DVec2, DVec3};
+
+/// Triangles of a surface in a part of a pixel at most: of more, its quarters see fewer.
+const MOST_TRIANGLES: usize = 32;
+/// The side that is none of a triangle but the ridge.
+const RIDGE: usize = 3;
+/// A part's side is not divided below this, in px.
+const SMALLEST_PX: f64 = 1.0 / 64.0;
+/// What a border, and the expansion of a map, may stray by, as a share of the bend allowed.
+const STRAY_SHARE: f64 = 0.25;
+/// A polygon between the places that its corners see strays from the piece by as much as the map does along two of its sides at a
+/// corner, and weighs what is within by as much again.
+const STRAYS: f64 = 4.0;
+/// The shares of the pieces may differ from one by this.
+const ROUNDING: f64 = 1e-9;
+/// Times that a piece is halved at most.
+const MOST_HALVINGS: u32 = 12;
+/// The most corners of a polygon whose mean is known.
+const MOST_CORNERS: usize = 8;
+
+/// The light of the pixel at `px`, all of which sees the board; `None` where triangles do not tell it.
+pub(super) fn pixel(plan: &Plan, px: DVec2, work: &mut Work) -> Option<f64> {
+    if !plan.by_triangles || plan.steep {
+        return None;
+    }
+    let light = part(plan, px, [DVec2::ZERO, DVec2::splat(0.5 * plan.active)], work)?;
+    Some(light / (plan.active * plan.active))
+}
+
+/// The light of a square part of the pixel, given by its centre (about `px`) and half its size, times its area.
+fn part(plan: &Plan, px: DVec2, [centre, half]: [DVec2; 2], work: &mut Work) -> Option<f64> {
+    let whole = pieces(plan, px, [centre, half], work);
+    if whole.is_some() || 2.0 * half.x <= SMALLEST_PX {
+        return whole;
+    }
+    let quarter = |at: DVec2, work: &mut Work| part(plan, px, [centre + at * half, 0.5 * half], work);
+    square(0.5).into_iter().map(|at| quarter(at, work)).sum()
+}
+
+/// The same by the pieces of all pairs of triangles.
+fn pieces(plan: &Plan, px: DVec2, area: [DVec2; 2], work: &mut Work) -> Option<f64> {
+    let [centre, half] = area;
+    let outline = Convex::new(&square(1.0).map(|corner| centre + corner * half));
+    work.counts.rays += 1;
+    let mut fronts = vec![plan.system.triangles_at(px + centre)?];
+    let (mut light, mut covered, mut next) = (0.0, 0.0, 0);
+    while let Some(&TrianglePair { side, triangles: [triangle, seen_by] }) = fronts.get(next) {
+        next += 1;
+        let front = FrontView::new(plan, px, (side, triangle), area, work)?;
+        let on_front = cut(&outline, &front.sides);
+        if on_front.area() <= 0.0 {
+            continue;
+        }
+
+        // Take its pieces by the triangles of the back, from one to those beyond its sides; where nothing is seen by one, towards one
+        // by which it is.
+        let (mut backs, mut next_back, mut last_seen) = (vec![seen_by], 0, seen_by);
+        while let Some(&back) = backs.get(next_back) {
+            next_back += 1;
+            let view = View::new(plan, &front, back, area, work)?;
+            let piece = cut(&on_front, &view.sides);
+            let go_on = |of: usize| {
+                let beyond = plan.system.beyond(side, Face::Back, back, of);
+                backs.extend(beyond.filter(|beyond| !backs.contains(beyond)));
+            };
+            if piece.area() > 0.0 {
+                last_seen = back;
+                covered += piece.area();
+                light += view.light(plan, &piece, MOST_HALVINGS, work) * plan.throughput(px + middle(&piece));
+                crossed(&on_front, &view.sides).for_each(go_on);
+            } else {
+                farthest_out(middle(&on_front), &view.sides).into_iter().for_each(go_on);
+            }
+            if backs.len() > MOST_TRIANGLES {
+                return None;
+            }
+        }
+
+        // Go on to the triangles of the front beyond its sides, and beyond the ridge to that of the same number.
+        for of in crossed(&outline, &front.sides) {
+            let (side, triangle) = match of {
+                RIDGE => (side.other(), triangle),
+                _ => match plan.system.beyond(side, Face::Front, triangle, of) {
+                    Some(beyond) => (side, beyond),
+                    None => continue,
+                },
+            };
+            if !fronts.iter().any(|known| (known.side, known.triangles[0]) == (side, triangle)) {
+                fronts.push(TrianglePair { side, triangles: [triangle, last_seen] });
+            }
+        }
+        if fronts.len() > MOST_TRIANGLES {
+            return None;
+        }
+    }
+    ((covered - outline.area()).abs() <= ROUNDING * outline.area()).then_some(light)
+}
+
+/// The middle of what is about a polygon.
+fn middle(polygon: &Convex) -> DVec2 {
+    let [low, high] = polygon.bounds();
+    0.5 * (low + high)
+}
+
+/// What of a polygon is within these sides.
+fn cut(polygon: &Convex, sides: &[Linear; 4]) -> Convex {
+    let mut kept = *polygon;
+    for side in sides {
+        if kept.vertices().iter().any(|p| side.at(*p) < 0.0) {
+            kept = kept.cut(|p| side.at(p));
+        }
+    }
+    kept
+}
+
+/// The sides beyond which a part of the polygon is.
+fn crossed(polygon: &Convex, sides: &[Linear; 4]) -> impl Iterator<Item = usize> {
+    (0..4).filter(|&k| polygon.vertices().iter().any(|p| sides[k].at(*p) < 0.0))
+}
+
+/// The side of a triangle beyond which a place is farthest.
+fn farthest_out(place: DVec2, sides: &[Linear; 4]) -> Option<usize> {
+    let out = |side: &usize| sides[*side].at(place) / sides[*side].slope.length();
+    (0..RIDGE).min_by(|a, b| out(a).total_cmp(&out(b))).filter(|side| out(side) < 0.0)
+}
+
+/// The places of nine rays in a part of a pixel, row by row, about the pixel's centre.
+fn places([centre, half]: [DVec2; 2]) -> [DVec2; 9] {
+    std::array::from_fn(|k| centre + half * DVec2::new((k % 3) as f64 - 1.0, (k / 3) as f64 - 1.0))
+}
+
+/// What a part of a pixel sees in a triangle of the front.
+struct FrontView {
+    side: Side,
+    /// How far within its sides, and right of the ridge or left of it, as linear functions of the place about the pixel's centre.
+    sides: [Linear; 4],
+    /// The rays in the glass behind it.
+    inside: [Ray; 9],
+}
+
+impl FrontView {
+    /// By nine rays; `None` where one of them does not pass it, or something is not straight enough.
+    fn new(plan: &Plan, px: DVec2, (side, triangle): (Side, u32), area: [DVec2; 2], work: &mut Work) -> Option<Self> {
+        work.counts.rays += 9;
+        let mut inside = [Ray { origin: DVec3::ZERO, direction: DVec3::Z }; 9];
+        let mut within = [[0.0; 9]; 4];
+        for (k, place) in places(area).into_iter().enumerate() {
+            let behind = plan.system.behind_front(px + place, side, triangle)?;
+            inside[k] = behind.ray;
+            within.iter_mut().zip(behind.within).for_each(|(to, value)| to[k] = value);
+        }
+        Some(Self { side, sides: Linear::sides(&within, area, stray_px(plan))?, inside })
+    }
+}
+
+/// What a border, and the expansion of a map, may stray by, in px.
+fn stray_px(plan: &Plan) -> f64 {
+    STRAY_SHARE * plan.system.accuracy().bend_px
+}
+
+/// What a part of a pixel sees through a pair of triangles.
+struct View {
+    /// How far within the sides of the back's, as linear functions of the place about the pixel's centre.
+    sides: [Linear; 4],
+    /// The middle of the part, about the pixel's centre.
+    centre: DVec2,
+    /// The map about it, in squares by px.
+    map: Taylor2,
+    inverse: DMat2,
+}
+
+impl View {
+    /// By the nine rays behind the front's; `None` where one of them does not pass the back's, or something is not straight enough.
+    fn new(plan: &Plan, front: &FrontView, back: u32, area: [DVec2; 2], work: &mut Work) -> Option<Self> {
+        // Trace them, row by row.
+        work.counts.rays += 9;
+        let mut seen = [DVec2::ZERO; 9];
+        let mut within = [[0.0; 9]; 4];
+        for (k, inside) in front.inside.iter().enumerate() {
+            let (seen_mm, values) = plan.system.seen_behind_back(inside, front.side, back)?;
+            seen[k] = seen_mm * plan.pattern.squares_per_mm();
+            within.iter_mut().zip(values).for_each(|(to, value)| to[k] = value);
+        }
+        let sides = Linear::sides(&within, area, stray_px(plan))?;
+
+        // Take the map by differences, and compare its expansion with the corners.
+        let [centre, half] = area;
+        let [nw, n, ne, w, c, e, sw, s, se] = seen;
+        let map = Taylor2 {
+            seen: c,
+            dx: (e - w) / (2.0 * half.x),
+            dy: (s - n) / (2.0 * half.y),
+            dxx: ((e + w) - 2.0 * c) / (half.x * half.x),
+            dxy: ((se - sw) - (ne - nw)) / (4.0 * half.x * half.y),
+            dyy: ((s + n) - 2.0 * c) / (half.y * half.y),
+        };
+        let inverse = DMat2::from_cols(map.dx, map.dy).inverse();
+        let view = Self { sides, centre, map, inverse };
+        let off_px = |(corner, seen): (DVec2, DVec2)| (inverse * (view.see(centre + corner * half) - seen)).length();
+        let strays = || square(1.0).into_iter().zip([nw, ne, se, sw]).map(off_px);
+        // NaN must not pass.
+        strays().all(|off_px| off_px <= stray_px(plan)).then_some(view)
+    }
+
+    /// What a place about the pixel's centre sees, in squares.
+    fn see(&self, place: DVec2) -> DVec2 {
+        let (p, map) = (place - self.centre, &self.map);
+        let bend = 0.5 * (map.dxx * (p.x * p.x) + map.dyy * (p.y * p.y)) + map.dxy * (p.x * p.y);
+        map.seen + map.dx * p.x + map.dy * p.y + bend
+    }
+
+    /// The light over a piece, times its area: of one radiance, or by the polygon between the places that its corners see, halved until
+    /// the map is straight enough in it.
+    fn light(&self, plan: &Plan, piece: &Convex, halvings: u32, work: &mut Work) -> f64 {
+        // Bound how far the map strays from a linear one.
+        let [low, high] = piece.bounds();
+        let (middle, size) = (0.5 * (low + high), high - low);
+        let map = &self.map;
+        let stray = 0.125
+            * (map.dxx.abs() * (size.x * size.x)
+                + map.dxy.abs() * (2.0 * size.x * size.y)
+                + map.dyy.abs() * (size.y * size.y));
+
+        // Find whether it sees one radiance.
+        let face = plan.face();
+        let mut seen = [DVec2::ZERO; 16];
+        let vertices = piece.vertices();
+        seen.iter_mut().zip(vertices).for_each(|(to, from)| *to = self.see(*from));
+        let seen = &seen[..vertices.len()];
+        let (least, most) = seen.iter().fold((seen[0], seen[0]), |(l, h), p| (l.min(*p), h.max(*p)));
+        if let Some(value) = face.constant(0.5 * (least + most), 0.5 * (most - least) + stray) {
+            return value * piece.area();
+        }
+
+        // Take the mean over the polygon, or go on with halves.
+        let off_px = STRAYS * in_px(self.inverse.inverse(), stray);
+        let straight = off_px <= plan.system.accuracy().bend_px;
+        if (straight || halvings == 0) && seen.len() <= MOST_CORNERS {
+            work.bend_px = work.bend_px.max(off_px);
+            let mean = face.mean_over(seen);
+            let mean = mean.unwrap_or_else(|| mean_of_points(&|c| face.radiance(c), seen, vertices));
+            return mean * piece.area();
+        }
+        let across = if size.x >= size.y { DVec2::X } else { DVec2::Y };
+        let halves = [across, -across].map(|way| piece.cut(|p| (p - middle).dot(way)));
+        let halvings = halvings.saturating_sub(1);
+        halves.iter().filter(|half| half.area() > 0.0).map(|half| self.light(plan, half, halvings, work)).sum()
+    }
+}
+
+/// A linear function of the place.
+#[derive(Debug, Clone, Copy)]
+struct Linear {
+    /// At the pixel's centre.
+    value: f64,
+    slope: DVec2,
+}
+
+impl Linear {
+    /// Through values at each of [`places`]; `None` where the zero of one would stray by more than `stray_px` from theirs.
+    fn sides(values: &[[f64; 9]; 4], area: [DVec2; 2], stray_px: f64) -> Option<[Self; 4]> {
+        let mut sides = [Self { value: 0.0, slope: DVec2::ZERO }; 4];
+        for (side, values) in sides.iter_mut().zip(values) {
+            *side = Self::through(values, area, stray_px)?;
+        }
+        Some(sides)
+    }
+
+    fn through(values: &[f64; 9], area: [DVec2; 2], stray_px: f64) -> Option<Self> {
+        let [centre, half] = area;
+        let slope = DVec2::new(values[5] - values[3], values[7] - values[1]) / (2.0 * half);
+        let linear = Self { value: values[4] - slope.dot(centre), slope };
+        let stray =
+            places(area).into_iter().zip(values).map(|(p, value)| (linear.at(p) - value).abs()).fold(0.0, f64::max);
+        // Where all is well within, or well beyond it, nothing is cut.
+        let off = |sign: f64| values.iter().all(|value| sign * value > 2.0 * stray);
+        (stray <= stray_px * slope.length() || off(1.0) || off(-1.0)).then_some(linear)
+    }
+
+    #[inline(always)]
+    fn at(&self, place: DVec2) -> f64 {
+        self.value + self.slope.dot(place)
+    }
+}
