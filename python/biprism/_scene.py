@@ -68,6 +68,10 @@ class Scene:
 
         Raises SceneError, whose ``key`` is the key at fault.
         """
+        if not isinstance(values, Mapping):
+            raise TypeError(f"values are a dict by their keys, not {type(values).__name__}")
+        for key, value in values.items():
+            _json({key: value}, self._handle.place, key)
         return self._of(self._handle.with_values(_json(values, self._handle.place)))
 
     @property
@@ -117,12 +121,16 @@ class Scene:
         ``accuracy`` is a level, or how far an edge or corner may lie from its true place, in px; without it the scene's own holds.
         ``truth=False`` leaves out what the pixels see.
 
+        Warns where it does not keep what was asked for, as ``account["unmet"]`` tells.
+
         Raises SceneError where the instrument cannot be built.
         """
         asked = _accuracy(accuracy)
         planes = _core.render(self._handle, *asked, truth)
         seen: dict[str, NDArray[Any]] = {k: v for k, v in planes.items() if k in ("side", "board_f32", "object")}
         account: Report = json.loads(planes["account"])
+        for words in account["unmet"]:
+            warnings.warn(words, stacklevel=2)
         return Rendering(self, planes["radiance"], account, planes.get("colour"), planes.get("noise"), asked, seen)
 
     def corners(self, image: ArrayLike | Rendering, *, transfer: Transfer | None = None) -> Records:
@@ -293,7 +301,7 @@ def _wavelength(wavelength_nm: float | None) -> float | None:
     return None if wavelength_nm is None else float(wavelength_nm)
 
 
-def _json(values: Mapping[str, Any], place: str) -> str:
+def _json(values: Mapping[str, Any], place: str, key: str | None = None) -> str:
     """Values as JSON, those of NumPy as Python's own."""
 
     def own(value: Any) -> Any:
@@ -308,7 +316,7 @@ def _json(values: Mapping[str, Any], place: str) -> str:
     try:
         return json.dumps(dict(values), default=own, allow_nan=False)
     except ValueError as error:
-        raise SceneError(place, None, None, None, f"a value is not finite, or holds itself ({error})", "give numbers") from None
+        raise SceneError(place, None, None, key, f"a value is not finite, or holds itself ({error})", "give numbers") from None
 
 
 def _verb(verb: str, options: Mapping[str, Any]) -> str:

@@ -41,7 +41,8 @@ pub(crate) fn render<'py>(
         let system = held.system_at(accuracy)?;
         Ok(render_wanted(&system, Outputs { truth: with_truth }, stopper))
     })?;
-    let account = json!({ "accuracy": design::accuracy(&film.account, &film.counts), "counts": film.counts });
+    let accuracy = design::accuracy(&film.account, &film.counts);
+    let account = json!({ "accuracy": accuracy, "counts": film.counts, "unmet": accuracy.unmet() });
     let planes = PyDict::new(py);
     planes.set_item("radiance", plane(py, film.radiance))?;
     planes.set_item("account", account.to_string())?;

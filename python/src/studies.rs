@@ -183,6 +183,12 @@ pub(crate) fn optiland(py: Python<'_>, scene: &SceneHandle, side: u8) -> PyResul
     let (side, half) = if side == 0 { (Side::Left, "left") } else { (Side::Right, "right") };
     long_call(py, move |_| {
         let system = held.system()?;
+        if system.effects().manufacture.is_some() {
+            let rule =
+                "`[effect.manufacture]` moves and bends the surfaces, and a lens file has them as they are meant to be";
+            let help = "take it out: scene.replace({\"effect.manufacture\": None})";
+            return Err(Error::new(held.place().display(), rule, help).of_key("effect.manufacture"));
+        }
         let name = format!("{}, {half} half", held.scene.name);
         let wavelength_nm = held.scene.prism.body().map_or(biprism::optics::medium::D_NM, |body| body.wavelength_nm);
         let file = OptilandPrism::new(&system)?.json(side, &name, wavelength_nm)?;

@@ -108,3 +108,17 @@ def test_corners_that_are_no_records_are_refused(flat: bp.Scene) -> None:
     off["position_px"][0] = (-5, 3)
     with pytest.raises(bp.SceneError, match="must lie in"):
         flat.measure(off)
+
+
+def test_corners_of_no_one_board_are_refused(flat: bp.Scene) -> None:
+    corners = flat.corners(flat.render(truth=False))
+    for field, value, rule in [
+        ("index", corners["index"][1], "is there twice"),
+        ("index", [10**6, 0], "is farther from"),
+        ("covariance_px2", [[-1.0, 0.0], [0.0, 1.0]], "covariance"),
+        ("covariance_px2", [[np.inf, 0.0], [0.0, 1.0]], "covariance"),
+    ]:
+        wrong = corners.copy()
+        wrong[field][0] = value
+        with pytest.raises(bp.SceneError, match=rule):
+            flat.measure(wrong)

@@ -57,3 +57,11 @@ def test_a_prism_that_is_no_polynomial_is_refused() -> None:
     assert meshes
     with pytest.raises(bp.SceneError):
         bp.to_optiland(bp.Scene.load(meshes[0]))
+
+
+def test_what_no_lens_file_has_is_refused() -> None:
+    made = bp.Scene.load(CASES / "effect_manufacture.toml")
+    with pytest.raises(bp.SceneError, match="as they are meant to be") as caught:
+        bp.to_optiland(made)
+    assert caught.value.key == "effect.manufacture"
+    bp.to_optiland(made.replace({"effect.manufacture": None}))

@@ -46,6 +46,12 @@ def test_accuracy_is_a_level_or_a_target(target: Any, flat: bp.Scene, command: C
             flat.render(accuracy=wrong)  # type: ignore[arg-type]
 
 
+def test_what_is_not_kept_is_told(flat: bp.Scene) -> None:
+    with pytest.warns(UserWarning, match="not kept to 1e-12 px"):
+        made = flat.render(1e-12, truth=False)
+    assert len(made.account["unmet"]) == 1 and flat.render(1e-3, truth=False).account["unmet"] == []
+
+
 def test_without_truth_there_is_none(flat: bp.Scene) -> None:
     plain = flat.render(truth=False)
     assert np.array_equal(plain.radiance, flat.render().radiance)

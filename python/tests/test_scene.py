@@ -97,3 +97,11 @@ def test_errors_of_values_have_a_key(flat: bp.Scene) -> None:
     with pytest.raises(bp.SceneError) as caught:
         bp.Scene.load("/nowhere/scene.toml")
     assert caught.value.path == "/nowhere/scene.toml" and caught.value.line is None
+
+
+def test_values_that_are_none_have_a_key(flat: bp.Scene) -> None:
+    with pytest.raises(bp.SceneError) as caught:
+        flat.replace({"prism.thickness_mm": 8.0, "prism.index": float("nan")})
+    assert caught.value.key == "prism.index"
+    with pytest.raises(TypeError, match="a dict by their keys, not str"):
+        flat.replace("prism.index=1")  # type: ignore[arg-type]

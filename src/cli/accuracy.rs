@@ -4,6 +4,7 @@ use super::outcome::Outcome;
 use super::output;
 use crate::accuracy::Accuracy;
 use crate::render::{AccuracyReport, Counts};
+use crate::report::design;
 use crate::scene::Scene;
 
 /// The scene at the cheapest level that keeps to `target_px`, or as it is.
@@ -23,18 +24,7 @@ pub(super) fn told(name: &str, account: &AccuracyReport, counts: &Counts) -> Out
             counts.capped_pixels
         ));
     }
-    let mut outcome = Outcome::Done;
-    if let Some(target_px) = account.target_px.filter(|_| !account.keeps_to_target()) {
-        output::unmet(&format!("{name}: not kept to {target_px:.0e} px, as was asked for"));
-        outcome = Outcome::Unmet;
-    }
-    if let Some(target) = account.noise_target.filter(|_| !account.keeps_to_noise()) {
-        let reached = account.noise.map_or("not told".to_owned(), |noise| format!("{noise:.1e}"));
-        output::unmet(&format!(
-            "{name}: the standard error in the worst block is {reached}, and `quadrature.noise` asks for {target:.1e}: give \
-             more `replicates` or `points`"
-        ));
-        outcome = Outcome::Unmet;
-    }
-    outcome
+    let unmet = design::accuracy(account, counts).unmet();
+    unmet.iter().for_each(|words| output::unmet(&format!("{name}: {words}")));
+    if unmet.is_empty() { Outcome::Done } else { Outcome::Unmet }
 }

@@ -112,7 +112,10 @@ fn arguments(words: &[OsString]) -> Result<Args, u8> {
 
 /// Makes one of the parts of a run, of whichever kind they are.
 fn merge(args: &MergeArgs) -> Result<Outcome, Error> {
-    let is_batch = args.files.first().map_or(Ok(false), |path| batch::is_batch(path))?;
+    let mut is_batch = false;
+    for path in &args.files {
+        is_batch |= batch::is_batch(path)?;
+    }
     if is_batch { batch::join(args) } else { study::tolerance::merge(args) }
 }
 

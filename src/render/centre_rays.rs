@@ -75,6 +75,7 @@ impl<'a> CentreTracer<'a> {
 
 /// The tightest layout that holds the prism.
 fn layout(prism: &Prism) -> GlassLayout {
+    // What each surface is packed as, if it is of that kind.
     fn plane(surface: &Surface) -> Option<Plane> {
         match *surface {
             Surface::Plane { point, normal } => Some(Plane { point, normal }),
@@ -97,6 +98,8 @@ fn layout(prism: &Prism) -> GlassLayout {
             _ => None,
         })
     }
+
+    // Take the first that holds all four.
     (prism.for_packets(plane).map(GlassLayout::Planes))
         .or_else(|| sheets(prism, Table::new).map(GlassLayout::Even5))
         .or_else(|| sheets(prism, Table::new).map(GlassLayout::Full5))

@@ -2,6 +2,7 @@
 //! the map's second-order Taylor expansion.
 
 use super::band::Band;
+use super::checkerboard::Checkerboard;
 use super::draft::{self, BLOCK, Steps};
 use super::map::MapPatch;
 use super::pixel::{mean_or_subdivide, means_of};
@@ -13,6 +14,8 @@ use crate::accuracy::Arithmetic;
 use crate::num::chebyshev::MAX_DEGREE;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
+use std::ops::Range;
+
 /// A patch is at least this wide.
 pub(super) const LEAST_COLUMNS: usize = BLOCK;
 const HALF_BLOCK: f64 = 0.5 * BLOCK as f64;
@@ -195,6 +198,56 @@ fn draft_px(plan: &Plan, patch: &MapPatch) -> Option<f64> {
     (accuracy.arithmetic == Arithmetic::Single && small && error_px <= accuracy.bend_px).then_some(error_px)
 }
 
+/// The blocks of a row, counted from the picture's axis outward, so that mirror images are cut alike.
+#[derive(Clone, Copy)]
+struct RowBlocks {
+    /// Pixels of the row: a block of them or more.
+    pixels: usize,
+    /// Whether the axis is at the row's end.
+    flip: bool,
+}
+
+impl RowBlocks {
+    #[inline(always)]
+    fn count(self) -> usize {
+        self.pixels.div_ceil(BLOCK)
+    }
+
+    /// The first pixel of block `b`; the last block ends with the row.
+    #[inline(always)]
+    fn begin(self, b: usize) -> usize {
+        let outward = (b * BLOCK).min(self.pixels - BLOCK);
+        if self.flip { self.pixels - BLOCK - outward } else { outward }
+    }
+
+    /// Those of its pixels that it does not share with the block before.
+    #[inline(always)]
+    fn fresh(self, b: usize) -> Range<usize> {
+        let shared = BLOCK - (self.pixels - b * BLOCK).min(BLOCK);
+        if self.flip { 0..BLOCK - shared } else { shared..BLOCK }
+    }
+}
+
+/// Fills the pixels of a block that lie within one square, and tells the others; u and v at its middle and their slopes are `map`.
+#[inline(always)]
+fn block_pixels(
+    pattern: &Checkerboard,
+    map: [[f64; 2]; 2],
+    reach: [Lanes; 2],
+    values: &mut [f32; BLOCK],
+    edge: &mut impl FnMut(usize),
+) {
+    for i in (0..BLOCK).step_by(LANES) {
+        let d = Lanes::of(|l| (i + l) as f64 + 0.5 - HALF_BLOCK);
+        let centres = map.map(|[at, slope]| Lanes::splat(at) + Lanes::splat(slope) * d);
+        let (value, constant) = pattern.squares(centres, reach).constant_off_lines(reach);
+        value.store(&mut values[i..i + LANES]);
+        if !constant.all() {
+            (0..LANES).filter(|&l| constant.0[l] == 0).for_each(|l| edge(i + l));
+        }
+    }
+}
+
 /// Fills the pixels that no line of the pattern can touch, and lists the others; the draft fills also those that one
 /// line crosses, and they are counted.
 #[inline(always)]
@@ -209,29 +262,16 @@ fn constant_pixels(
     // Bound how far a pixel and a block may see from their centres.
     let pattern = &plan.pattern;
     let mut lines = 0;
-    let n = out.len();
     let first_x = patch.region.columns.start as f64;
     let step = patch.steps().x;
-    let [u, v] = &patch.bounds;
-    let pixel = [reach_of_pixel(u), reach_of_pixel(v)];
-    let block = [reach_of_block(u), reach_of_block(v)];
+    let pixel = patch.bounds.each_ref().map(reach_of_pixel);
+    let block = patch.bounds.each_ref().map(reach_of_block);
     let sign = Lanes::splat(if patch.flip { -1.0 } else { 1.0 });
 
-    // Divide the row into blocks, counted from the picture's axis outward, so that mirror images are cut alike. The
-    // last one ends with the row; what it shares with the one before is left to that.
-    let blocks = n.div_ceil(BLOCK);
-    let begin = |b: usize| {
-        let outward = (b * BLOCK).min(n - BLOCK);
-        if patch.flip { n - BLOCK - outward } else { outward }
-    };
-    let fresh = |b: usize| {
-        let shared = BLOCK - (n - b * BLOCK).min(BLOCK);
-        if patch.flip { 0..BLOCK - shared } else { shared..BLOCK }
-    };
-
-    for first in (0..blocks).step_by(LANES) {
+    let blocks = RowBlocks { pixels: out.len(), flip: patch.flip };
+    for first in (0..blocks.count()).step_by(LANES) {
         // Evaluate the map at the middles of a packet of blocks.
-        let middle = |k: usize| first_x + begin((first + k).min(blocks - 1)) as f64 + HALF_BLOCK;
+        let middle = |k: usize| first_x + blocks.begin((first + k).min(blocks.count() - 1)) as f64 + HALF_BLOCK;
         let s = Lanes::of(|k| patch.s(middle(k)));
         let ([u, us], [v, vs]) = (row.slope(0, s), row.slope(1, s));
         // u and its slope in the picture's frame.
@@ -242,20 +282,15 @@ fn constant_pixels(
         let steps = draft.then(|| row.steps(patch, s.0[LANES / 2], plan.active));
 
         // Fill each block by the cheapest way that serves it.
-        for k in 0..LANES.min(blocks - first) {
-            let (at, fresh) = (begin(first + k), fresh(first + k));
+        for k in 0..LANES.min(blocks.count() - first) {
+            let (at, fresh) = (blocks.begin(first + k), blocks.fresh(first + k));
             let span = &mut out[at..at + BLOCK];
 
-            // Fill a block of one square.
-            if whole.0[k] != 0 {
-                span.fill(value.0[k] as f32);
-                continue;
-            }
-
-            // Fill a block of one radiance off the squares: margin or background.
+            // Fill a block of one square, or of one radiance off the squares: margin or background.
             let centre = DVec2::new(u.0[k], v.0[k]);
             let reach = DVec2::new(block[0].0[0], block[1].0[0]);
-            if let Some(value) = pattern.constant(centre, reach) {
+            let of_square = (whole.0[k] != 0).then_some(value.0[k]);
+            if let Some(value) = of_square.or_else(|| pattern.constant(centre, reach)) {
                 span.fill(value as f32);
                 continue;
             }
@@ -273,19 +308,9 @@ fn constant_pixels(
 
             // Fill the pixels that lie within one square, and list the others.
             let mut values = [0.0; BLOCK];
-            for i in (0..BLOCK).step_by(LANES) {
-                let d = Lanes::of(|l| (i + l) as f64 + 0.5 - HALF_BLOCK);
-                let c = [
-                    Lanes::splat(u.0[k]) + Lanes::splat(ux.0[k]) * d,
-                    Lanes::splat(v.0[k]) + Lanes::splat(vx.0[k]) * d,
-                ];
-                let (value, constant) = pattern.squares(c, pixel).constant_off_lines(pixel);
-                value.store(&mut values[i..i + LANES]);
-                if !constant.all() {
-                    let edges_here = (0..LANES).filter(|&l| constant.0[l] == 0 && fresh.contains(&(i + l)));
-                    edge_pixels.extend(edges_here.map(|l| (at + i + l) as u32));
-                }
-            }
+            let map = [[u.0[k], ux.0[k]], [v.0[k], vx.0[k]]];
+            let mut edge = |i: usize| edge_pixels.extend(fresh.contains(&i).then_some((at + i) as u32));
+            block_pixels(pattern, map, pixel, &mut values, &mut edge);
             span[fresh.clone()].copy_from_slice(&values[fresh]);
         }
     }

@@ -20,6 +20,8 @@ const MOST_PARTS: f64 = 64.0;
 const STRAYS: f64 = 4.0;
 /// An arc takes this share of the rectangle about it.
 const ARC_SHARE: f64 = 2.0 / 3.0;
+/// So near to a centre, in px, the seam may be on either side of it by rounding alone.
+const TIE_PX: f64 = 1e-9;
 
 /// Renders the part of the map that lies in `band`.
 pub(super) fn render(plan: &Plan, seam: &SeamMap, band: &mut Band) -> Work {
@@ -87,7 +89,8 @@ impl Kernel for SeamRows<'_, '_, '_> {
 
             // Store the ground truth: of the side on which the centre is.
             if let Some(truth) = &mut band.truth {
-                let middle = seam.column(y);
+                // Where the seam is on a centre but for rounding, the right side is seen, as by its ray.
+                let middle = seam.column(y) - TIE_PX;
                 let right = columns.clone().position(|x| x as f64 + 0.5 >= middle).unwrap_or(columns.len());
                 let mut seen = vec![[0.0f32; 2]; columns.len()];
                 for (side, part) in [(0, 0..right), (1, right..columns.len())] {

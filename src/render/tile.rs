@@ -14,6 +14,7 @@ use super::triangles;
 use super::work::Work;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use glam::DVec2;
+use std::ops::Range;
 
 /// Columns traced at a time: as many as keep the centres of a band within a second-level cache.
 const TILE_COLUMNS: usize = 256;
@@ -50,11 +51,7 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
     let centres = trace(plan, rect, DVec2::ZERO);
     work.counts.rays += centres.class.len() as u64;
     if plan.truth_alone {
-        for (j, y) in rect.rows.clone().enumerate() {
-            let start = band.at(rect.columns.start, y);
-            centres.store_truth((j + 1) * centres.stride + 1, band, start, rect.columns.len());
-        }
-        return;
+        return centres.store_all_truth(rect, band);
     }
     let stride = centres.stride;
     let first = centres.class[0];
@@ -77,20 +74,10 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         edge_pixels.clear();
         border.clear();
 
-        // List the pixels beside a border, and count those on more creases than are followed.
-        let creased = |k: usize| {
-            let between = corners.as_ref().filter(|_| notched);
-            centres.is_beside_other_parts(k) || between.is_some_and(|corners| corners.parts_differ(k))
-        };
-        let follows = plan.follows_creases();
-        let followed = |k: usize| follows && creased(k);
-        if !one_side || follows {
-            let beside = |k: usize| !centres.is_amid_its_side(k) || followed(k);
-            border.extend((0..row.len() as u32).filter(|&i| beside(at + i as usize)));
-        }
-        if plan.creases == PartBorders::Many && !follows {
-            work.counts.unpromised_pixels += (at..at + row.len()).filter(|&k| creased(k)).count() as u64;
-        }
+        // List the pixels beside a border.
+        let between = corners.as_ref().filter(|_| notched);
+        work.counts.unpromised_pixels +=
+            list_borders(plan, &centres, between, at..at + row.len(), one_side, &mut border);
 
         // Fill the pixels within one square, then integrate those on lines of the pattern.
         constant_pixels(plan, &centres, at, row, &mut edge_pixels);
@@ -108,18 +95,40 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         }
 
         // Integrate the pixels with a kink and those beside a border one by one.
+        let place = |i: u32| start_px + DVec2::new(f64::from(i), 0.0);
         for &i in &kinked {
-            row[i as usize] = kinks::pixel(plan, start_px + DVec2::new(f64::from(i), 0.0), work) as f32;
+            row[i as usize] = kinks::pixel(plan, place(i), work) as f32;
         }
         for &i in &border {
             let cornered =
                 corners.as_ref().is_some_and(|c| c.differ_from(centres.class[at + i as usize], at + i as usize));
-            let px = start_px + DVec2::new(f64::from(i), 0.0);
-            row[i as usize] = beside_border(plan, px, &centres, at + i as usize, cornered, work) as f32;
+            row[i as usize] = beside_border(plan, place(i), &centres, at + i as usize, cornered, work) as f32;
         }
 
         centres.store_truth(at, band, start, rect.columns.len());
     }
+}
+
+/// Lists the pixels of a row beside a border, of `centres` with the indices `span`, and counts those on more creases than are followed.
+/// `between` are the corners, where creases may lie between the centres.
+fn list_borders(
+    plan: &Plan,
+    centres: &Centres,
+    between: Option<&Centres>,
+    span: Range<usize>,
+    one_side: bool,
+    border: &mut Vec<u32>,
+) -> u64 {
+    let creased = |k: usize| centres.is_beside_other_parts(k) || between.is_some_and(|corners| corners.parts_differ(k));
+    let follows = plan.follows_creases();
+    if !one_side || follows {
+        let beside = |k: &usize| !centres.is_amid_its_side(*k) || (follows && creased(*k));
+        border.extend(span.clone().filter(beside).map(|k| (k - span.start) as u32));
+    }
+    if plan.creases != PartBorders::Many || follows {
+        return 0;
+    }
+    span.filter(|k| creased(*k)).count() as u64
 }
 
 /// Fills the pixels of a row that are of one radiance, and lists the others: of a texture all.
@@ -315,6 +324,14 @@ impl Centres {
         for i in 0..count {
             truth.class[start + i] = self.class[at + i];
             truth.board_mm[start + i] = [self.x_mm[at + i] as f32, self.y_mm[at + i] as f32];
+        }
+    }
+
+    /// Stores what the centres of `rect` see as the ground truth of its pixels.
+    fn store_all_truth(&self, rect: &Region, band: &mut Band) {
+        for (j, y) in rect.rows.clone().enumerate() {
+            let start = band.at(rect.columns.start, y);
+            self.store_truth((j + 1) * self.stride + 1, band, start, rect.columns.len());
         }
     }
 

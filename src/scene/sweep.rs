@@ -52,7 +52,10 @@ impl Sweep {
 fn range(text: &str) -> Option<Result<Vec<String>, String>> {
     let [a, b, n]: [&str; 3] = text.split(':').collect::<Vec<_>>().try_into().ok()?;
     let end = |text: &str| text.trim().parse().ok().filter(|end: &f64| end.is_finite());
-    let (from, to) = (end(a)?, end(b)?);
+    let Some((from, to)) = end(a).zip(end(b)) else {
+        let ends = || format!("the ends of a range are numbers, not {a} and {b}");
+        return n.trim().parse::<usize>().is_ok().then(|| Err(ends()));
+    };
     let count = n.trim().parse::<usize>().ok().filter(|count| (1..=MOST_VALUES).contains(count));
     let Some(count) = count else {
         return Some(Err(format!("there are {n} values, and the number of values is from 1 to {MOST_VALUES}")));
@@ -115,8 +118,20 @@ mod tests {
         assert_eq!(values("a[2]=-2:2:3"), Ok(vec![json!(-2), json!(0), json!(2)]));
         assert_eq!(values("a=1:2:3"), Ok(vec![json!(1.0), json!(1.5), json!(2.0)]));
         assert_eq!(values("a=7:7:1"), Ok(vec![json!(7)]));
-        for wrong in ["a=1:2:0", "a=1:2:1", "a=1:2:x", "a=1:2:1000001", "a=1:1:2", "a", "=1", "a=", "a=1,,2", "a=1,2,1"]
-        {
+        for wrong in [
+            "a=1:2:0",
+            "a=1:2:1",
+            "a=1:2:x",
+            "a=1:2:1000001",
+            "a=1:1:2",
+            "a",
+            "=1",
+            "a=",
+            "a=1,,2",
+            "a=1,2,1",
+            "a=nan:2:3",
+            "a=b:c:3",
+        ] {
             assert!(values(wrong).is_err(), "{wrong}");
         }
     }

@@ -38,12 +38,35 @@ fn pictures_are_those_of_the_verb() {
         .expect("the folder")
         .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
         .collect();
-    assert_eq!(names.into_iter().collect::<Vec<_>>(), ["000000.png", "000001.png"]);
+    assert_eq!(names.into_iter().collect::<Vec<_>>(), ["000000.png", "000001.png", "run.txt"]);
     let one = ["render", "scene.toml", "--set", "board.square_mm=18", "--out", "one.png"];
     assert!(biprism(folder.path(), &one).status.success());
     let [own, alone] =
         ["made/000001.png", "one.png"].map(|name| fs::read(folder.path().join(name)).expect("a picture"));
     assert!(own == alone, "the picture of a job has other bytes than the verb's");
+    // A folder holds the pictures of one run; of jobs that are done none is made again.
+    refused(
+        folder.path(),
+        &[&QUICK[..], &["--pictures", "made", "--out", "b.jsonl"]].concat(),
+        &["made", "another run"],
+    );
+    fs::remove_file(folder.path().join("made/000001.png")).expect("removed");
+    let again = biprism(folder.path(), &[&QUICK[..], &sweep, &["--pictures", "made", "--out", "a.jsonl"]].concat());
+    assert!(text(&again.stderr).contains("1 jobs that are done have no picture"), "{}", text(&again.stderr));
+    fs::create_dir(folder.path().join("own")).expect("a folder");
+    fs::write(folder.path().join("own/000000.png"), "my own").expect("written");
+    refused(
+        folder.path(),
+        &[&QUICK[..], &["--pictures", "own", "--out", "b.jsonl"]].concat(),
+        &["000000.png", "none of this run"],
+    );
+    // A picture that cannot be written ends the run, and is no line.
+    fs::create_dir_all(folder.path().join("full/000000.png/in the way")).expect("a folder");
+    fs::write(folder.path().join("full/run.txt"), fs::read(folder.path().join("made/run.txt")).expect("the run"))
+        .expect("written");
+    let full = [&QUICK[..], &sweep, &["--pictures", "full", "--threads", "1", "--out", "full.jsonl"]].concat();
+    refused(folder.path(), &full, &["full/000000.png"]);
+    assert_eq!(fs::read(folder.path().join("full.jsonl")).expect("the file"), b"");
     let other = ["batch", "scene.toml", "--verb", "design", "--pictures", "made"];
     refused(folder.path(), &other, &["--pictures", "the verb is design"]);
 }
@@ -189,6 +212,9 @@ fn parts_are_put_together() {
     assert_eq!((&merged["jobs"], &merged["again"]), (&json!(6), &json!(0)));
     assert_eq!(lines(folder.path(), "m/batch.jsonl"), lines(folder.path(), "whole.jsonl"));
     // A job that two machines did is no fault where both say the same.
+    fs::write(folder.path().join("empty.jsonl"), "").expect("written");
+    let with_empty = ["merge", "empty.jsonl", "whole.jsonl", "--out", "m", "--json"];
+    assert_eq!(json(&biprism(folder.path(), &with_empty))["jobs"], 6, "a part without jobs is no fault");
     let again = json(&biprism(folder.path(), &["merge", parts[0], "whole.jsonl", "--out", "m", "--json"]));
     assert_eq!(again["again"], 3);
     refused(folder.path(), &["merge", parts[0]], &["of 6 jobs 3 are in no file", "the first of them 1"]);
@@ -267,6 +293,24 @@ fn errors_are_data() {
     }
 }
 
+/// What a verb exits 1 for is told in the line, and by the exit code of the run and of each that goes on.
+#[test]
+fn what_is_not_kept_is_told() {
+    let folder = tempfile::tempdir().expect("a folder");
+    tiny_scene(folder.path(), as_is);
+    for verb in ["render --target-px 1e-12", "compare --target-px 1e-12"] {
+        let out = format!("{}.jsonl", &verb[..6]);
+        for _ in 0..2 {
+            let run = biprism(folder.path(), &["batch", "scene.toml", "--verb", verb, "--out", &out, "--json"]);
+            assert_eq!(run.status.code(), Some(1), "{verb}");
+            let told: Value = serde_json::from_slice(&run.stdout).expect("JSON");
+            assert_eq!((&told["unmet"], &told["errors"]), (&json!(1), &json!(0)), "{verb}");
+        }
+        let unmet = lines(folder.path(), &out)[0]["unmet"].take();
+        assert!(unmet[0].as_str().is_some_and(|words| words.contains("not kept to 1e-12 px")), "{unmet}");
+    }
+}
+
 #[test]
 fn what_is_no_batch_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -283,6 +327,19 @@ fn what_is_no_batch_is_refused() {
     let twice = ["--sweep", "prism.index=1:2:2", "--sweep", "prism.index=3,4"];
     refused(folder.path(), &[&QUICK[..], &twice].concat(), &["`prism.index` is swept twice"]);
     refused(folder.path(), &[&QUICK[..], &["--sweep", "prism.index=1:2:0"]].concat(), &["number of values"]);
+    refused(
+        folder.path(),
+        &[&QUICK[..], &["--sweep", "prism.index=nan:2:3"]].concat(),
+        &["ends of a range are numbers"],
+    );
+    let both = ["--set", "prism.index=1.7", "--sweep", "prism.index=1.5,1.6"];
+    refused(folder.path(), &[&QUICK[..], &both].concat(), &["`prism.index` is both set and swept"]);
+    let from_stdin = ["batch", "--jobs", "-", "--verb", "render"];
+    let out = with_input(folder.path(), &from_stdin, "{\"scene\": \"-\"}\n");
+    assert!(out.status.code() == Some(2) && text(&out.stderr).contains("from stdin"), "{}", text(&out.stderr));
+    let none = ["--figure", "counts/ray", "--out", "none.jsonl"];
+    refused(folder.path(), &[&QUICK[..], &none].concat(), &["no figure of `render` is called counts/ray"]);
+    fs::remove_file(folder.path().join("none.jsonl")).expect("removed");
     assert!(!folder.path().join("out").exists(), "nothing is written");
 }
 

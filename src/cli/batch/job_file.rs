@@ -20,19 +20,22 @@ pub(super) struct LineStart {
     pub(super) head: JobHead,
     /// Whether it ended in an error.
     pub(super) is_error: bool,
+    /// Whether it did not keep what was asked for.
+    pub(super) is_unmet: bool,
 }
 
-/// The one key of a line that says whether it is an error.
+/// The keys of a line that say whether it is an error, and whether something is not kept.
 #[derive(Deserialize)]
-struct ErrorKey {
+struct OutcomeKeys {
     error: Option<IgnoredAny>,
+    unmet: Option<IgnoredAny>,
 }
 
 impl LineStart {
     /// Of the bytes of a line; figures are passed over.
     fn of(line: &[u8]) -> serde_json::Result<Self> {
-        let ErrorKey { error } = serde_json::from_slice(line)?;
-        Ok(Self { head: serde_json::from_slice(line)?, is_error: error.is_some() })
+        let OutcomeKeys { error, unmet } = serde_json::from_slice(line)?;
+        Ok(Self { head: serde_json::from_slice(line)?, is_error: error.is_some(), is_unmet: unmet.is_some() })
     }
 }
 
@@ -89,6 +92,8 @@ pub(super) struct JobFile {
     pub(super) places: Vec<Option<LineBytes>>,
     /// Lines that ended in an error.
     pub(super) errors: u32,
+    /// Lines of jobs that did not keep what was asked for.
+    pub(super) unmet: u32,
     /// Whether the last line was cut off, and is gone.
     pub(super) was_torn: bool,
     file: File,
@@ -111,6 +116,7 @@ impl JobFile {
             path: path.to_owned(),
             places: vec![None; count as usize],
             errors: 0,
+            unmet: 0,
             was_torn: false,
             file: file.try_clone().map_err(|error| unwritable(path, &error))?,
             end: 0,
@@ -133,7 +139,7 @@ impl JobFile {
             if read.places[line.head.job as usize].is_some() {
                 return Err((format!("the job {} is there twice", line.head.job), other));
             }
-            read.note(line.head.job, place, line.is_error);
+            read.note(line.head.job, place, [line.is_error, line.is_unmet]);
             Ok(())
         })?;
         read.was_torn = torn;
@@ -143,11 +149,12 @@ impl JobFile {
         Ok(read)
     }
 
-    fn note(&mut self, job: u32, place: LineBytes, is_error: bool) {
+    fn note(&mut self, job: u32, place: LineBytes, [is_error, is_unmet]: [bool; 2]) {
         self.places[job as usize] = Some(place);
         self.in_order &= self.last.is_none_or(|last| last < job);
         self.last = Some(job);
         self.errors += u32::from(is_error);
+        self.unmet += u32::from(is_unmet);
     }
 
     /// Adds a line, whole, and waits until the disk has it.
@@ -160,7 +167,7 @@ impl JobFile {
         written.map_err(|error| unwritable(&self.path, &error))?;
         let place = LineBytes { from: self.end, bytes: text.len() as u64 };
         self.end += place.bytes;
-        self.note(line.head.job, place, line.error.is_some());
+        self.note(line.head.job, place, [line.error.is_some(), !line.unmet.is_empty()]);
         Ok(())
     }
 

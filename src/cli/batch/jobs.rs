@@ -89,7 +89,7 @@ impl Jobs {
                     let rule = format!("the sweeps make more than {MOST_JOBS} jobs, which is the limit");
                     Error::new("--sweep", rule, "sweep fewer values, or make several runs")
                 })?;
-                different(&args.sweep)?;
+                different(args)?;
                 (JobKind::Sweeps { fixed: args.values.set.clone(), sweeps: args.sweep.clone() }, count)
             }
             Some(path) => {
@@ -204,16 +204,19 @@ fn named_files(values: &Value, folder: Option<&Path>, sums: &mut Vec<String>) ->
     }
 }
 
-/// Refuses two sweeps of one key.
-fn different(sweeps: &[Sweep]) -> Result<(), Error> {
-    let twice = |k: &usize| sweeps[..*k].iter().any(|sweep| sweep.key() == sweeps[*k].key());
-    match (0..sweeps.len()).find(twice) {
-        None => Ok(()),
-        Some(k) => {
-            let rule = format!("`{}` is swept twice", sweeps[k].key());
-            Err(Error::new("--sweep", rule, "give all its values in one --sweep"))
+/// Refuses two sweeps of one key, and one of a key that is set.
+fn different(args: &BatchArgs) -> Result<(), Error> {
+    for (k, sweep) in args.sweep.iter().enumerate() {
+        if args.sweep[..k].iter().any(|other| other.key() == sweep.key()) {
+            let rule = format!("`{}` is swept twice", sweep.key());
+            return Err(Error::new("--sweep", rule, "give all its values in one --sweep"));
+        }
+        if args.values.set.iter().any(|value| value.key() == sweep.key()) {
+            let rule = format!("`{}` is both set and swept", sweep.key());
+            return Err(Error::new("--sweep", rule, "leave one of the two out"));
         }
     }
+    Ok(())
 }
 
 /// The jobs of the file at `path`, whose scenes are added to `scenes`.
@@ -264,6 +267,10 @@ fn listed(path: &Path, args: &BatchArgs, scenes: &mut Vec<BatchScene>) -> Result
             None => return Err(problem("it names no `scene`, and the command none either".to_owned())),
             Some(path) => match known.get(&path) {
                 Some(&known) => known,
+                None if files::is_stdin(&path) => {
+                    let rule = "its scene is to come from stdin, which a file of jobs cannot have".to_owned();
+                    return Err(problem(rule));
+                }
                 None => {
                     scenes.push(BatchScene::read(&folder.join(&path))?);
                     known.insert(path, scenes.len() - 1);

@@ -8,11 +8,15 @@ use crate::cli::outcome::Outcome;
 use crate::cli::progress::Progress;
 use crate::cli::{files, output};
 use crate::error::Error;
+use crate::io::atomic::write_atomically;
 use crate::progress::Observer;
 use crate::report::batch::flat::flat;
+use crate::report::batch::flat::unmet;
 use crate::report::batch::job_line::{JobError, JobLine};
 use crate::system::DesignStore;
-use serde_json::json;
+use serde_json::{Map, Value, json};
+use std::fs;
+use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -45,7 +49,10 @@ pub(crate) fn run(args: &BatchArgs) -> Result<Outcome, Error> {
     }
 
     // Do what is missing.
-    args.pictures.as_deref().map_or(Ok(()), files::folder)?;
+    if let Some(folder) = &args.pictures {
+        own_pictures(folder, &jobs, &missing)?;
+        note_lost(folder, own.iter().filter(|job| file.places[**job as usize].is_some()));
+    }
     let progress = Progress::new(0);
     let watch = progress.watch("batch");
     watch.stage_of("jobs", missing.len());
@@ -62,11 +69,11 @@ pub(crate) fn run(args: &BatchArgs) -> Result<Outcome, Error> {
     drop(progress);
 
     // Tell it.
-    let (seconds, errors) = (started.elapsed().as_secs_f64(), file.errors);
+    let (seconds, errors, unmet) = (started.elapsed().as_secs_f64(), file.errors, file.unmet);
     let (made, designs) = (missing.len(), workshop.designs.count());
     let told = json!({
         "out": path.display().to_string(), "verb": jobs.verb, "run": jobs.run, "jobs": jobs.count, "shard": args.shard,
-        "own": own.len(), "made": made, "errors": errors, "designs": designs, "seconds": seconds,
+        "own": own.len(), "made": made, "errors": errors, "unmet": unmet, "designs": designs, "seconds": seconds,
     });
     let words = format!(
         "{made} of {} jobs were done in {seconds:.1} s, with {designs} designs made for them; {errors} lines are errors\n",
@@ -74,11 +81,45 @@ pub(crate) fn run(args: &BatchArgs) -> Result<Outcome, Error> {
     );
     output::stdout(&if args.json { format!("{told:#}\n") } else { words })?;
     output::stderr(&format!("wrote {}", path.display()));
-    if errors > 0 {
-        output::unmet(&format!("{errors} jobs ended in an error, which their lines tell"));
-        return Ok(Outcome::Unmet);
+    let kinds = [(errors, "ended in an error"), (unmet, "did not keep what was asked for")];
+    for (count, what) in kinds.into_iter().filter(|(count, _)| *count > 0) {
+        output::unmet(&format!("{count} jobs {what}, as their lines tell"));
     }
-    Ok(Outcome::Done)
+    Ok(if errors + unmet > 0 { Outcome::Unmet } else { Outcome::Done })
+}
+
+/// The file of the picture of a job.
+fn png(folder: &Path, job: u32) -> PathBuf {
+    folder.join(format!("{job:06}.png"))
+}
+
+/// Makes the folder of the pictures of a run, with a file that tells which run that is.
+///
+/// # Errors
+/// Where it has pictures of another run, or cannot be made.
+fn own_pictures(folder: &Path, jobs: &Jobs, missing: &[u32]) -> Result<(), Error> {
+    files::folder(folder)?;
+    let mark = folder.join("run.txt");
+    let help = "name another folder with --pictures";
+    match fs::read_to_string(&mark) {
+        Ok(run) if run.trim() == jobs.run => Ok(()),
+        Ok(_) => Err(Error::new(folder.display(), "the folder has the pictures of another run", help)),
+        Err(_) => match missing.iter().map(|job| png(folder, *job)).find(|path| path.exists()) {
+            Some(path) => Err(Error::new(path.display(), "the file is there, and is none of this run", help)),
+            None => write_atomically(&mark, |out| writeln!(out, "{}", jobs.run)),
+        },
+    }
+}
+
+/// Says of how many jobs that are `done` no picture is there.
+fn note_lost<'a>(folder: &Path, done: impl Iterator<Item = &'a u32>) {
+    let lost = done.filter(|job| !png(folder, **job).exists()).count();
+    if lost > 0 {
+        let folder = folder.display();
+        output::stderr(&format!(
+            "note: {lost} jobs that are done have no picture in {folder}: remove their lines to have them"
+        ));
+    }
 }
 
 /// What jobs are done with.
@@ -107,7 +148,7 @@ impl BatchWorkshop<'_> {
                     break;
                 }
                 let line = self.line(&self.jobs.job(number));
-                let written = file.lock().unwrap_or_else(PoisonError::into_inner).append(&line);
+                let written = line.and_then(|line| file.lock().unwrap_or_else(PoisonError::into_inner).append(&line));
                 match written {
                     Ok(()) => watch.pixels(1),
                     Err(problem) => {
@@ -143,24 +184,42 @@ impl BatchWorkshop<'_> {
     }
 
     /// Does one job.
-    fn line(&self, job: &BatchJob<'_>) -> JobLine {
+    ///
+    /// # Errors
+    /// What would be wrong with every other job as well: a picture that cannot be written, and figures of which none is wanted.
+    fn line(&self, job: &BatchJob<'_>) -> Result<JobLine, Error> {
         let started = Instant::now();
         let mut name = None;
+        let png = self.pictures.map(|folder| png(folder, job.head.job));
         let done = catch_unwind(AssertUnwindSafe(|| {
             let scene = job.scene()?;
             name = Some(scene.name.clone());
-            let png = self.pictures.map(|folder| folder.join(format!("{:06}.png", job.head.job)));
-            self.work.figures(scene, job.path(), &self.designs, png)
+            self.work.figures(scene, job.path(), &self.designs, png.clone())
         }));
         let done = done.unwrap_or_else(|_| {
             let rule = "the program failed, as stderr tells";
             Err(Error::new(job.path().display(), rule, "report the scene with the changed keys; other jobs go on"))
         });
-        let (figures, error) = match done {
-            Ok(figures) => (Some(flat(&figures, self.wanted)), None),
-            Err(problem) => (None, Some(JobError::from(&problem))),
+        let (figures, unmet, error) = match done {
+            Ok(figures) => (Some(self.kept(&figures)?), unmet(&figures), None),
+            Err(problem) if png.is_some_and(|png| problem.place == png.display().to_string()) => return Err(problem),
+            Err(problem) => (None, Vec::new(), Some(JobError::from(&problem))),
         };
         let seconds = started.elapsed().as_secs_f64();
-        JobLine { head: job.head.clone(), scene: name, set: job.set(), figures, error, seconds }
+        Ok(JobLine { head: job.head.clone(), scene: name, set: job.set(), figures, unmet, error, seconds })
+    }
+
+    /// The figures that are wanted of all of a job.
+    fn kept(&self, figures: &Value) -> Result<Map<String, Value>, Error> {
+        let kept = flat(figures, self.wanted);
+        if !kept.is_empty() || self.wanted.is_empty() {
+            return Ok(kept);
+        }
+        let all = flat(figures, &[]);
+        let rule = format!("no figure of `{}` is called {}", self.jobs.verb, self.wanted.join(" or "));
+        let first = all.keys().next().map_or("none", String::as_str);
+        let help =
+            format!("give a path as in a line without --figure, or its beginning up to a slash: the first is {first}");
+        Err(Error::new("--figure", rule, help))
     }
 }

@@ -1,5 +1,6 @@
 //! JSON with tables in tables as one table of numbers by their paths.
 
+use crate::report::json::AccuracyEntry;
 use serde_json::{Map, Value};
 
 /// Keys that are no figures: seconds are those of the line, and how a figure is defined is told in `docs/metrics.md`.
@@ -59,6 +60,25 @@ fn name(item: &Value) -> Option<String> {
         (Some(name), ..) => Some(name.to_owned()),
         (None, Some(prism), Some(half)) => Some(format!("{prism}-{half}")),
         (None, prism, _) => prism.map(str::to_owned),
+    }
+}
+
+/// What pictures in `figures` say that they do not keep of what was asked for.
+pub fn unmet(figures: &Value) -> Vec<String> {
+    match figures {
+        Value::Object(map) if map.contains_key("promise_px") => {
+            serde_json::from_value::<AccuracyEntry>(figures.clone()).map_or(Vec::new(), |account| account.unmet())
+        }
+        Value::Object(map) => {
+            let named = |(key, value): (&String, &Value)| {
+                unmet(value)
+                    .into_iter()
+                    .map(|words| if key == "accuracy" { words } else { format!("{key}: {words}") })
+                    .collect()
+            };
+            map.iter().flat_map(named as fn((&String, &Value)) -> Vec<String>).collect()
+        }
+        _ => Vec::new(),
     }
 }
 

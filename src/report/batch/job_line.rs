@@ -20,6 +20,9 @@ pub struct JobLine {
     /// Its figures by their paths, `null` where there is none; absent where it ended in an error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<Map<String, Value>>,
+    /// What was asked for and is not kept, a sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unmet: Vec<String>,
     /// What was wrong.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub error: Option<JobError>,
@@ -125,6 +128,7 @@ mod tests {
             scene: Some("a".to_owned()),
             set: set.clone(),
             figures: None,
+            unmet: Vec::new(),
             error: Some(JobError::from(&error)),
             seconds: 0.25,
         };

@@ -5,6 +5,7 @@ use super::budget::ErrorBudget;
 use super::cameras::{Cameras, Geometry};
 use super::figure::Figure;
 use super::fit::SurfaceFits;
+use crate::accuracy::is_told_by_radiance;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -107,6 +108,24 @@ pub struct AccuracyEntry {
     /// where there are none.
     #[serde(default, skip_serializing_if = "crate::render::is_zero")]
     pub unpromised_pixels: u64,
+}
+
+impl AccuracyEntry {
+    /// What was asked for and is not kept, a sentence each.
+    pub fn unmet(&self) -> Vec<String> {
+        let keeps = |target_px: f64| is_told_by_radiance(target_px) && self.achieved_px <= target_px;
+        let missed = self.target_px.filter(|target_px| !keeps(*target_px));
+        let geometry = missed.map(|target_px| format!("not kept to {target_px:.0e} px, as was asked for"));
+        let loud = self.noise_target.filter(|target| self.noise.is_none_or(|noise| noise > *target));
+        let noise = loud.map(|target| {
+            let reached = self.noise.map_or("not told".to_owned(), |noise| format!("{noise:.1e}"));
+            format!(
+                "the standard error in the worst block is {reached}, and `quadrature.noise` asks for {target:.1e}: give more \
+                 `replicates` or `points`"
+            )
+        });
+        geometry.into_iter().chain(noise).collect()
+    }
 }
 
 /// The two halves of the image.
