@@ -108,16 +108,25 @@ impl Round {
         match exponent {
             _ if mantissa == 0 => "0".to_owned(),
             0..=4 => signed(&format!("{}", self.value())),
-            -4..0 => signed(&format!("{:.*}", -exponent as usize, self.value())),
+            ..0 if self.leading_exponent() >= -4 => signed(&format!("{:.*}", -exponent as usize, self.value())),
             _ => self.power_label(),
         }
     }
 
     fn power_label(self) -> String {
-        match self.mantissa {
-            1 => format!("10{}", superscript(self.exponent)),
-            mantissa => format!("{}×10{}", signed(&mantissa.to_string()), superscript(self.exponent)),
+        let digits = self.mantissa.unsigned_abs().to_string();
+        let sign = if self.mantissa < 0 { "−" } else { "" };
+        let power = format!("10{}", superscript(self.leading_exponent()));
+        match digits.trim_end_matches('0').split_at(1) {
+            ("1", "") if sign.is_empty() => power,
+            (first, "") => format!("{sign}{first}×{power}"),
+            (first, rest) => format!("{sign}{first}.{rest}×{power}"),
         }
+    }
+
+    /// The power of ten of its first digit.
+    fn leading_exponent(self) -> i32 {
+        self.exponent + self.mantissa.unsigned_abs().checked_ilog10().unwrap_or(0) as i32
     }
 }
 
@@ -250,6 +259,12 @@ mod tests {
         assert_eq!(labels(&axis, 6), ["−0.4", "−0.2", "0", "0.2", "0.4", "0.6", "0.8"]);
         assert_eq!(labels(&Axis::new(Scale::Linear, 0.0, 20.0), 4), ["0", "5", "10", "15", "20"]);
         assert_eq!(labels(&Axis::new(Scale::Linear, 0.0, 3e-7), 3), ["0", "10⁻⁷", "2×10⁻⁷", "3×10⁻⁷"]);
+        // Few ticks far from 0 have many digits.
+        let label = |mantissa, exponent| Round { mantissa, exponent }.label();
+        assert_eq!(
+            [label(22_155, -5), label(-22_155, -9), label(10, -7), label(-1, -7)],
+            ["0.22155", "−2.2155×10⁻⁵", "10⁻⁶", "−1×10⁻⁷"]
+        );
     }
 
     #[test]
