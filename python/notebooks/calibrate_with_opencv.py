@@ -90,7 +90,8 @@ def draw(picture: NDArray[np.float32], found: dict[str, tuple[Points, Points]], 
     for axis, (name, (corners, residuals)) in zip(axes[1:], found.items()):
         rms = np.sqrt(np.mean(np.sum(residuals**2, axis=1)))
         axis.quiver(*corners.T, *residuals.T, angles="xy", scale_units="xy", scale=rms / 25, width=0.002)
-        axis.set(title=f"left half, {name}:\n{rms:.1e} px RMS from a pinhole", xlabel="x, px", ylabel="y, px", aspect="equal")
+        title = f"left half alone, {name}:\n{rms:.1e} px RMS from a pinhole\narrows {25 / rms:,.0f} times as long"
+        axis.set(title=title, xlabel="x, px", ylabel="y, px", aspect="equal")
         axis.set(xlim=(0, picture.shape[1] / 2), ylim=(picture.shape[0], 0))
     figure.savefig(path, dpi=110)
 
