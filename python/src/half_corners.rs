@@ -128,10 +128,14 @@ pub(crate) fn views_of(given: &GivenCorners<'_>) -> PyResult<Vec<CornerView>> {
     if shapes.contains(&false) || view.iter().any(|k| usize::from(*k) >= VIEWS.len()) {
         return Err(PyValueError::new_err("no records of corners"));
     }
+    if let Some(amiss) = polarity.iter().find(|polarity| **polarity > 2) {
+        let rule = format!("a corner's polarity is {amiss}, and must be 0, 1, or 2 where it is not known");
+        return Err(PyValueError::new_err(rule));
+    }
     let listed = |k: usize| {
         let covariance_px2 = DMat2::from_cols_array(&[0, 1, 2, 3].map(|at| covariance[[k, at / 2, at % 2]]));
         let polarity = [Polarity::Main, Polarity::Anti].get(usize::from(polarity[k])).copied();
-        let known = polarity.filter(|_| covariance_px2.is_finite());
+        let known = polarity.filter(|_| !covariance_px2.is_nan());
         let quality = known.map(|polarity| Quality { covariance_px2, contrast: 1.0, residual: 0.0, polarity });
         let position_px = DVec2::new(position[[k, 0]], position[[k, 1]]);
         ListedCorner { index: [index[[k, 0]], index[[k, 1]]], position_px, quality }

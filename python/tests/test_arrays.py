@@ -122,3 +122,7 @@ def test_corners_of_no_one_board_are_refused(flat: bp.Scene) -> None:
         wrong[field][0] = value
         with pytest.raises(bp.SceneError, match=rule):
             flat.measure(wrong)
+    wrong = corners.copy()
+    wrong["polarity"][0] = 9
+    with pytest.raises(ValueError, match="polarity is 9"):
+        flat.measure(wrong)
