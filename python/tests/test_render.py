@@ -33,6 +33,13 @@ def test_bits_are_those_of_the_command(name: str, command: Callable[..., Any], t
     assert np.abs(made.board_f32[seen] - made.board[seen]).max() < 1e-3
 
 
+def test_a_column_on_the_ridge_is_of_one_side() -> None:
+    # Of an odd width: what its rays see is a matter of rounding, and is the same for the map.
+    made = bp.Scene.load(CASES / "sensor_bayer.toml").render()
+    seen = made.side < 2
+    assert np.abs(made.board_f32[seen] - made.board[seen]).max() < 1e-3
+
+
 @pytest.mark.parametrize("target", ["draft", "exact", 1e-3])
 def test_accuracy_is_a_level_or_a_target(target: Any, flat: bp.Scene, command: Callable[..., Any], tmp_path: Path) -> None:
     made = flat.render(accuracy=target, truth=False)
