@@ -11,6 +11,11 @@ pub fn is_told_by_radiance(target_px: f64) -> bool {
     target_px >= FINEST_TARGET_PX
 }
 
+/// Whether a picture that is off by `achieved_px` keeps to `target_px`, and can tell.
+pub fn keeps_to(target_px: f64, achieved_px: f64) -> bool {
+    is_told_by_radiance(target_px) && achieved_px <= target_px
+}
+
 /// A promise about positions in a picture, by name. Each level is cheaper than the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]

@@ -1,6 +1,6 @@
 //! The film: the rendered picture, its ground truth, and the report of its accuracy.
 
-use crate::accuracy::{Level, is_told_by_radiance};
+use crate::accuracy::{Level, keeps_to};
 use crate::optics::fate::Fate;
 use crate::raster::Raster;
 use crate::system::Side;
@@ -90,14 +90,9 @@ impl AccuracyReport {
         self.map_px + self.bend_px
     }
 
-    /// Whether the noise that was asked for is kept, where one was, and told.
-    pub fn keeps_to_noise(&self) -> bool {
-        self.noise_target.is_none_or(|target| self.noise.is_some_and(|noise| noise <= target))
-    }
-
     /// Whether what was asked for is kept, where something was, and told by what the picture holds.
     pub fn keeps_to_target(&self) -> bool {
-        self.target_px.is_none_or(|target_px| is_told_by_radiance(target_px) && self.achieved_px() <= target_px)
+        self.target_px.is_none_or(|target_px| keeps_to(target_px, self.achieved_px()))
     }
 }
 

@@ -12,6 +12,7 @@ use crate::io::png::SamplePacking;
 use crate::progress::Observer;
 use crate::render::{Film, Outputs, Strip, render_wanted};
 use crate::report::dataset::{LookCounts, PoseLine, SetFiles};
+use crate::report::design;
 use crate::report::picture::{PictureFile, write_strips};
 use crate::scene;
 use crate::vision::half::Half;
@@ -87,7 +88,7 @@ impl Workshop<'_> {
         // Take the picture.
         let pose = self.set.pose(number)?;
         let film = render_wanted(&pose.system, Outputs { truth: self.files.truth }, &());
-        let kept = film.account.keeps_to_target() && film.account.keeps_to_noise();
+        let kept = design::accuracy(&film.account, &film.counts).unmet().is_empty();
 
         // Find corners in it.
         let detected = match self.files.detected(number) {

@@ -70,13 +70,11 @@ pub fn unmet(figures: &Value) -> Vec<String> {
             serde_json::from_value::<AccuracyEntry>(figures.clone()).map_or(Vec::new(), |account| account.unmet())
         }
         Value::Object(map) => {
-            let named = |(key, value): (&String, &Value)| {
-                unmet(value)
-                    .into_iter()
-                    .map(|words| if key == "accuracy" { words } else { format!("{key}: {words}") })
-                    .collect()
+            let of_key = |(key, value): (&String, &Value)| {
+                let named = |words| if key == "accuracy" { words } else { format!("{key}: {words}") };
+                unmet(value).into_iter().map(named).collect::<Vec<_>>()
             };
-            map.iter().flat_map(named as fn((&String, &Value)) -> Vec<String>).collect()
+            map.iter().flat_map(of_key).collect()
         }
         _ => Vec::new(),
     }

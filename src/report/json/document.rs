@@ -5,7 +5,7 @@ use super::budget::ErrorBudget;
 use super::cameras::{Cameras, Geometry};
 use super::figure::Figure;
 use super::fit::SurfaceFits;
-use crate::accuracy::is_told_by_radiance;
+use crate::accuracy::keeps_to;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -113,8 +113,7 @@ pub struct AccuracyEntry {
 impl AccuracyEntry {
     /// What was asked for and is not kept, a sentence each.
     pub fn unmet(&self) -> Vec<String> {
-        let keeps = |target_px: f64| is_told_by_radiance(target_px) && self.achieved_px <= target_px;
-        let missed = self.target_px.filter(|target_px| !keeps(*target_px));
+        let missed = self.target_px.filter(|target_px| !keeps_to(*target_px, self.achieved_px));
         let geometry = missed.map(|target_px| format!("not kept to {target_px:.0e} px, as was asked for"));
         let loud = self.noise_target.filter(|target| self.noise.is_none_or(|noise| noise > *target));
         let noise = loud.map(|target| {
