@@ -57,7 +57,8 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
         EffectId::Ghosts => gain.lamp_anywhere,
         _ => gain.lamp,
     };
-    let light = RadianceRange::of(&without).times(lamp);
+    let unlit = RadianceRange::of(&without);
+    let light = unlit.times(lamp);
 
     // Bound it alone, and among the effects that let rays stray.
     let stray = effects.acting().any(strays);
@@ -74,8 +75,7 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
             let share = if row.id == EffectId::Cos4 { (found.grey / light.brightest).min(1.0) } else { 1.0 };
             // What they stand on goes after them only.
             let ghosts = effects.ghosts.filter(|ghosts| row.id != EffectId::Fresnel && !ghosts.is_nothing());
-            let anywhere = RadianceRange::of(&without).times(gain.lamp_anywhere);
-            let brought = ghosts.and_then(|_| added(ideal, effects, anywhere));
+            let brought = ghosts.and_then(|_| added(ideal, effects, unlit.times(gain.lamp_anywhere)));
             let Bound { grey, px } = brought.unwrap_or(Bound { grey: 0.0, px: 0.0 });
             Some(found.and(Bound { grey: share * grey, px: share * px }))
         }
