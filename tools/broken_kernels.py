@@ -236,7 +236,7 @@ ROWS = [
         "noise * surely_below(self.sets) <= target", "noise <= target",
         ("suite::effects_told::a_standard_error_is_what_pictures_stray_by",)),
     Row("src/system/bounds.rs",
-        "let light = unlit.times(lamp);", "let light = unlit;",
+        "let light = RadianceRange::of(&without).times(lamp);", "let light = RadianceRange::of(&without);",
         ("suite::effects_told::bounds_hold_among_other_effects",)),
     Row("src/system/bounds.rs",
         "{ ghosts.behind } else { light.brightest }", "{ ghosts.behind / light.brightest } else { light.brightest }",

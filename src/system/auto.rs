@@ -1,6 +1,6 @@
 //! Automatic choice of effects: what each changes at most, against the threshold below which the scene leaves them out.
 
-use super::bounds::bound;
+use super::bounds::{bound, ghosts_light};
 use super::instrument::System;
 use super::output_gain::OutputGain;
 use super::radiance_range::Bound;
@@ -30,7 +30,9 @@ pub fn verdicts(ideal: &System, scene: &Scene) -> Vec<Verdict> {
     let effects = &scene.effects;
     let gain = OutputGain::of(ideal, scene);
     // What an effect changes of objects is not bounded.
-    let bound_of = |row| if scene.objects.is_empty() { bound(ideal, scene, &gain, row) } else { None };
+    let bounded = scene.objects.is_empty();
+    let ghosts = if bounded { ghosts_light(ideal, effects, &gain) } else { None };
+    let bound_of = |row| if bounded { bound(ideal, scene, &gain, ghosts, row) } else { None };
     let verdict = |row: &'static EffectRow| {
         let why = match (effects.auto, row.bounding) {
             (None, _) => "the scene asks for it",

@@ -41,8 +41,15 @@ const CHAMFERS: usize = 64;
 const FINE_GRID: [usize; 2] = [129, 65];
 
 /// What an effect of `scene`, whose instrument without effects is `ideal` and whose changes grow by `gain`, changes at most,
-/// at the output and whatever other effects of the scene are simulated; `None` where that is not known.
-pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &EffectRow) -> Option<Bound> {
+/// at the output and whatever other effects of the scene are simulated; `None` where that is not known. `ghosts` is
+/// [`ghosts_light`].
+pub(super) fn bound(
+    ideal: &System,
+    scene: &Scene,
+    gain: &OutputGain,
+    ghosts: Option<Bound>,
+    row: &EffectRow,
+) -> Option<Bound> {
     let effects = &scene.effects;
     // Another camera is another picture: what it sees is what the others change.
     let stands_on =
@@ -53,13 +60,8 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
     let with = of(&|other| other.id == row.id || stands_on(other));
 
     // Light that a lamp makes brighter than the scene's radiances makes every change of it larger.
-    let lamp = match row.id {
-        EffectId::Lamp => 1.0,
-        EffectId::Ghosts => gain.lamp_anywhere,
-        _ => gain.lamp,
-    };
-    let unlit = RadianceRange::of(&without);
-    let light = unlit.times(lamp);
+    let lamp = if row.id == EffectId::Lamp { 1.0 } else { gain.lamp };
+    let light = RadianceRange::of(&without).times(lamp);
 
     // Bound it alone, and among the effects that let rays stray.
     let stray = effects.acting().any(strays);
@@ -83,17 +85,13 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
         }
         Bounding::Borders => borders(&without, ideal, scene, light),
         Bounding::Spread => spread(effects, light),
-        Bounding::Added => added(ideal, effects, light),
+        Bounding::Added => ghosts,
         Bounding::Never(_) => None,
     };
 
     // Add what it changes of the ghosts, but for what they stand on, which goes after them only.
     let found = found.map(|found| {
-        let ghosts = effects.ghosts.filter(|ghosts| !ghosts.is_nothing());
-        let brought = match row.id {
-            EffectId::Ghosts | EffectId::Fresnel => None,
-            _ => ghosts.and_then(|_| added(ideal, effects, unlit.times(gain.lamp_anywhere))),
-        };
+        let brought = ghosts.filter(|_| !matches!(row.id, EffectId::Ghosts | EffectId::Fresnel));
         // Rays that stray, or are stopped, may take another route in the glass, and meet other factors where ghosts lie; a
         // factor of the place in the picture, or what is collected there, is the same for them.
         let share = match row.id {
@@ -197,12 +195,16 @@ fn lamp_bound(ideal: &System, scene: &Scene, row: &EffectRow, light: RadianceRan
     Bound { grey: light.brightest * (most - 1.0).max(1.0 - least), px: 0.0 }
 }
 
-/// Ghosts: their light at each place of the grid, as if all that leaves the glass towards the board came from the brightest
-/// thing of `light`, and what leaves it towards the camera from what lies behind that, which no lamp lights; of the prism as
+/// The light of ghosts at each place of the grid, as if all that leaves the glass towards the board came from the brightest
+/// thing there, and what leaves it towards the camera from what lies behind that, which no lamp lights; of the prism as
 /// it is designed and as it is made, with its coating and without. What is seen only between two places of the grid, 1 / 128
-/// of the picture's width apart, may be missed.
-fn added(ideal: &System, effects: &Effects, light: RadianceRange) -> Option<Bound> {
+/// of the picture's width apart, may be missed. `None` where the scene has no ghosts.
+pub(super) fn ghosts_light(ideal: &System, effects: &Effects, gain: &OutputGain) -> Option<Bound> {
     let ghosts = effects.ghosts?;
+    if ghosts.is_nothing() {
+        return Some(Bound { grey: 0.0, px: 0.0 });
+    }
+    let light = RadianceRange::of(ideal).times(gain.lamp_anywhere);
     let polarised = effects.fresnel?.light;
 
     // The most light that ghosts add, coated or not, made or designed.
