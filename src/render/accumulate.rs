@@ -2,7 +2,7 @@
 //! instrument without.
 
 use super::band::Band;
-use super::bands::{picture, render_band};
+use super::bands::{picture, render_band, render_half};
 use super::film::{AccuracyReport, Counts, Film, Outputs};
 use super::ghosts;
 use super::ground_truth::ground_truth;
@@ -208,19 +208,42 @@ impl<'a> Sums<'a> {
         bands.map(|(k, grey)| Self { first_row: k * BAND_ROWS, width, grey, colour: colours.next() }).collect()
     }
 
-    /// Adds the radiances of a variant by its weights.
-    fn add(&mut self, variant: &Variant, values: &[f32]) {
-        self.grey.iter_mut().zip(values).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));
-        if let (Some(colour), Some(shares)) = (&mut self.colour, variant.colour) {
-            colour.iter_mut().zip(values).for_each(|(sums, value)| {
-                sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * f64::from(*value));
-            });
+    /// Adds the radiances of a variant by its weights, in the columns from `first` on.
+    fn add(&mut self, variant: &Variant, values: &[f32], first: usize) {
+        let values = || values.chunks(self.width).map(|row| &row[first..]);
+        for (sums, values) in self.grey.chunks_mut(self.width).zip(values()) {
+            sums[first..].iter_mut().zip(values).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));
         }
+        if let (Some(colour), Some(shares)) = (&mut self.colour, variant.colour) {
+            for (sums, values) in colour.chunks_mut(self.width).zip(values()) {
+                sums[first..].iter_mut().zip(values).for_each(|(sums, value)| {
+                    sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * f64::from(*value));
+                });
+            }
+        }
+    }
+
+    /// Makes the left half the mirror image of the right one.
+    fn mirror(&mut self) {
+        mirror_rows(self.grey, self.width);
+        if let Some(colour) = &mut self.colour {
+            mirror_rows(colour, self.width);
+        }
+    }
+}
+
+/// Makes the left half of each row the mirror image of its right one.
+fn mirror_rows<T: Copy>(rows: &mut [T], width: usize) {
+    for row in rows.chunks_mut(width) {
+        let (left, right) = row.split_at_mut(width / 2);
+        left.iter_mut().zip(right.iter().rev()).for_each(|(to, from)| *to = *from);
     }
 }
 
 /// Adds the pictures of these plans, which are those of `variants`, to the bands.
 fn band_by_band(plans: &[Plan], variants: &[Variant], bands: &mut [Sums], observer: &dyn Observer) -> Vec<Done> {
+    // Of pictures that are all their own mirror images one half is made and added.
+    let mirrored = plans.iter().all(|plan| plan.mirrored);
     let of_band = |sums: &mut Sums| -> Vec<Work> {
         let mut radiance = vec![0.0; sums.grey.len()];
         let mut of_plan = |(plan, variant): (&Plan, &Variant)| {
@@ -228,12 +251,16 @@ fn band_by_band(plans: &[Plan], variants: &[Variant], bands: &mut [Sums], observ
             let mut band = Band { width, first_column: 0, first_row, radiance: &mut radiance, truth: None };
             // As in a single picture: one that ends the work does so before a band.
             observer.pixels(0);
-            let work = render_band(plan, &mut band);
-            sums.add(variant, &radiance);
+            let work = if mirrored { render_half(plan, &mut band) } else { render_band(plan, &mut band) };
+            sums.add(variant, &radiance, if mirrored { width / 2 } else { 0 });
             observer.pixels(radiance.len());
             work
         };
-        plans.iter().zip(variants).map(&mut of_plan).collect()
+        let done = plans.iter().zip(variants).map(&mut of_plan).collect();
+        if mirrored {
+            sums.mirror();
+        }
+        done
     };
     let done: Vec<Vec<Work>> = bands.par_iter_mut().with_max_len(1).map(of_band).collect();
 
@@ -251,7 +278,7 @@ fn with_its_ghosts(plan: &Plan, variant: &Variant, bands: &mut [Sums], observer:
     let mut film = picture(plan, Outputs { truth: false }, observer);
     ghosts::add(plan.system(), &mut film);
     let rows = film.radiance.data().par_chunks(film.radiance.width() * BAND_ROWS);
-    bands.par_iter_mut().zip(rows).for_each(|(sums, values)| sums.add(variant, values));
+    bands.par_iter_mut().zip(rows).for_each(|(sums, values)| sums.add(variant, values, 0));
     (film.counts, film.account)
 }
 

@@ -46,7 +46,7 @@ pub mod supersample;
 
 pub use bands::picture;
 pub use diffraction::frame_px;
-pub use driver::{render, render_wanted};
+pub use driver::{render, render_classed, render_wanted};
 pub(crate) use film::is_zero;
 pub use film::{AccuracyReport, Class, Counts, Film, Outputs, Strip};
 pub use plan::Plan;
