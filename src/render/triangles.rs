@@ -11,12 +11,11 @@ use super::pixel_mean::{Taylor2, mean_of_points};
 use super::plan::Plan;
 use super::truncation_error::in_px;
 use super::work::Work;
-use crate::geom::Ray;
 use crate::prism::triangles::TrianglePair;
 use crate::surface::face::Face;
-use crate::system::Side;
+use crate::system::{NineRays, Side};
 use crate::texture::Convex;
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DMat2, DVec2};
 
 /// Triangles of a surface in a part of a pixel at most: of more, its quarters see fewer.
 const MOST_TRIANGLES: usize = 32;
@@ -153,20 +152,15 @@ struct FrontView {
     /// How far within its sides, and right of the ridge or left of it, as linear functions of the place about the pixel's centre.
     sides: [Linear; 4],
     /// The rays in the glass behind it.
-    inside: [Ray; 9],
+    inside: NineRays,
 }
 
 impl FrontView {
     /// By nine rays; `None` where one of them does not pass it, or something is not straight enough.
     fn new(plan: &Plan, px: DVec2, (side, triangle): (Side, u32), area: [DVec2; 2], work: &mut Work) -> Option<Self> {
         work.counts.rays += 9;
-        let mut inside = [Ray { origin: DVec3::ZERO, direction: DVec3::Z }; 9];
-        let mut within = [[0.0; 9]; 4];
-        for (k, place) in places(area).into_iter().enumerate() {
-            let behind = plan.system.behind_front(px + place, side, triangle)?;
-            inside[k] = behind.ray;
-            within.iter_mut().zip(behind.within).for_each(|(to, value)| to[k] = value);
-        }
+        let places = places(area).map(|place| px + place);
+        let (inside, within) = plan.system.nine_behind_front(&places, side, triangle)?;
         Some(Self { side, sides: Linear::sides(&within, area, stray_px(plan))?, inside })
     }
 }
@@ -192,13 +186,8 @@ impl View {
     fn new(plan: &Plan, front: &FrontView, back: u32, area: [DVec2; 2], work: &mut Work) -> Option<Self> {
         // Trace them, row by row.
         work.counts.rays += 9;
-        let mut seen = [DVec2::ZERO; 9];
-        let mut within = [[0.0; 9]; 4];
-        for (k, inside) in front.inside.iter().enumerate() {
-            let (seen_mm, values) = plan.system.seen_behind_back(inside, front.side, back)?;
-            seen[k] = seen_mm * plan.pattern.squares_per_mm();
-            within.iter_mut().zip(values).for_each(|(to, value)| to[k] = value);
-        }
+        let (seen_mm, within) = plan.system.nine_behind_back(&front.inside, front.side, back)?;
+        let seen = seen_mm.map(|mm| mm * plan.pattern.squares_per_mm());
         let sides = Linear::sides(&within, area, stray_px(plan))?;
 
         // Take the map by differences, and compare its expansion with the corners.

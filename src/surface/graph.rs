@@ -23,6 +23,8 @@ pub(super) struct Graph {
     steepest: f64,
     /// The middle of their heights, in mm.
     level_mm: f64,
+    /// Half of what they span.
+    half_height_mm: f64,
 }
 
 /// Distance, the triangle, and the weights of its corners.
@@ -34,6 +36,8 @@ const STEEPER: f64 = 1.01;
 const ROUNDING_RAD: f64 = 1e-6;
 /// Steps of Newton's method, after which a ray takes the hierarchy.
 const MOST_STEPS: usize = 6;
+/// The triangles of the first cell are asked where the mesh is met within so many cells of it.
+const MOST_SPREAD: f64 = 0.5;
 /// A triangle belongs to the cells within this share of a cell around it.
 const RIM: f64 = 1e-6;
 
@@ -77,6 +81,7 @@ impl Graph {
             ids: Vec::new(),
             steepest,
             level_mm: 0.5 * (low.z + high.z),
+            half_height_mm: 0.5 * (high.z - low.z),
         };
         grid.fill(points, triangles);
         Some(grid)
@@ -141,8 +146,23 @@ impl Graph {
             self.of_cell(cell).iter().filter_map(|&id| within(id as usize).map(|(t, weights)| (t, id as usize, weights)))
         };
 
-        // The first plane leads near, and none of its cell's triangles is asked.
-        let mut cell = cell_at((self.level_mm - ray.origin.z) / ray.direction.z);
+        // On an edge the nearest of those that have it is taken, of those at one distance the first.
+        let nearest_of = |met: Met| {
+            if met.2.iter().all(|weight| *weight != 0.0) {
+                return Some(met);
+            }
+            met_in(cell_at(met.0)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+        };
+
+        // The first plane leads near; of its cell's triangles none is asked unless all heights are met in it or beside it.
+        let inverse = 1.0 / ray.direction.z;
+        let mut cell = cell_at((self.level_mm - ray.origin.z) * inverse);
+        let spread = (along * (inverse * self.half_height_mm) * self.cells_per_mm).abs().max_element();
+        if spread < MOST_SPREAD
+            && let Some(met) = met_in(cell).next()
+        {
+            return nearest_of(met);
+        }
         for step in 0..MOST_STEPS {
             let (point, normal) = plane(*self.of_cell(cell).first()? as usize);
             let next = cell_at((point - ray.origin).dot(normal) / ray.direction.dot(normal));
@@ -151,11 +171,7 @@ impl Graph {
             }
             cell = next;
             if let Some(met) = met_in(cell).next() {
-                // On an edge the nearest of those that have it is taken, of those at one distance the first.
-                return match met.2.iter().all(|weight| *weight != 0.0) {
-                    true => Some(met),
-                    false => met_in(cell_at(met.0)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))),
-                };
+                return nearest_of(met);
             }
         }
         None

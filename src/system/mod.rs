@@ -14,6 +14,7 @@ pub mod camera;
 pub mod clip;
 mod throughput;
 mod facets;
+mod nine_rays;
 pub mod tessellated;
 pub mod solid;
 pub mod crossing;
@@ -34,6 +35,7 @@ pub use build::{
 pub use design_store::DesignStore;
 pub use doubts::doubts;
 pub(crate) use facets::Way;
+pub(crate) use nine_rays::NineRays;
 pub use instrument::{BoardHit, Footprint, System};
 pub use light::require_light;
 
