@@ -143,7 +143,9 @@ impl Graph {
             self.row(place.y) * self.columns + self.column(place.x)
         };
         let met_in = |cell: usize| {
-            self.of_cell(cell).iter().filter_map(|&id| within(id as usize).map(|(t, weights)| (t, id as usize, weights)))
+            self.of_cell(cell)
+                .iter()
+                .filter_map(|&id| within(id as usize).map(|(t, weights)| (t, id as usize, weights)))
         };
 
         // On an edge the nearest of those that have it is taken, of those at one distance the first.

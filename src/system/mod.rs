@@ -35,9 +35,9 @@ pub use build::{
 pub use design_store::DesignStore;
 pub use doubts::doubts;
 pub(crate) use facets::Way;
-pub(crate) use nine_rays::NineRays;
 pub use instrument::{BoardHit, Footprint, System};
 pub use light::require_light;
+pub(crate) use nine_rays::NineRays;
 
 pub use crate::prism::biprism::Prism;
 pub use crate::prism::side::Side;

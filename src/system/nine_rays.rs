@@ -126,3 +126,53 @@ impl Kernel for BehindBack<'_> {
         (met & x.abs().lt(endless) & y.abs().lt(endless)).all().then_some(([x, y], behind.within))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prism::triangles::TrianglePair;
+    use crate::scene::PrismSpec;
+    use crate::surface::mesh::Normals;
+
+    /// Packets have the bits of single rays, through one pair of triangles and through those around it, which they miss.
+    #[test]
+    fn nine_rays_are_nine_single_ones() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cases/prism_mesh.toml");
+        let scene = crate::scene::load(path.as_ref()).unwrap();
+        for normals in [Normals::Flat, Normals::Smooth] {
+            let mut scene = scene.clone();
+            let PrismSpec::Mesh(prism) = &mut scene.prism else { panic!("{:?}", scene.prism) };
+            prism.normals = normals;
+            // Normals that differ from corner to corner.
+            for (k, normal) in prism.front.point_normals.iter_mut().enumerate() {
+                *normal = (*normal + 0.01 * DVec3::new(libm::sin(k as f64), libm::cos(k as f64), 0.0)).normalize();
+            }
+            let system = crate::system::build(&scene).unwrap();
+            let mut packets = 0;
+            for k in 0..200 {
+                let at =
+                    DVec2::new((f64::from(k) * 0.754_877).fract() * 320.0, (f64::from(k) * 0.569_84).fract() * 180.0);
+                let Some(pair) = system.triangles_at(at) else { continue };
+                let px = std::array::from_fn(|k| at + 3.0 * DVec2::new((k % 3) as f64 - 1.0, (k / 3) as f64 - 1.0));
+                packets += usize::from(is_as_single(&system, &px, pair));
+            }
+            assert!(packets > 150, "{packets}");
+        }
+    }
+
+    /// Whether there are such rays; panics where they are not those of the scalar code.
+    fn is_as_single(system: &System, px: &[DVec2; NINE], pair: TrianglePair) -> bool {
+        let TrianglePair { side, triangles: [front, back] } = pair;
+        let Some((inside, within)) = system.nine_behind_front(px, side, front) else { return false };
+        let Some((seen_mm, behind)) = system.nine_behind_back(&inside, side, back) else { return false };
+        let by_packet = widest(BehindFront { system, px, side, triangle: front }).is_some();
+        for k in 0..NINE {
+            let single = system.behind_front(px[k], side, front).unwrap();
+            let own = if k < LANES { lane(&inside.packet, k) } else { inside.last };
+            assert_eq!((own, within.map(|of| of[k])), (single.ray, single.within));
+            let seen = system.seen_behind_back(&single.ray, side, back).unwrap();
+            assert_eq!((seen_mm[k], behind.map(|of| of[k])), seen);
+        }
+        by_packet
+    }
+}

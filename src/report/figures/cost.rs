@@ -117,8 +117,8 @@ pub fn effects(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
         }
     };
     let series = [
-        ("thin lens, points of its pupil", "thin_lens"),
-        ("telecentric lens, points of its pupil", "telecentric"),
+        ("thin lens, pupil points", "thin_lens"),
+        ("telecentric lens, pupil points", "telecentric"),
         ("prism of triangles, level", "mesh"),
     ];
     chart::draw(&ChartInput {

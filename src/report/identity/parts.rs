@@ -349,6 +349,22 @@ mod tests {
         assert_eq!(likeness(&scene, &system, &Value::Null), Likeness::Unknown);
     }
 
+    /// Nothing is known of a prism of triangles that was told by its numbers, which is not another prism.
+    #[test]
+    fn triangles_have_a_form_of_their_own() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cases/prism_mesh.toml");
+        let scene = scene::load(path.as_ref()).unwrap();
+        let system = system::build(&scene).unwrap();
+        let mut said = Value::from(parts(&scene, &system));
+        assert_eq!((&said[FORM_KEY], likeness(&scene, &system, &said)), (&FORM_OF_MESHES.into(), Likeness::Same));
+        said["prism"] = "0123456789abcdef".into();
+        assert_eq!(likeness(&scene, &system, &said), Likeness::Others(vec!["prism".to_owned()]));
+        said[FORM_KEY] = FORM.into();
+        assert_eq!(likeness(&scene, &system, &said), Likeness::Unknown);
+        said["camera"] = "0123456789abcdef".into();
+        assert_eq!(likeness(&scene, &system, &said), Likeness::Others(vec!["camera".to_owned()]));
+    }
+
     #[test]
     fn each_part_stands_for_itself() {
         let own = sums(SCENE);
