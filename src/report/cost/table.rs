@@ -119,7 +119,7 @@ fn meshes(text: &mut String, study: &CostStudy) {
             m.lost
         );
     }
-    text.push_str("one ray a pixel, from a sample of the right half; the hierarchy is built once\n");
+    text.push_str("one ray a pixel, from a sample of the right half; what orders the triangles is built once\n");
 }
 
 fn designs(text: &mut String, study: &CostStudy) {
