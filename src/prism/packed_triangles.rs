@@ -5,7 +5,7 @@ use super::biprism::Prism;
 use super::lanes::{Rays, Vectors};
 use super::packet::{Hits, pass};
 use super::side::{PrismFace, Side};
-use crate::num::simd::{Lanes, Mask};
+use crate::num::simd::{LANES, Lanes, Mask};
 use crate::surface::face::Face;
 use crate::surface::mesh::{Normals, Triangles};
 use crate::surface::shape::Surface;
@@ -19,7 +19,60 @@ pub struct PacketBehindTriangle {
     pub within: [Lanes; 4],
 }
 
+/// A packet of rays behind the glass, all through one side.
+#[derive(Debug, Clone, Copy)]
+pub struct PacketThroughTriangles {
+    /// The rays, in the world.
+    pub rays: Rays,
+    /// The side.
+    pub side: Side,
+    /// The triangles of the front and of the back that they passed.
+    pub triangles: [[u32; LANES]; 2],
+}
+
 impl Prism {
+    /// Rays of the world through a prism of meshes whose every ray meets each once, by triangles of front and back that may be known to
+    /// be near theirs; `None` where the scalar code has to tell, as it has of rays of both sides and of those on a side of a triangle.
+    #[inline(always)]
+    pub fn packet_through_triangles(&self, rays: &Rays, close: Option<[u32; 2]>) -> Option<PacketThroughTriangles> {
+        if self.is_solid() || !self.is_ideal() {
+            return None;
+        }
+        let own = match &self.poses {
+            None => *rays,
+            Some([_, prism_from_world]) => rays.moved(prism_from_world),
+        };
+        let (x, dx, zero) = (own.origin.x, own.direction.x, Lanes::splat(0.0));
+        let side = if (zero.le(x) & zero.le(dx)).all() {
+            Side::Right
+        } else if (x.le(zero) & dx.lt(zero)).all() {
+            Side::Left
+        } else {
+            return None;
+        };
+        let (inside, on_front) = self.packet_met(&own, PrismFace { side, face: Face::Front }, close.map(|of| of[0]))?;
+        let (out, on_back) = self.packet_met(&inside, PrismFace { side, face: Face::Back }, close.map(|of| of[1]))?;
+        let rays = match &self.poses {
+            None => out,
+            Some([world_from_prism, _]) => out.moved(world_from_prism),
+        };
+        Some(PacketThroughTriangles { rays, side, triangles: [on_front, on_back] })
+    }
+
+    /// The rays behind a mesh, and the triangles that they met.
+    #[inline(always)]
+    fn packet_met(&self, rays: &Rays, at: PrismFace, close: Option<u32>) -> Option<(Rays, [u32; LANES])> {
+        let [n_outer, n_glass] = self.indices();
+        let eta = if at.face == Face::Front { n_outer / n_glass } else { n_glass / n_outer };
+        let Surface::Mesh { mesh, mirrored } = self.surface(at.side, at.face) else { return None };
+        let turned = |v: Vectors| [v.x.negated_where(Mask::splat(*mirrored)), v.y, v.z];
+        let met = mesh.meet_all(turned(rays.origin), turned(rays.direction), close).filter(|_| eta != 1.0)?;
+        let [x, y, z] = mesh.normals_at(&met);
+        let normal = Vectors { x: x.negated_where(Mask::splat(*mirrored)), y, z };
+        let (behind, clear) = pass(rays, &Hits { t_mm: met.t_mm, normal, met: Mask::splat(true) }, eta);
+        clear.all().then_some((behind, met.triangles))
+    }
+
     /// The rays of the world in the glass behind a triangle of the front; `None` where the front is no mesh or has no such triangle, and
     /// where a ray does not meet its plane or needs the care of the scalar code.
     #[inline(always)]

@@ -3,6 +3,7 @@
 
 use super::band::Band;
 use super::bands::{picture, render_band, render_half};
+use super::fill::Fill;
 use super::film::{AccuracyReport, Counts, Film, Outputs};
 use super::ghosts;
 use super::ground_truth::ground_truth;
@@ -25,7 +26,12 @@ const PLANS: usize = 16;
 pub(super) fn light(system: &System, wanted: Outputs, observer: &dyn Observer) -> Film {
     let effects = system.effects();
     if effects.averages() {
-        mean(system, &|set| effects.variants(set), wanted, observer)
+        let fill = Fill::of(system);
+        let set = |set: usize| match &fill {
+            Some(fill) => effects.variants(set).with_pupils(|pupil| fill.drawn_in(pupil)),
+            None => effects.variants(set),
+        };
+        mean(system, &VariantSets { set: &set, fill: fill.as_ref() }, wanted, observer)
     } else {
         picture(&Plan::new(system), wanted, observer)
     }
@@ -45,14 +51,17 @@ struct RunningMean {
     colour: Option<Raster<[f64; 3]>>,
 }
 
-/// The mean over sets of variants of `system`, of which `set` makes the k-th, each a weighted sum of pictures; what is
-/// wanted besides the radiance is that of `system` itself. `observer` hears of each pixel once for all passes.
-pub(super) fn mean<'a>(
-    system: &System,
-    set: &dyn Fn(usize) -> Variants<'a>,
-    wanted: Outputs,
-    observer: &dyn Observer,
-) -> Film {
+/// Sets of variants of an instrument.
+pub(super) struct VariantSets<'a> {
+    /// Makes the k-th.
+    pub(super) set: &'a dyn Fn(usize) -> Variants<'a>,
+    /// What the points of the pupil stand for, where it is more than they.
+    pub(super) fill: Option<&'a Fill>,
+}
+
+/// The mean over sets of variants of `system`, each a weighted sum of pictures; what is wanted besides the radiance is that of
+/// `system` itself. `observer` hears of each pixel once for all passes.
+pub(super) fn mean(system: &System, sets: &VariantSets, wanted: Outputs, observer: &dyn Observer) -> Film {
     let most_sets = system.effects().sets();
     let [width, height] = system.camera().size_px();
 
@@ -63,14 +72,16 @@ pub(super) fn mean<'a>(
     // Add sets, each a weighted sum of pictures, until all are done or the noise is within its target.
     let mut work = Work::default();
     let mut account = own.account(0.0);
-    let first = set(0);
+    let first = (sets.set)(0);
     let pixels = width * height;
     let all = most_sets.saturating_mul(first.len()).saturating_mul(pixels);
     let scaled = Scaled::new(observer, pixels, all);
     let mut mean = MeanOfSets::new(most_sets, [width, height]);
     while mean.sets < most_sets {
-        let variants = if mean.sets == 0 { first.clone() } else { set(mean.sets) };
-        mean.add(sum(system, &variants, &mut work, &mut account, &scaled));
+        let variants = if mean.sets == 0 { first.clone() } else { (sets.set)(mean.sets) };
+        let mut one = sum(system, &variants, &mut work, &mut account, &scaled);
+        one.complete(system, sets.fill);
+        mean.add(one);
         account.passes = mean.sets * variants.len();
         if system.effects().quadrature.noise.is_some_and(|target| mean.reaches(target)) {
             break;
@@ -177,13 +188,6 @@ fn sum(
         }
     }
 
-    // Points of a set are not their own mirror images; of a symmetric scene, take those that are for as many again.
-    if system.receives_mirror_images() {
-        make_symmetric(&mut grey, |a, b| 0.5 * (a + b));
-        if let Some(colour) = &mut colour {
-            make_symmetric(colour, |a, b| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c])));
-        }
-    }
     RunningMean { grey, colour }
 }
 
@@ -294,6 +298,29 @@ pub(super) fn make_symmetric<T: Copy + Send>(picture: &mut Raster<T>, mean: impl
 }
 
 impl RunningMean {
+    /// Adds what the points of one set leave out.
+    fn complete(&mut self, system: &System, fill: Option<&Fill>) {
+        // Spread each by the part of the pupil that it stands for.
+        if let Some(fill) = fill {
+            fill.spread(&mut self.grey);
+            if let Some(colour) = &mut self.colour {
+                for channel in 0..3 {
+                    let mut plane = colour.map(|rgb| rgb[channel]);
+                    fill.spread(&mut plane);
+                    colour.data_mut().iter_mut().zip(plane.data()).for_each(|(rgb, value)| rgb[channel] = *value);
+                }
+            }
+        }
+
+        // Points of a set are not their own mirror images; of a symmetric scene, take those that are for as many again.
+        if system.receives_mirror_images() {
+            make_symmetric(&mut self.grey, |a, b| 0.5 * (a + b));
+            if let Some(colour) = &mut self.colour {
+                make_symmetric(colour, |a, b| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c])));
+            }
+        }
+    }
+
     /// Makes this mean of `sets` - 1 sets one of `sets`, and `squares` the sums of squared deviations from it.
     fn add(&mut self, one: &Self, squares: &mut Raster<f64>, sets: usize) {
         let share = 1.0 / sets as f64;

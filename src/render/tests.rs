@@ -267,6 +267,7 @@ fn any_number_of_threads_makes_the_same_picture() {
 #[test]
 fn colours_are_the_passes_by_their_shares() {
     use crate::effect::{Effects, Lens, ThinLens, Variant, Variants, thin_lens::Aperture};
+    use crate::render::accumulate::VariantSets;
     use glam::DVec2;
     // Aside, so that the picture is not made its own mirror image.
     let scene = scene(66, 38, "kind = \"none\"", &format!("{BOARD}\nposition_mm = [1.0, 0.0, 1000.0]"));
@@ -283,7 +284,7 @@ fn colours_are_the_passes_by_their_shares() {
     let variants = [variant(-3.0, 0.25, [1.0, 0.0, 0.5]), variant(3.0, 0.75, [0.0, 1.0, 0.5])];
     let summed = crate::render::accumulate::mean(
         &system,
-        &|_| Variants::new(variants.to_vec(), None),
+        &VariantSets { set: &|_| Variants::new(variants.to_vec(), None), fill: None },
         Outputs { truth: false },
         &(),
     );

@@ -35,31 +35,36 @@ const MOST_HALVINGS: u32 = 12;
 /// The most corners of a polygon whose mean is known.
 const MOST_CORNERS: usize = 8;
 
-/// The light of the pixel at `px`, all of which sees the board; `None` where triangles do not tell it.
-pub(super) fn pixel(plan: &Plan, px: DVec2, work: &mut Work) -> Option<f64> {
+/// The light of the pixel at `px`, all of which sees the board, given the triangles that its centre sees; `None` where triangles do not
+/// tell it.
+pub(super) fn pixel(plan: &Plan, px: DVec2, middle: TrianglePair, work: &mut Work) -> Option<f64> {
     if !plan.by_triangles || plan.steep {
         return None;
     }
-    let light = part(plan, px, [DVec2::ZERO, DVec2::splat(0.5 * plan.active)], work)?;
+    let whole = [DVec2::ZERO, DVec2::splat(0.5 * plan.active)];
+    let light = pieces(plan, px, whole, middle, work).or_else(|| quarters(plan, px, whole, work))?;
     Some(light / (plan.active * plan.active))
 }
 
-/// The light of a square part of the pixel, given by its centre (about `px`) and half its size, times its area.
-fn part(plan: &Plan, px: DVec2, [centre, half]: [DVec2; 2], work: &mut Work) -> Option<f64> {
-    let whole = pieces(plan, px, [centre, half], work);
-    if whole.is_some() || 2.0 * half.x <= SMALLEST_PX {
-        return whole;
+/// The light of a square part of the pixel by its quarters, given by its centre (about `px`) and half its size, times its area.
+fn quarters(plan: &Plan, px: DVec2, [centre, half]: [DVec2; 2], work: &mut Work) -> Option<f64> {
+    if 2.0 * half.x <= SMALLEST_PX {
+        return None;
     }
-    let quarter = |at: DVec2, work: &mut Work| part(plan, px, [centre + at * half, 0.5 * half], work);
+    let quarter = |at: DVec2, work: &mut Work| {
+        let area = [centre + at * half, 0.5 * half];
+        work.counts.rays += 1;
+        let middle = plan.system.triangles_at(px + area[0]);
+        middle.and_then(|middle| pieces(plan, px, area, middle, work)).or_else(|| quarters(plan, px, area, work))
+    };
     square(0.5).into_iter().map(|at| quarter(at, work)).sum()
 }
 
-/// The same by the pieces of all pairs of triangles.
-fn pieces(plan: &Plan, px: DVec2, area: [DVec2; 2], work: &mut Work) -> Option<f64> {
+/// The same by the pieces of all pairs of triangles, given the pair that its centre sees.
+fn pieces(plan: &Plan, px: DVec2, area: [DVec2; 2], seen: TrianglePair, work: &mut Work) -> Option<f64> {
     let [centre, half] = area;
     let outline = Convex::new(&square(1.0).map(|corner| centre + corner * half));
-    work.counts.rays += 1;
-    let mut fronts = vec![plan.system.triangles_at(px + centre)?];
+    let mut fronts = vec![seen];
     let (mut light, mut covered, mut next) = (0.0, 0.0, 0);
     while let Some(&TrianglePair { side, triangles: [triangle, seen_by] }) = fronts.get(next) {
         next += 1;

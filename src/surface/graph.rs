@@ -7,6 +7,7 @@
 
 use super::normals::{EdgeOf, by_edge};
 use crate::geom::Ray;
+use crate::num::simd::Lanes;
 use glam::{DVec2, DVec3};
 
 /// A grid of cells over the triangles of a graph.
@@ -177,6 +178,31 @@ impl Graph {
             }
         }
         None
+    }
+
+    /// What the slope of rays must exceed, in every lane.
+    #[inline(always)]
+    pub(super) fn steepness(&self) -> Lanes {
+        Lanes::splat(STEEPER * self.steepest)
+    }
+
+    /// [`MOST_SPREAD`] in every lane.
+    #[inline(always)]
+    pub(super) fn most_spread() -> Lanes {
+        Lanes::splat(MOST_SPREAD)
+    }
+
+    /// The lowest corner and the cells in a mm along x and y; the middle of the heights and half of what they span.
+    #[inline(always)]
+    pub(super) fn frame(&self) -> ([[Lanes; 2]; 2], [Lanes; 2]) {
+        let both = |v: DVec2| [Lanes::splat(v.x), Lanes::splat(v.y)];
+        ([both(self.low), both(self.cells_per_mm)], [self.level_mm, self.half_height_mm].map(Lanes::splat))
+    }
+
+    /// The triangles of the cell at a place, in cells.
+    #[inline(always)]
+    pub(super) fn cell_of(&self, x: f64, y: f64) -> &[u32] {
+        self.of_cell(self.row(y) * self.columns + self.column(x))
     }
 
     /// The triangles of a cell.

@@ -261,8 +261,20 @@ impl Mesh {
         self.own.triangles[id].map(|k| self.own.points_mm[k as usize])
     }
 
+    /// Smallest z less some slack.
+    #[inline(always)]
+    pub(super) fn first_z(&self) -> f64 {
+        self.first_z
+    }
+
+    /// Where a steep ray meets it once.
+    #[inline(always)]
+    pub(super) fn graph(&self) -> Option<&Graph> {
+        self.graph.as_ref()
+    }
+
     /// A normal of the triangle itself, of no certain length.
-    fn plane(&self, id: usize) -> DVec3 {
+    pub(super) fn plane(&self, id: usize) -> DVec3 {
         let [a, b, c] = self.corners(id);
         (b - a).cross(c - a)
     }

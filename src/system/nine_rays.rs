@@ -1,4 +1,5 @@
-//! Nine rays of a part of a pixel at once, behind one triangle of the front and one of the back.
+//! Rays of several places at once through prisms of triangles: nine of a part of a pixel behind one triangle of the front and one of the
+//! back, and a packet in a row of pixels, each through its own.
 
 use super::instrument::System;
 use crate::geom::Ray;
@@ -64,6 +65,41 @@ impl System {
             (*seen_mm, within[k]) = self.seen_behind_back(&lane(&inside.packet, k), side, triangle)?;
         }
         Some((seen_mm, nine(std::array::from_fn(|of| Lanes::of(|k| within[k][of])), last_within)))
+    }
+}
+
+/// What a packet of places sees of the board, in mm, by which side, and through which triangles of front and back.
+pub(crate) type SeenThroughTriangles = ([Lanes; 2], Side, [[u32; LANES]; 2]);
+
+impl System {
+    /// What [`System::trace_with_parts`] tells of the places from `start` on to the right, one px apart, with the same bits; `None`
+    /// where it is to be asked. The triangles of a place beside them, where they are known, lead to theirs.
+    #[inline]
+    pub(crate) fn trace_through_triangles(
+        &self,
+        start: DVec2,
+        beside: Option<[u32; 2]>,
+    ) -> Option<SeenThroughTriangles> {
+        widest(ThroughTriangles { system: self, start, beside })
+    }
+}
+
+struct ThroughTriangles<'a> {
+    system: &'a System,
+    start: DVec2,
+    beside: Option<[u32; 2]>,
+}
+
+impl Kernel for ThroughTriangles<'_> {
+    type Out = Option<SeenThroughTriangles>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Out {
+        let Self { system, start, beside } = self;
+        let rays = system.camera().rays([Lanes::of(|k| start.x + k as f64), Lanes::splat(start.y)]);
+        let passed = system.prism()?.packet_through_triangles(&rays, beside)?;
+        let ([x, y], met) = system.board().intersect_all(&passed.rays);
+        met.all().then_some(([x, y], passed.side, passed.triangles))
     }
 }
 
@@ -133,6 +169,43 @@ mod tests {
     use crate::prism::triangles::TrianglePair;
     use crate::scene::PrismSpec;
     use crate::surface::mesh::Normals;
+
+    /// What a row sees, by packets and ray by ray, of meshes with normals that differ, and where it ends.
+    #[test]
+    fn a_row_is_as_its_single_rays() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cases/prism_mesh.toml");
+        let scene = crate::scene::load(path.as_ref()).unwrap();
+        for normals in [Normals::Flat, Normals::Smooth] {
+            let mut scene = scene.clone();
+            let PrismSpec::Mesh(prism) = &mut scene.prism else { panic!("{:?}", scene.prism) };
+            prism.normals = normals;
+            for (k, normal) in prism.back.point_normals.iter_mut().enumerate() {
+                *normal = (*normal + 0.01 * DVec3::new(libm::sin(k as f64), libm::cos(k as f64), 0.0)).normalize();
+            }
+            let system = crate::system::build(&scene).unwrap();
+            let mut packets = 0;
+            for (j, i) in (0..60).flat_map(|j| (0..40).map(move |i| (j, i))) {
+                // On whole numbers rays meet corners and sides of triangles.
+                let start = DVec2::new(8.0 * f64::from(i), 3.0 * f64::from(j) + 0.25 * f64::from(j % 4));
+                // A triangle beside it, and one that is not.
+                let beside = system.triangles_at(start - DVec2::X).map(|pair| pair.triangles);
+                for beside in [None, beside, Some([7, u32::MAX])] {
+                    let Some(([x, y], side, triangles)) = system.trace_through_triangles(start, beside) else {
+                        continue;
+                    };
+                    packets += 1;
+                    for k in 0..LANES {
+                        let (seen, parts) = system.trace_with_parts(start + DVec2::new(k as f64, 0.0));
+                        let seen = seen.unwrap();
+                        assert_eq!((seen.board_mm, seen.side), (DVec2::new(x.0[k], y.0[k]), side));
+                        assert_eq!(parts.triangles, triangles.map(|of| of[k]), "{start}");
+                    }
+                }
+            }
+            println!("{packets} packets of 7200");
+            assert!(packets > 3600, "{packets}");
+        }
+    }
 
     /// Packets have the bits of single rays, through one pair of triangles and through those around it, which they miss.
     #[test]
