@@ -47,7 +47,7 @@ fn a_standard_error_is_what_pictures_stray_by() {
     for replicates in [4, 5, 8] {
         let (mut found, mut told) = (0.0, 0.0);
         for seed in 0..SEEDS {
-            let film = of(Quadrature { points: 4, replicates, noise: None, seed });
+            let film = of(Quadrature { points: 4, replicates, noise: None, seed, ..Quadrature::default() });
             found += square_error(&film) / SEEDS as f64;
             told += film.account.noise.expect("there are sets enough") / SEEDS as f64;
         }
@@ -56,15 +56,23 @@ fn a_standard_error_is_what_pictures_stray_by() {
         assert!((0.8..1.2).contains(&ratio), "{replicates} sets: {ratio}");
     }
     // Two sets or three tell nothing.
-    assert!(of(Quadrature { points: 4, replicates: 3, noise: None, seed: 1 }).account.noise.is_none());
+    assert!(
+        of(Quadrature { points: 4, replicates: 3, noise: None, seed: 1, ..Quadrature::default() })
+            .account
+            .noise
+            .is_none()
+    );
 
     // The true standard error of as many sets as were taken: their variance falls as their number.
     let mut square = 0.0;
     for seed in 0..SEEDS {
-        square += square_error(&of(Quadrature { points: 4, replicates: 8, noise: None, seed })) / SEEDS as f64;
+        square +=
+            square_error(&of(Quadrature { points: 4, replicates: 8, noise: None, seed, ..Quadrature::default() }))
+                / SEEDS as f64;
     }
     let target = (square * 8.0 / 10.0).sqrt();
-    let stopped = |seed| of(Quadrature { points: 4, replicates: 24, noise: Some(target), seed });
+    let stopped =
+        |seed| of(Quadrature { points: 4, replicates: 24, noise: Some(target), seed, ..Quadrature::default() });
     let missed = (0..SEEDS).filter(|seed| stopped(*seed).account.passes < 10 * 4).count();
     println!("{missed} of {SEEDS} runs stopped before 10 sets");
     assert!(missed * 20 <= SEEDS as usize, "{missed} of {SEEDS} runs stopped too early");

@@ -303,7 +303,7 @@ fn the_error_estimate_is_the_error() {
         let values: Vec<f64> = values.collect();
         values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64
     };
-    let few = Quadrature { points: 16, replicates: 16, noise: None, seed: 7 };
+    let few = Quadrature { points: 16, replicates: 16, noise: None, seed: 7, ..Quadrature::default() };
     let film = of(few);
     assert_eq!(film.account.passes, 16 * 16);
     // All pixels share the shifts of a set, so a picture's error is one draw of few. The mean square of 12 draws strays by

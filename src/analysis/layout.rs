@@ -79,7 +79,7 @@ pub fn layout(system: &System) -> Result<InstrumentLayout, Error> {
 fn way(system: &System, px: DVec2) -> RayWay {
     let (path, end) = system.path(px);
     let mut points_mm = vec![system.camera().ray(px).origin];
-    points_mm.extend(&path.points);
+    points_mm.extend(path.points.iter());
     let side = end.ok().map(|(ray, side)| {
         if let Ok((_, t_mm)) = system.board().intersect(&ray) {
             points_mm.push(ray.at(t_mm));

@@ -14,6 +14,7 @@ use super::lamp::Lamp;
 use super::lens::Lens;
 use super::manufacture::Manufacture;
 use super::picture::Picture;
+use super::pupil::Pupil;
 use super::quadrature::{Points, Quadrature, turned};
 use super::roughness::Roughness;
 use super::sensor::Sensor;
@@ -186,10 +187,23 @@ impl Effects {
                 let set = Points::new(&self.quadrature, dimensions, replicate, turns);
                 let count = set.count() * turns;
                 let of = |k: usize| self.at(&set, k / turns, k % turns, turns, plain);
-                (0..count).map(|k| Variant { grey: 1.0 / count as f64, ..of(k) }).collect()
+                let mut points: Vec<Variant> =
+                    (0..count).map(|k| Variant { grey: 1.0 / count as f64, ..of(k) }).collect();
+                if let Some(pupil) = self.filled_pupil() {
+                    let places: Vec<DVec2> = points.iter().map(|point| point.pupil).collect();
+                    let even = pupil.evened_out(places, turns);
+                    points.iter_mut().zip(even).for_each(|(point, place)| point.pupil = place);
+                }
+                points
             }
         };
         Variants::new(points, self.dispersion.as_ref().filter(|dispersion| !dispersion.is_nothing()))
+    }
+
+    /// The pupil whose points stand for the parts of it around them, where they do.
+    pub fn filled_pupil(&self) -> Option<Pupil> {
+        let alone = self.dimensions() == 2 && self.sets() == 1;
+        self.lens.pupil().filter(|_| self.quadrature.fill && alone)
     }
 
     /// These effects in light of one wavelength.

@@ -1,7 +1,8 @@
 //! The lens of the camera.
 
+use super::pupil::Pupil;
 use super::telecentric::Telecentric;
-use super::thin_lens::ThinLens;
+use super::thin_lens::{Aperture, ThinLens};
 
 /// The lens of the camera: none but a pinhole, or one of two kinds.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -30,6 +31,16 @@ impl Lens {
             Self::Telecentric(lens) => Some(lens),
             _ => None,
         }
+    }
+
+    /// The pupil, where it is more than a point: in mm of a thin lens, in sines of a telecentric one.
+    pub fn pupil(&self) -> Option<Pupil> {
+        let pupil = match self {
+            Self::Pinhole => return None,
+            Self::Thin(lens) => Pupil { radius: lens.radius_mm, aperture: lens.aperture },
+            Self::Telecentric(lens) => Pupil { radius: lens.na, aperture: Aperture::Circle },
+        };
+        self.has_pupil().then_some(pupil)
     }
 
     /// Whether the pupil is more than a point.

@@ -47,6 +47,7 @@ pub mod sensor;
 mod hook;
 mod id;
 mod lens;
+pub mod pupil;
 mod table;
 pub mod telecentric;
 pub mod thin_lens;

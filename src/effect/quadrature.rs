@@ -16,11 +16,14 @@ pub struct Quadrature {
     pub noise: Option<f64>,
     /// Of the random shifts.
     pub seed: u64,
+    /// Whether each point of the pupil stands for the part of it around it: points are spaced so that their shadows are even in every
+    /// direction, and their mean is spread by what a part of the pupil blurs. Of a single set, of which nothing else is drawn.
+    pub fill: bool,
 }
 
 impl Default for Quadrature {
     fn default() -> Self {
-        Self { points: 64, replicates: 1, noise: None, seed: 1 }
+        Self { points: 64, replicates: 1, noise: None, seed: 1, fill: false }
     }
 }
 

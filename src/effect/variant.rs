@@ -32,6 +32,13 @@ impl<'a> Variants<'a> {
         Self { points, dispersion }
     }
 
+    /// These with other points of the pupil in place of theirs.
+    #[must_use]
+    pub fn with_pupils(mut self, other: impl Fn(DVec2) -> DVec2) -> Self {
+        self.points.iter_mut().for_each(|point| point.pupil = other(point.pupil));
+        self
+    }
+
     /// How many there are.
     #[allow(clippy::len_without_is_empty, reason = "there is one at least")]
     pub fn len(&self) -> usize {

@@ -133,8 +133,8 @@ impl RawMesh {
         }
 
         // Triangles with corners of their own at one place are one surface all the same.
-        corner_normals(&points_mm, &triangles).map_err(|k| no_normal(&points_mm, k))?;
         if has_twins(&points_mm) {
+            corner_normals(&points_mm, &triangles).map_err(|k| no_normal(&points_mm, k))?;
             let corners: Vec<DVec3> = triangles.iter().flatten().map(|k| points_mm[*k as usize]).collect();
             (points_mm, triangles) = weld(&corners);
         }
@@ -254,6 +254,13 @@ const MOST_CORNERS: usize = 64;
 /// Appends a face, as triangles from a corner that sees all others; what is wrong with it, otherwise.
 fn push(triangles: &mut Vec<[u32; 3]>, corners: &[f64], points: &[DVec3]) -> Result<(), String> {
     let known = |k: &f64| *k >= 0.0 && *k < points.len() as f64 && *k == k.trunc();
+    if let Ok(three) = <&[f64; 3]>::try_from(corners)
+        && three.iter().all(known)
+        && has_area(three.map(|k| k as u32), points)
+    {
+        triangles.push(three.map(|k| k as u32));
+        return Ok(());
+    }
     if let Some(unknown) = corners.iter().find(|k| !known(k)) {
         return Err(format!("has the corner {unknown}, counted from 0, and the file has {} vertices", points.len()));
     }
@@ -275,6 +282,13 @@ fn push(triangles: &mut Vec<[u32; 3]>, corners: &[f64], points: &[DVec3]) -> Res
     let at = |k: usize| named[(from + k) % named.len()];
     triangles.extend((2..named.len()).map(|k| [at(0), at(k - 1), at(k)]));
     Ok(())
+}
+
+/// Whether a triangle has an area, as computed from its first corner; one that names a corner twice has none.
+fn has_area(corners: [u32; 3], points: &[DVec3]) -> bool {
+    let [a, b, c] = corners.map(|k| points[k as usize]);
+    let double = (b - a).cross(c - a).length_squared();
+    double > 0.0 && double.is_finite()
 }
 
 /// Whether the triangles from corner `first` of a face to its sides all turn one way and have an area, and turn once around.

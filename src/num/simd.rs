@@ -28,8 +28,20 @@ pub trait Kernel {
 }
 
 /// Runs `kernel` with the widest vectors of this machine.
-#[allow(unsafe_code, reason = "a function for AVX2 may be called only where AVX2 was found, one line above")]
+#[allow(unsafe_code, reason = "a function for AVX may be called only where it was found, one line above")]
 pub fn widest<K: Kernel>(kernel: K) -> K::Out {
+    #[cfg(target_arch = "x86_64")]
+    if std::arch::is_x86_feature_detected!("avx512f")
+        && std::arch::is_x86_feature_detected!("avx512dq")
+        && std::arch::is_x86_feature_detected!("avx512vl")
+    {
+        #[target_feature(enable = "avx512f,avx512dq,avx512vl")]
+        fn with_avx512<K: Kernel>(kernel: K) -> K::Out {
+            kernel.run()
+        }
+        // SAFETY: AVX-512 is there.
+        return unsafe { with_avx512(kernel) };
+    }
     #[cfg(target_arch = "x86_64")]
     if std::arch::is_x86_feature_detected!("avx2") {
         #[target_feature(enable = "avx2")]

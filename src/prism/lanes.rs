@@ -30,6 +30,20 @@ impl Vectors {
     }
 
     #[inline(always)]
+    pub(super) fn minus(self, other: Self) -> Self {
+        Self { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+    }
+
+    #[inline(always)]
+    pub(super) fn cross(self, other: Self) -> Self {
+        Self {
+            x: self.y * other.z - other.y * self.z,
+            y: self.z * other.x - other.z * self.x,
+            z: self.x * other.y - other.x * self.y,
+        }
+    }
+
+    #[inline(always)]
     pub(super) fn times(self, s: Lanes) -> Self {
         Self { x: self.x * s, y: self.y * s, z: self.z * s }
     }

@@ -13,5 +13,6 @@ pub mod refract_at;
 pub mod biprism;
 mod as_built;
 pub mod triangles;
+pub mod packed_triangles;
 mod first_face;
 pub mod side;

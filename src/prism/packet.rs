@@ -251,7 +251,7 @@ impl<P: Polynomial> PacketSurface for PackedPolynomial<P> {
 
 /// The rays behind a surface, met at `meetings`, with `eta` = n_in / n_out; false where refraction needs care.
 #[inline(always)]
-fn pass(rays: &Rays, meetings: &Hits, eta: f64) -> (Rays, Mask) {
+pub(super) fn pass(rays: &Rays, meetings: &Hits, eta: f64) -> (Rays, Mask) {
     let incoming = rays.direction;
     let along = meetings.normal.dot(incoming);
     let turned = Lanes::splat(0.0).lt(along);

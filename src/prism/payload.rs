@@ -97,16 +97,59 @@ impl Payload for Differentials {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Path {
     /// Meeting points, in mm, from the camera on.
-    pub points: Vec<DVec3>,
+    pub points: OnWay,
     /// Unit directions behind each.
-    pub directions: Vec<DVec3>,
+    pub directions: OnWay,
+}
+
+/// Surfaces that a ray can meet on its way.
+const SURFACES: usize = 2;
+
+/// Points or directions on the way of a ray, one a surface that it met: a slice of them.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct OnWay {
+    all: [DVec3; SURFACES],
+    count: usize,
+}
+
+impl OnWay {
+    /// One more, behind the others; there are no more surfaces.
+    #[inline(always)]
+    fn push(&mut self, v: DVec3) {
+        self.all[self.count] = v;
+        self.count += 1;
+    }
+}
+
+impl std::ops::Deref for OnWay {
+    type Target = [DVec3];
+
+    #[inline(always)]
+    fn deref(&self) -> &[DVec3] {
+        &self.all[..self.count]
+    }
+}
+
+impl std::ops::DerefMut for OnWay {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [DVec3] {
+        &mut self.all[..self.count]
+    }
+}
+
+impl PartialEq for OnWay {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
 }
 
 impl Payload for Path {
+    #[inline(always)]
     fn reached(&mut self, ray: &Ray, hit: &Hit) {
         self.points.push(ray.at(hit.t_mm));
     }
 
+    #[inline(always)]
     fn refracted(&mut self, event: &RefractionEvent<'_, impl SurfaceModifier>) {
         self.directions.push(event.out.direction);
     }

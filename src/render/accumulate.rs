@@ -2,7 +2,8 @@
 //! instrument without.
 
 use super::band::Band;
-use super::bands::{picture, render_band};
+use super::bands::{picture, render_band, render_half};
+use super::fill::Fill;
 use super::film::{AccuracyReport, Counts, Film, Outputs};
 use super::ghosts;
 use super::ground_truth::ground_truth;
@@ -25,7 +26,12 @@ const PLANS: usize = 16;
 pub(super) fn light(system: &System, wanted: Outputs, observer: &dyn Observer) -> Film {
     let effects = system.effects();
     if effects.averages() {
-        mean(system, &|set| effects.variants(set), wanted, observer)
+        let fill = Fill::of(system);
+        let set = |set: usize| match &fill {
+            Some(fill) => effects.variants(set).with_pupils(|pupil| fill.drawn_in(pupil)),
+            None => effects.variants(set),
+        };
+        mean(system, &VariantSets { set: &set, fill: fill.as_ref() }, wanted, observer)
     } else {
         picture(&Plan::new(system), wanted, observer)
     }
@@ -45,14 +51,17 @@ struct RunningMean {
     colour: Option<Raster<[f64; 3]>>,
 }
 
-/// The mean over sets of variants of `system`, of which `set` makes the k-th, each a weighted sum of pictures; what is
-/// wanted besides the radiance is that of `system` itself. `observer` hears of each pixel once for all passes.
-pub(super) fn mean<'a>(
-    system: &System,
-    set: &dyn Fn(usize) -> Variants<'a>,
-    wanted: Outputs,
-    observer: &dyn Observer,
-) -> Film {
+/// Sets of variants of an instrument.
+pub(super) struct VariantSets<'a> {
+    /// Makes the k-th.
+    pub(super) set: &'a dyn Fn(usize) -> Variants<'a>,
+    /// What the points of the pupil stand for, where it is more than they.
+    pub(super) fill: Option<&'a Fill>,
+}
+
+/// The mean over sets of variants of `system`, each a weighted sum of pictures; what is wanted besides the radiance is that of
+/// `system` itself. `observer` hears of each pixel once for all passes.
+pub(super) fn mean(system: &System, sets: &VariantSets, wanted: Outputs, observer: &dyn Observer) -> Film {
     let most_sets = system.effects().sets();
     let [width, height] = system.camera().size_px();
 
@@ -63,14 +72,16 @@ pub(super) fn mean<'a>(
     // Add sets, each a weighted sum of pictures, until all are done or the noise is within its target.
     let mut work = Work::default();
     let mut account = own.account(0.0);
-    let first = set(0);
+    let first = (sets.set)(0);
     let pixels = width * height;
     let all = most_sets.saturating_mul(first.len()).saturating_mul(pixels);
     let scaled = Scaled::new(observer, pixels, all);
     let mut mean = MeanOfSets::new(most_sets, [width, height]);
     while mean.sets < most_sets {
-        let variants = if mean.sets == 0 { first.clone() } else { set(mean.sets) };
-        mean.add(sum(system, &variants, &mut work, &mut account, &scaled));
+        let variants = if mean.sets == 0 { first.clone() } else { (sets.set)(mean.sets) };
+        let mut one = sum(system, &variants, &mut work, &mut account, &scaled);
+        one.complete(system, sets.fill);
+        mean.add(one);
         account.passes = mean.sets * variants.len();
         if system.effects().quadrature.noise.is_some_and(|target| mean.reaches(target)) {
             break;
@@ -177,13 +188,6 @@ fn sum(
         }
     }
 
-    // Points of a set are not their own mirror images; of a symmetric scene, take those that are for as many again.
-    if system.receives_mirror_images() {
-        make_symmetric(&mut grey, |a, b| 0.5 * (a + b));
-        if let Some(colour) = &mut colour {
-            make_symmetric(colour, |a, b| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c])));
-        }
-    }
     RunningMean { grey, colour }
 }
 
@@ -208,19 +212,42 @@ impl<'a> Sums<'a> {
         bands.map(|(k, grey)| Self { first_row: k * BAND_ROWS, width, grey, colour: colours.next() }).collect()
     }
 
-    /// Adds the radiances of a variant by its weights.
-    fn add(&mut self, variant: &Variant, values: &[f32]) {
-        self.grey.iter_mut().zip(values).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));
-        if let (Some(colour), Some(shares)) = (&mut self.colour, variant.colour) {
-            colour.iter_mut().zip(values).for_each(|(sums, value)| {
-                sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * f64::from(*value));
-            });
+    /// Adds the radiances of a variant by its weights, in the columns from `first` on.
+    fn add(&mut self, variant: &Variant, values: &[f32], first: usize) {
+        let values = || values.chunks(self.width).map(|row| &row[first..]);
+        for (sums, values) in self.grey.chunks_mut(self.width).zip(values()) {
+            sums[first..].iter_mut().zip(values).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));
         }
+        if let (Some(colour), Some(shares)) = (&mut self.colour, variant.colour) {
+            for (sums, values) in colour.chunks_mut(self.width).zip(values()) {
+                sums[first..].iter_mut().zip(values).for_each(|(sums, value)| {
+                    sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * f64::from(*value));
+                });
+            }
+        }
+    }
+
+    /// Makes the left half the mirror image of the right one.
+    fn mirror(&mut self) {
+        mirror_rows(self.grey, self.width);
+        if let Some(colour) = &mut self.colour {
+            mirror_rows(colour, self.width);
+        }
+    }
+}
+
+/// Makes the left half of each row the mirror image of its right one.
+fn mirror_rows<T: Copy>(rows: &mut [T], width: usize) {
+    for row in rows.chunks_mut(width) {
+        let (left, right) = row.split_at_mut(width / 2);
+        left.iter_mut().zip(right.iter().rev()).for_each(|(to, from)| *to = *from);
     }
 }
 
 /// Adds the pictures of these plans, which are those of `variants`, to the bands.
 fn band_by_band(plans: &[Plan], variants: &[Variant], bands: &mut [Sums], observer: &dyn Observer) -> Vec<Done> {
+    // Of pictures that are all their own mirror images one half is made and added.
+    let mirrored = plans.iter().all(|plan| plan.mirrored);
     let of_band = |sums: &mut Sums| -> Vec<Work> {
         let mut radiance = vec![0.0; sums.grey.len()];
         let mut of_plan = |(plan, variant): (&Plan, &Variant)| {
@@ -228,12 +255,16 @@ fn band_by_band(plans: &[Plan], variants: &[Variant], bands: &mut [Sums], observ
             let mut band = Band { width, first_column: 0, first_row, radiance: &mut radiance, truth: None };
             // As in a single picture: one that ends the work does so before a band.
             observer.pixels(0);
-            let work = render_band(plan, &mut band);
-            sums.add(variant, &radiance);
+            let work = if mirrored { render_half(plan, &mut band) } else { render_band(plan, &mut band) };
+            sums.add(variant, &radiance, if mirrored { width / 2 } else { 0 });
             observer.pixels(radiance.len());
             work
         };
-        plans.iter().zip(variants).map(&mut of_plan).collect()
+        let done = plans.iter().zip(variants).map(&mut of_plan).collect();
+        if mirrored {
+            sums.mirror();
+        }
+        done
     };
     let done: Vec<Vec<Work>> = bands.par_iter_mut().with_max_len(1).map(of_band).collect();
 
@@ -251,7 +282,7 @@ fn with_its_ghosts(plan: &Plan, variant: &Variant, bands: &mut [Sums], observer:
     let mut film = picture(plan, Outputs { truth: false }, observer);
     ghosts::add(plan.system(), &mut film);
     let rows = film.radiance.data().par_chunks(film.radiance.width() * BAND_ROWS);
-    bands.par_iter_mut().zip(rows).for_each(|(sums, values)| sums.add(variant, values));
+    bands.par_iter_mut().zip(rows).for_each(|(sums, values)| sums.add(variant, values, 0));
     (film.counts, film.account)
 }
 
@@ -267,6 +298,29 @@ pub(super) fn make_symmetric<T: Copy + Send>(picture: &mut Raster<T>, mean: impl
 }
 
 impl RunningMean {
+    /// Adds what the points of one set leave out.
+    fn complete(&mut self, system: &System, fill: Option<&Fill>) {
+        // Spread each by the part of the pupil that it stands for.
+        if let Some(fill) = fill {
+            fill.spread(&mut self.grey);
+            if let Some(colour) = &mut self.colour {
+                for channel in 0..3 {
+                    let mut plane = colour.map(|rgb| rgb[channel]);
+                    fill.spread(&mut plane);
+                    colour.data_mut().iter_mut().zip(plane.data()).for_each(|(rgb, value)| rgb[channel] = *value);
+                }
+            }
+        }
+
+        // Points of a set are not their own mirror images; of a symmetric scene, take those that are for as many again.
+        if system.receives_mirror_images() {
+            make_symmetric(&mut self.grey, |a, b| 0.5 * (a + b));
+            if let Some(colour) = &mut self.colour {
+                make_symmetric(colour, |a, b| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c])));
+            }
+        }
+    }
+
     /// Makes this mean of `sets` - 1 sets one of `sets`, and `squares` the sums of squared deviations from it.
     fn add(&mut self, one: &Self, squares: &mut Raster<f64>, sets: usize) {
         let share = 1.0 / sets as f64;

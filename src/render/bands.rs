@@ -71,9 +71,25 @@ pub(super) fn render_band(plan: &Plan, band: &mut Band) -> Work {
     if plan.objects.is_empty() { band_alone(plan, band) } else { layers::render(plan, band, band_alone) }
 }
 
+/// Renders a band of a picture that is copied from the right half, but for its left one.
+#[inline(never)]
+pub(super) fn render_half(plan: &Plan, band: &mut Band) -> Work {
+    own_band(plan, band)
+}
+
 /// Renders a band of the board alone.
 #[inline(always)]
 fn band_alone(plan: &Plan, band: &mut Band) -> Work {
+    let work = own_band(plan, band);
+    if plan.mirrored {
+        band.mirror();
+    }
+    work
+}
+
+/// Renders what of a band of the board alone is not copied.
+#[inline(always)]
+fn own_band(plan: &Plan, band: &mut Band) -> Work {
     if plan.system.accuracy().sampling == Sampling::SingleRays {
         return reference::render(plan, band);
     }
@@ -86,9 +102,6 @@ fn band_alone(plan: &Plan, band: &mut Band) -> Work {
     }
     for region in &plan.traced {
         work += tile::render(plan, &band.part_of(region), band);
-    }
-    if plan.mirrored {
-        band.mirror();
     }
     work
 }

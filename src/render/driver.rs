@@ -3,6 +3,7 @@
 use super::accumulate::light;
 use super::diffraction;
 use super::film::{Film, Outputs};
+use super::ground_truth::classes;
 use crate::effect::{Hook, Picture};
 use crate::progress::Observer;
 use crate::system::System;
@@ -11,6 +12,15 @@ use crate::system::System;
 /// from any thread.
 pub fn render(system: &System, observer: &dyn Observer) -> Film {
     render_wanted(system, Outputs { truth: true }, observer)
+}
+
+/// The picture that `system` takes, with what became of the ray of every pixel's centre, and without what it sees where that would
+/// take longer; `observer` as in [`render`].
+pub fn render_classed(system: &System, observer: &dyn Observer) -> Film {
+    if !system.effects().averages() {
+        return render(system, observer);
+    }
+    Film { class: classes(system), ..render_wanted(system, Outputs { truth: false }, observer) }
 }
 
 /// The picture that `system` takes, with what is wanted of it; `observer` as in [`render`].

@@ -4,6 +4,7 @@ use super::band::{Band, Truth};
 use super::bands::{picture, render_band};
 use super::film::{Class, Film, Outputs};
 use super::plan::{BAND_ROWS, Plan};
+use crate::raster::Raster;
 use crate::system::{InLight, System};
 use rayon::prelude::*;
 
@@ -30,6 +31,11 @@ pub(super) fn ground_truth(system: &System) -> Film {
         main.take_mean(*main_share, &plans, board_mm);
     });
     film
+}
+
+/// The classes of [`ground_truth`].
+pub(super) fn classes(system: &System) -> Option<Raster<Class>> {
+    picture(&Plan::of_truth(InLight::new(system).main()), Outputs { truth: true }, &()).class
 }
 
 /// A band in light of the main wavelength.

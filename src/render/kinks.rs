@@ -8,6 +8,7 @@ use super::plan::{KINK_STRAY_SHARE, PartBorders, Plan};
 use super::steep;
 use super::triangles;
 use super::work::Work;
+use crate::prism::triangles::TrianglePair;
 use crate::system::System;
 use glam::{DMat2, DVec2};
 
@@ -25,11 +26,11 @@ pub(super) fn holds(plan: &Plan, px: DVec2, taylor: &Taylor2, work: &mut Work) -
     })
 }
 
-/// The light of a pixel whose expansion does not hold: cut along the sides of triangles where these tell it, along the kinks where they
+/// The light of a pixel whose expansion does not hold, given the triangles that its centre sees where they tell it: cut along the sides of triangles where these tell it, along the kinks where they
 /// are followed, else divided, and counted as one without promise where there are any.
-pub(super) fn pixel(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
+pub(super) fn pixel(plan: &Plan, px: DVec2, middle: Option<TrianglePair>, work: &mut Work) -> f64 {
     work.counts.edge_pixels += 1;
-    if let Some(light) = triangles::pixel(plan, px, work) {
+    if let Some(light) = middle.and_then(|middle| triangles::pixel(plan, px, middle, work)) {
         return light;
     }
     if plan.kinks == PartBorders::Few {

@@ -2,7 +2,7 @@
 //! memory of a few strips, whatever its height.
 
 use super::bands::rows;
-use super::driver::render_wanted;
+use super::driver::{render, render_classed};
 use super::film::{AccuracyReport, Counts, Film, Outputs, Strip};
 use super::plan::{BAND_ROWS, Plan};
 use crate::effect::Hook;
@@ -15,17 +15,18 @@ pub const STRIP_ROWS: usize = BAND_ROWS;
 /// Pixels of a strip, about: more where the bands of so many would leave threads idle.
 const STRIP_PIXELS: usize = 1 << 20;
 
-/// Hands the picture that `system` takes to `take`, with its ground truth, from the top down; the strips are those of
-/// [`super::render`], bit for bit. Where effects act across the picture it is one strip. `observer` as there.
+/// Hands the picture that `system` takes to `take`, from the top down, with its ground truth; where that is not wanted, with the
+/// classes of the pixels at least. The strips are those of [`super::render`], bit for bit. Where effects act across the picture it
+/// is one strip. `observer` as there.
 pub fn render_strips(
     system: &System,
+    wanted: Outputs,
     observer: &dyn Observer,
     take: &mut dyn FnMut(Strip),
 ) -> (Counts, AccuracyReport) {
     if is_whole(system) {
-        let wanted = Outputs { truth: true };
-        let Film { radiance, colour, noise, class, board_mm, object, counts, account } =
-            render_wanted(system, wanted, observer);
+        let film = if wanted.truth { render(system, observer) } else { render_classed(system, observer) };
+        let Film { radiance, colour, noise, class, board_mm, object, counts, account } = film;
         take(Strip { radiance, colour, noise, class, board_mm, object });
         return (counts, account);
     }

@@ -1,6 +1,6 @@
 use super::bands::picture;
 use super::centre_rays::CentreTracer;
-use super::driver::render;
+use super::driver::{render, render_classed};
 use super::film::{Class, Film, Outputs};
 use super::plan::Plan;
 use super::strips::{STRIP_ROWS, by_bands};
@@ -267,6 +267,7 @@ fn any_number_of_threads_makes_the_same_picture() {
 #[test]
 fn colours_are_the_passes_by_their_shares() {
     use crate::effect::{Effects, Lens, ThinLens, Variant, Variants, thin_lens::Aperture};
+    use crate::render::accumulate::VariantSets;
     use glam::DVec2;
     // Aside, so that the picture is not made its own mirror image.
     let scene = scene(66, 38, "kind = \"none\"", &format!("{BOARD}\nposition_mm = [1.0, 0.0, 1000.0]"));
@@ -283,7 +284,7 @@ fn colours_are_the_passes_by_their_shares() {
     let variants = [variant(-3.0, 0.25, [1.0, 0.0, 0.5]), variant(3.0, 0.75, [0.0, 1.0, 0.5])];
     let summed = crate::render::accumulate::mean(
         &system,
-        &|_| Variants::new(variants.to_vec(), None),
+        &VariantSets { set: &|_| Variants::new(variants.to_vec(), None), fill: None },
         Outputs { truth: false },
         &(),
     );
@@ -317,4 +318,36 @@ fn the_map_of_gains_gains_what_is_traced() {
         }
     }
     assert!(fitted >= 12, "only {fitted} patches have a polynomial of gains");
+}
+
+/// The instrument of a shipped case.
+fn case(name: &str) -> System {
+    let path = format!("{}/scenes/cases/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    let scene = scene::load(path.as_ref()).unwrap_or_else(|problem| panic!("{problem}"));
+    system::build(&scene).unwrap_or_else(|problem| panic!("{problem}"))
+}
+
+/// Of pictures that are their own mirror images one half is added: the sum is that of the whole pictures.
+#[test]
+fn the_sum_of_mirrored_pictures_is_that_of_whole_ones() {
+    let system = case("effect_dispersion");
+    let mean = render(&system, &());
+    let mut sum = vec![0.0f64; mean.radiance.data().len()];
+    for variant in system.effects().variants(0).iter() {
+        let one = system.variant(&variant);
+        let plan = Plan::new(&one);
+        assert!(plan.mirrored);
+        let picture = film(&plan);
+        sum.iter_mut().zip(picture.radiance.data()).for_each(|(sum, v)| *sum += variant.grey * f64::from(*v));
+    }
+    assert!(mean.radiance.data().iter().zip(&sum).all(|(mean, sum)| mean.to_bits() == (*sum as f32).to_bits()));
+}
+
+/// A picture without its truth has the same light, and the same classes.
+#[test]
+fn classes_are_those_of_the_truth() {
+    let system = case("effect_dispersion");
+    let (whole, classed) = (render(&system, &()), render_classed(&system, &()));
+    assert!(whole.class.is_some() && whole.board_mm.is_some() && classed.board_mm.is_none());
+    assert!(whole.class == classed.class && whole.radiance == classed.radiance && whole.counts == classed.counts);
 }

@@ -2,11 +2,10 @@
 
 use super::band::Band;
 use super::border::{Nearby, border_pixel};
-use super::centre_rays::Run;
-use super::film::Class;
+use super::centres::{Centres, trace};
 use super::kinks;
 use super::pixel::{ended_ray_radiance, mean_or_subdivide, means_of, subdivided};
-use super::pixel_mean::{PackedTaylor2, Taylor2};
+use super::pixel_mean::PackedTaylor2;
 use super::plan::{PartBorders, Plan};
 use super::region::Region;
 use super::steep;
@@ -22,16 +21,6 @@ const TILE_COLUMNS: usize = 256;
 /// With so few lit centres in a tile that has dark ones, corners of pixels are traced as well: what is lit may lie between
 /// the centres.
 const FEW_LIT: usize = 64;
-
-/// Centres of the pixels of a tile and of those around it, row by row.
-struct Centres {
-    stride: usize,
-    x_mm: Vec<f64>,
-    y_mm: Vec<f64>,
-    class: Vec<Class>,
-    /// The triangles that each passes, where these tell what is seen; else of a prism with creases the facets.
-    parts: Option<Vec<[u32; 2]>>,
-}
 
 /// Renders the part of `region` that lies in `band`, which holds all its rows.
 pub(super) fn render(plan: &Plan, region: &Region, band: &mut Band) -> Work {
@@ -97,7 +86,7 @@ fn tile(plan: &Plan, rect: &Region, band: &mut Band, work: &mut Work) {
         // Integrate the pixels with a kink and those beside a border one by one.
         let place = |i: u32| start_px + DVec2::new(f64::from(i), 0.0);
         for &i in &kinked {
-            row[i as usize] = kinks::pixel(plan, place(i), work) as f32;
+            row[i as usize] = kinks::pixel(plan, place(i), centres.triangles(at + i as usize), work) as f32;
         }
         for &i in &border {
             let cornered =
@@ -162,7 +151,7 @@ fn kinked_pixels(
 fn beside_border(plan: &Plan, px: DVec2, centres: &Centres, at: usize, cornered: bool, work: &mut Work) -> f64 {
     let own = centres.class[at];
     if plan.by_triangles && !centres.is_beside_a_fate(at) {
-        if let Some(light) = triangles::pixel(plan, px, work) {
+        if let Some(light) = centres.triangles(at).and_then(|middle| triangles::pixel(plan, px, middle, work)) {
             work.counts.edge_pixels += 1;
             return light;
         }
@@ -183,53 +172,6 @@ fn beside_border(plan: &Plan, px: DVec2, centres: &Centres, at: usize, cornered:
     } else {
         ended_ray_radiance(plan, own) * plan.throughput(px)
     }
-}
-
-/// Traces the centres of `rect` and of one pixel around it, or the places `off` them, in px.
-fn trace(plan: &Plan, rect: &Region, off: DVec2) -> Centres {
-    let (stride, rows) = (rect.columns.len() + 2, rect.rows.len() + 2);
-    let size = stride * rows + LANES + 1;
-    let mut centres = Centres {
-        stride,
-        x_mm: vec![0.0; size],
-        y_mm: vec![0.0; size],
-        class: vec![Class::Missed; stride * rows],
-        parts: None,
-    };
-    if plan.by_triangles || plan.creases != PartBorders::None {
-        trace_with_parts(plan, rect, off, &mut centres);
-        return centres;
-    }
-    for j in 0..rows {
-        let start = first_place(rect, off) + DVec2::new(0.0, j as f64);
-        let span = j * stride..(j + 1) * stride;
-        let (x_mm, y_mm) = (&mut centres.x_mm[span.clone()], &mut centres.y_mm[span.clone()]);
-        plan.centre_tracer.trace(start, Run { x_mm, y_mm, class: &mut centres.class[span] });
-    }
-    centres
-}
-
-/// The first of the places that are traced of a tile.
-fn first_place(rect: &Region, off: DVec2) -> DVec2 {
-    off + DVec2::new(rect.columns.start as f64 - 0.5, rect.rows.start as f64 - 0.5)
-}
-
-/// Traces all places of a tile ray by ray, with the parts of the surfaces that each ray passes.
-fn trace_with_parts(plan: &Plan, rect: &Region, off: DVec2, centres: &mut Centres) {
-    let (stride, count) = (centres.stride, centres.class.len());
-    let part = |k: usize| {
-        let place = first_place(rect, off) + DVec2::new((k % stride) as f64, (k / stride) as f64);
-        let (sight, parts) = plan.system.trace_with_parts(place);
-        match sight {
-            Ok(sight) => {
-                (centres.x_mm[k], centres.y_mm[k]) = (sight.board_mm.x, sight.board_mm.y);
-                centres.class[k] = sight.side.into();
-            }
-            Err(fate) => centres.class[k] = fate.into(),
-        }
-        if plan.by_triangles { parts.triangles } else { parts.facets }
-    };
-    centres.parts = Some((0..count).map(part).collect());
 }
 
 /// A kernel that fills the pixels of a row that no line of the pattern can touch, and lists the others;
@@ -313,85 +255,6 @@ impl Kernel for EdgePixels<'_> {
             for (k, &i) in few.iter().enumerate() {
                 row[i as usize] = mean_or_subdivide(plan, start + DVec2::new(f64::from(i), 0.0), means[k], work) as f32;
             }
-        }
-    }
-}
-
-impl Centres {
-    /// Stores what `count` centres from `at` on see as the ground truth of the pixels of `band` from `start` on.
-    fn store_truth(&self, at: usize, band: &mut Band, start: usize, count: usize) {
-        let Some(truth) = &mut band.truth else { return };
-        for i in 0..count {
-            truth.class[start + i] = self.class[at + i];
-            truth.board_mm[start + i] = [self.x_mm[at + i] as f32, self.y_mm[at + i] as f32];
-        }
-    }
-
-    /// Stores what the centres of `rect` see as the ground truth of its pixels.
-    fn store_all_truth(&self, rect: &Region, band: &mut Band) {
-        for (j, y) in rect.rows.clone().enumerate() {
-            let start = band.at(rect.columns.start, y);
-            self.store_truth((j + 1) * self.stride + 1, band, start, rect.columns.len());
-        }
-    }
-
-    /// How many see the board.
-    fn lit(&self) -> usize {
-        self.class.iter().filter(|class| class.side().is_some()).count()
-    }
-
-    /// Whether the eight neighbours of the centre of index `at` are of its class.
-    fn is_amid_its_class(&self, at: usize) -> bool {
-        let rows = [at - self.stride, at, at + self.stride];
-        rows.iter().all(|&k| self.class[k - 1..=k + 1].iter().all(|c| *c == self.class[at]))
-    }
-
-    /// Whether it or one of its neighbours sees nothing of the board.
-    fn is_beside_a_fate(&self, at: usize) -> bool {
-        let rows = [at - self.stride, at, at + self.stride];
-        rows.iter().any(|&k| self.class[k - 1..=k + 1].iter().any(|class| class.side().is_none()))
-    }
-
-    /// Whether one of its neighbours passes other parts of the same side.
-    fn is_beside_other_parts(&self, at: usize) -> bool {
-        let Some(parts) = &self.parts else { return false };
-        let rows = [at - self.stride, at, at + self.stride];
-        let differs = |other: usize| parts[other] != parts[at] && self.class[other] == self.class[at];
-        rows.iter().any(|&k| (k - 1..=k + 1).any(differs))
-    }
-
-    /// Of the corners of pixels, by their top left ones: whether those of the pixel of index `at` pass several parts of a side.
-    fn parts_differ(&self, at: usize) -> bool {
-        let Some(parts) = &self.parts else { return false };
-        [at + 1, at + self.stride, at + self.stride + 1]
-            .iter()
-            .any(|&k| parts[k] != parts[at] && self.class[k] == self.class[at])
-    }
-
-    /// Of the corners of pixels, by their top left ones: whether one of the pixel of index `at` is not of class `own`.
-    fn differ_from(&self, own: Class, at: usize) -> bool {
-        [at, at + 1, at + self.stride, at + self.stride + 1].iter().any(|&k| self.class[k] != own)
-    }
-
-    /// Whether it and its neighbours see through one side.
-    fn is_amid_its_side(&self, at: usize) -> bool {
-        self.class[at].side().is_some() && self.is_amid_its_class(at)
-    }
-
-    /// The map about the centre of index `at`, by differences of its neighbours; written so that mirror images have the
-    /// same bits.
-    #[inline(always)]
-    fn taylor2(&self, at: usize, squares_per_mm: f64) -> Taylor2 {
-        let see = |k: usize| DVec2::new(self.x_mm[k], self.y_mm[k]) * squares_per_mm;
-        let [above, below] = [at - self.stride, at + self.stride];
-        let seen = see(at);
-        Taylor2 {
-            seen,
-            dx: 0.5 * (see(at + 1) - see(at - 1)),
-            dy: 0.5 * (see(below) - see(above)),
-            dxx: (see(at + 1) + see(at - 1)) - 2.0 * seen,
-            dxy: 0.25 * ((see(below + 1) - see(below - 1)) - (see(above + 1) - see(above - 1))),
-            dyy: (see(below) + see(above)) - 2.0 * seen,
         }
     }
 }

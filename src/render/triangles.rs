@@ -11,12 +11,11 @@ use super::pixel_mean::{Taylor2, mean_of_points};
 use super::plan::Plan;
 use super::truncation_error::in_px;
 use super::work::Work;
-use crate::geom::Ray;
 use crate::prism::triangles::TrianglePair;
 use crate::surface::face::Face;
-use crate::system::Side;
+use crate::system::{NineRays, Side};
 use crate::texture::Convex;
-use glam::{DMat2, DVec2, DVec3};
+use glam::{DMat2, DVec2};
 
 /// Triangles of a surface in a part of a pixel at most: of more, its quarters see fewer.
 const MOST_TRIANGLES: usize = 32;
@@ -36,31 +35,36 @@ const MOST_HALVINGS: u32 = 12;
 /// The most corners of a polygon whose mean is known.
 const MOST_CORNERS: usize = 8;
 
-/// The light of the pixel at `px`, all of which sees the board; `None` where triangles do not tell it.
-pub(super) fn pixel(plan: &Plan, px: DVec2, work: &mut Work) -> Option<f64> {
+/// The light of the pixel at `px`, all of which sees the board, given the triangles that its centre sees; `None` where triangles do not
+/// tell it.
+pub(super) fn pixel(plan: &Plan, px: DVec2, middle: TrianglePair, work: &mut Work) -> Option<f64> {
     if !plan.by_triangles || plan.steep {
         return None;
     }
-    let light = part(plan, px, [DVec2::ZERO, DVec2::splat(0.5 * plan.active)], work)?;
+    let whole = [DVec2::ZERO, DVec2::splat(0.5 * plan.active)];
+    let light = pieces(plan, px, whole, middle, work).or_else(|| quarters(plan, px, whole, work))?;
     Some(light / (plan.active * plan.active))
 }
 
-/// The light of a square part of the pixel, given by its centre (about `px`) and half its size, times its area.
-fn part(plan: &Plan, px: DVec2, [centre, half]: [DVec2; 2], work: &mut Work) -> Option<f64> {
-    let whole = pieces(plan, px, [centre, half], work);
-    if whole.is_some() || 2.0 * half.x <= SMALLEST_PX {
-        return whole;
+/// The light of a square part of the pixel by its quarters, given by its centre (about `px`) and half its size, times its area.
+fn quarters(plan: &Plan, px: DVec2, [centre, half]: [DVec2; 2], work: &mut Work) -> Option<f64> {
+    if 2.0 * half.x <= SMALLEST_PX {
+        return None;
     }
-    let quarter = |at: DVec2, work: &mut Work| part(plan, px, [centre + at * half, 0.5 * half], work);
+    let quarter = |at: DVec2, work: &mut Work| {
+        let area = [centre + at * half, 0.5 * half];
+        work.counts.rays += 1;
+        let middle = plan.system.triangles_at(px + area[0]);
+        middle.and_then(|middle| pieces(plan, px, area, middle, work)).or_else(|| quarters(plan, px, area, work))
+    };
     square(0.5).into_iter().map(|at| quarter(at, work)).sum()
 }
 
-/// The same by the pieces of all pairs of triangles.
-fn pieces(plan: &Plan, px: DVec2, area: [DVec2; 2], work: &mut Work) -> Option<f64> {
+/// The same by the pieces of all pairs of triangles, given the pair that its centre sees.
+fn pieces(plan: &Plan, px: DVec2, area: [DVec2; 2], seen: TrianglePair, work: &mut Work) -> Option<f64> {
     let [centre, half] = area;
     let outline = Convex::new(&square(1.0).map(|corner| centre + corner * half));
-    work.counts.rays += 1;
-    let mut fronts = vec![plan.system.triangles_at(px + centre)?];
+    let mut fronts = vec![seen];
     let (mut light, mut covered, mut next) = (0.0, 0.0, 0);
     while let Some(&TrianglePair { side, triangles: [triangle, seen_by] }) = fronts.get(next) {
         next += 1;
@@ -153,20 +157,15 @@ struct FrontView {
     /// How far within its sides, and right of the ridge or left of it, as linear functions of the place about the pixel's centre.
     sides: [Linear; 4],
     /// The rays in the glass behind it.
-    inside: [Ray; 9],
+    inside: NineRays,
 }
 
 impl FrontView {
     /// By nine rays; `None` where one of them does not pass it, or something is not straight enough.
     fn new(plan: &Plan, px: DVec2, (side, triangle): (Side, u32), area: [DVec2; 2], work: &mut Work) -> Option<Self> {
         work.counts.rays += 9;
-        let mut inside = [Ray { origin: DVec3::ZERO, direction: DVec3::Z }; 9];
-        let mut within = [[0.0; 9]; 4];
-        for (k, place) in places(area).into_iter().enumerate() {
-            let behind = plan.system.behind_front(px + place, side, triangle)?;
-            inside[k] = behind.ray;
-            within.iter_mut().zip(behind.within).for_each(|(to, value)| to[k] = value);
-        }
+        let places = places(area).map(|place| px + place);
+        let (inside, within) = plan.system.nine_behind_front(&places, side, triangle)?;
         Some(Self { side, sides: Linear::sides(&within, area, stray_px(plan))?, inside })
     }
 }
@@ -192,13 +191,8 @@ impl View {
     fn new(plan: &Plan, front: &FrontView, back: u32, area: [DVec2; 2], work: &mut Work) -> Option<Self> {
         // Trace them, row by row.
         work.counts.rays += 9;
-        let mut seen = [DVec2::ZERO; 9];
-        let mut within = [[0.0; 9]; 4];
-        for (k, inside) in front.inside.iter().enumerate() {
-            let (seen_mm, values) = plan.system.seen_behind_back(inside, front.side, back)?;
-            seen[k] = seen_mm * plan.pattern.squares_per_mm();
-            within.iter_mut().zip(values).for_each(|(to, value)| to[k] = value);
-        }
+        let (seen_mm, within) = plan.system.nine_behind_back(&front.inside, front.side, back)?;
+        let seen = seen_mm.map(|mm| mm * plan.pattern.squares_per_mm());
         let sides = Linear::sides(&within, area, stray_px(plan))?;
 
         // Take the map by differences, and compare its expansion with the corners.

@@ -14,7 +14,7 @@ use crate::io::{GAMMA, Notes, exr, npy, png};
 use crate::progress::Observer;
 use crate::raster::Raster;
 use crate::raster::transfer::Transfer;
-use crate::render::{AccuracyReport, Class, Counts, Film, Strip, render_strips};
+use crate::render::{AccuracyReport, Class, Counts, Film, Outputs, Strip, render_strips};
 use crate::scene::{Encoding, Scene};
 use crate::system::in_light::light_name;
 use crate::system::{Board, System};
@@ -324,7 +324,9 @@ pub fn render_to_files<'env>(
         };
         let writers = files.iter().map(writer).collect::<Result<Vec<_>, Error>>()?;
         let mut all_fates = BTreeMap::new();
-        let (counts, account) = render_strips(system, observer, &mut |strip| {
+        // NPY traces the truth anew.
+        let wanted = Outputs { truth: files.iter().any(|file| ending(&file.path) == "exr") };
+        let (counts, account) = render_strips(system, wanted, observer, &mut |strip| {
             strip.class.iter().flat_map(fates).for_each(|(fate, n)| *all_fates.entry(fate).or_insert(0) += n);
             let strip = Arc::new(strip);
             for (strips, _) in &writers {

@@ -123,19 +123,16 @@ front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,
     /// Appends a record of [`TracedRay::FIELDS`].
     pub fn record(&self, bytes: &mut Vec<u8>) {
         let board_mm = self.landed.map_or(DVec2::NAN, |(mm, _)| mm);
-        for value in [self.px, board_mm].iter().flat_map(DVec2::as_ref) {
-            bytes.extend(value.to_le_bytes());
-        }
-        for value in self.places().map(|point| point.unwrap_or(DVec3::NAN)).iter().flat_map(DVec3::as_ref) {
-            bytes.extend(value.to_le_bytes());
-        }
+        let flat = [self.px.x, self.px.y, board_mm.x, board_mm.y];
+        bytes.extend_from_slice(flat.map(f64::to_le_bytes).as_flattened());
+        let places = self.places().map(|point| point.unwrap_or(DVec3::NAN).to_array().map(f64::to_le_bytes));
+        bytes.extend_from_slice(places.as_flattened().as_flattened());
         let class = match (self.landed, self.side) {
             (Ok(_), Some(side)) => Class::from(side),
             (Ok(_), None) => Class::Missed,
             (Err(fate), _) => Class::from(fate),
         };
-        bytes.extend(side_number(self.side).to_le_bytes());
-        bytes.extend((class as u32).to_le_bytes());
+        bytes.extend_from_slice([side_number(self.side), class as u32].map(u32::to_le_bytes).as_flattened());
     }
 }
 

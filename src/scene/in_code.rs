@@ -65,6 +65,7 @@ impl Scene {
             _ => {}
         }
         self.check_effects(source)?;
+        effect_rules::fill_fits(source, self)?;
         rules::coded_once(source, self.encoding, &self.effects)?;
         self.expect.iter().enumerate().try_for_each(|(i, claim)| rules::claim(source, i, claim))?;
 

@@ -141,6 +141,7 @@ fn checked(document: &document::Document, folder: Option<&Path>) -> Result<Scene
     structure::check(document, &schema::SCHEMA)?;
     let file = document.values()?;
     let mut scene = check::scene(document, file, folder)?;
+    effects::rules::fill_fits(document, &scene)?;
     scene.analysis.depths_mm = physics::check(document, &scene)?;
     Ok(scene)
 }

@@ -7,6 +7,7 @@
 
 use super::normals::{EdgeOf, by_edge};
 use crate::geom::Ray;
+use crate::num::simd::Lanes;
 use glam::{DVec2, DVec3};
 
 /// A grid of cells over the triangles of a graph.
@@ -23,6 +24,8 @@ pub(super) struct Graph {
     steepest: f64,
     /// The middle of their heights, in mm.
     level_mm: f64,
+    /// Half of what they span.
+    half_height_mm: f64,
 }
 
 /// Distance, the triangle, and the weights of its corners.
@@ -34,6 +37,8 @@ const STEEPER: f64 = 1.01;
 const ROUNDING_RAD: f64 = 1e-6;
 /// Steps of Newton's method, after which a ray takes the hierarchy.
 const MOST_STEPS: usize = 6;
+/// The triangles of the first cell are asked where the mesh is met within so many cells of it.
+const MOST_SPREAD: f64 = 0.5;
 /// A triangle belongs to the cells within this share of a cell around it.
 const RIM: f64 = 1e-6;
 
@@ -77,6 +82,7 @@ impl Graph {
             ids: Vec::new(),
             steepest,
             level_mm: 0.5 * (low.z + high.z),
+            half_height_mm: 0.5 * (high.z - low.z),
         };
         grid.fill(points, triangles);
         Some(grid)
@@ -121,7 +127,7 @@ impl Graph {
     }
 
     /// Where a ray that is steeper than the graph meets it, within a triangle: `within` intersects one, `plane` is a point of it and
-    /// its normal. `None` of all other rays, of those that meet an edge, and of those that Newton's method leads nowhere.
+    /// its normal. `None` of all other rays, and of those that Newton's method leads nowhere.
     #[inline(always)]
     pub(super) fn meet(
         &self,
@@ -133,26 +139,76 @@ impl Graph {
         if STEEPER * self.steepest * along.length() >= ray.direction.z.abs() {
             return None;
         }
-        let mut t = (self.level_mm - ray.origin.z) / ray.direction.z;
-        let mut before = usize::MAX;
-        for _ in 0..MOST_STEPS {
+        let cell_at = |t: f64| {
             let place = (origin + along * t - self.low) * self.cells_per_mm;
-            let cell = self.row(place.y) * self.columns + self.column(place.x);
-            if cell == before {
+            self.row(place.y) * self.columns + self.column(place.x)
+        };
+        let met_in = |cell: usize| {
+            self.of_cell(cell)
+                .iter()
+                .filter_map(|&id| within(id as usize).map(|(t, weights)| (t, id as usize, weights)))
+        };
+
+        // On an edge the nearest of those that have it is taken, of those at one distance the first.
+        let nearest_of = |met: Met| {
+            if met.2.iter().all(|weight| *weight != 0.0) {
+                return Some(met);
+            }
+            met_in(cell_at(met.0)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+        };
+
+        // The first plane leads near; of its cell's triangles none is asked unless all heights are met in it or beside it.
+        let inverse = 1.0 / ray.direction.z;
+        let mut cell = cell_at((self.level_mm - ray.origin.z) * inverse);
+        let spread = (along * (inverse * self.half_height_mm) * self.cells_per_mm).abs().max_element();
+        if spread < MOST_SPREAD
+            && let Some(met) = met_in(cell).next()
+        {
+            return nearest_of(met);
+        }
+        for step in 0..MOST_STEPS {
+            let (point, normal) = plane(*self.of_cell(cell).first()? as usize);
+            let next = cell_at((point - ray.origin).dot(normal) / ray.direction.dot(normal));
+            if step > 0 && next == cell {
                 return None;
             }
-            before = cell;
-            let ids = &self.ids[self.starts[cell] as usize..self.starts[cell + 1] as usize];
-            for id in ids {
-                if let Some((t, weights)) = within(*id as usize) {
-                    // On an edge the hierarchy says which triangle is taken.
-                    return weights.iter().all(|weight| *weight != 0.0).then_some((t, *id as usize, weights));
-                }
+            cell = next;
+            if let Some(met) = met_in(cell).next() {
+                return nearest_of(met);
             }
-            let (point, normal) = plane(*ids.first()? as usize);
-            t = (point - ray.origin).dot(normal) / ray.direction.dot(normal);
         }
         None
+    }
+
+    /// What the slope of rays must exceed, in every lane.
+    #[inline(always)]
+    pub(super) fn steepness(&self) -> Lanes {
+        Lanes::splat(STEEPER * self.steepest)
+    }
+
+    /// [`MOST_SPREAD`] in every lane.
+    #[inline(always)]
+    pub(super) fn most_spread() -> Lanes {
+        Lanes::splat(MOST_SPREAD)
+    }
+
+    /// The lowest corner and the cells in a mm along x and y; the middle of the heights and half of what they span.
+    #[inline(always)]
+    pub(super) fn frame(&self) -> ([[Lanes; 2]; 2], [Lanes; 2]) {
+        let both = |v: DVec2| [Lanes::splat(v.x), Lanes::splat(v.y)];
+        ([both(self.low), both(self.cells_per_mm)], [self.level_mm, self.half_height_mm].map(Lanes::splat))
+    }
+
+    /// The triangles of the cell at a place, in cells.
+    #[inline(always)]
+    pub(super) fn cell_of(&self, x: f64, y: f64) -> &[u32] {
+        self.of_cell(self.row(y) * self.columns + self.column(x))
+    }
+
+    /// The triangles of a cell.
+    #[inline(always)]
+    fn of_cell(&self, cell: usize) -> &[u32] {
+        &self.ids[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 }
 
@@ -238,6 +294,27 @@ mod tests {
             }
             assert!(met > 10_000 && alone as f64 > 0.9 * met as f64, "{cells}: {alone} of {met}");
         }
+    }
+
+    /// At corners and on edges, where several triangles are met, it is the same one.
+    #[test]
+    fn on_edges_the_same_triangle_is_met() {
+        let mesh = Mesh::new(sheet(40), Normals::Flat);
+        let own = mesh.own();
+        let mut alone = 0;
+        let mut meets = |target: DVec3| {
+            for origin in [target - 30.0 * DVec3::Z, DVec3::new(0.5, -0.25, 16.0)] {
+                let ray = Ray { origin, direction: (target - origin).normalize() };
+                let [by_graph, by_hierarchy] = mesh.met_both_ways(&ray);
+                assert!(by_graph.is_none() || by_graph == by_hierarchy, "{target}: {by_graph:?} {by_hierarchy:?}");
+                alone += usize::from(by_graph.is_some_and(|(_, _, weights)| weights.contains(&0.0)));
+            }
+        };
+        for triangle in &own.triangles {
+            let [a, b, c] = triangle.map(|k| own.points_mm[k as usize]);
+            [a, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)].into_iter().for_each(&mut meets);
+        }
+        assert!(alone > 5_000, "{alone}");
     }
 
     /// What a steep ray may meet twice, or what is no sheet, is none.

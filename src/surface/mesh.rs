@@ -18,6 +18,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::ploc::PlocBuilder;
 use obvhs::ray::RayHit;
+use std::sync::OnceLock;
 
 pub use super::normals::Normals;
 
@@ -62,7 +63,8 @@ impl Triangles {
 pub struct Mesh {
     own: Triangles,
     normals: Normals,
-    hierarchy: Bvh2,
+    /// Made once a ray asks for it.
+    hierarchy: OnceLock<Bvh2>,
     neighbours: Neighbours,
     /// Where a steep ray meets it once, and how it is found there without the hierarchy.
     graph: Option<Graph>,
@@ -94,11 +96,18 @@ const TRIANGLES_PER_LEAF: u32 = 2;
 
 /// The boxes in order for rays. The crate's own `build_bvh2` moves nodes about afterwards, which can make the tree deeper than
 /// the depth it notes for the stacks of rays.
-fn hierarchy(boxes: &[Aabb]) -> Bvh2 {
+fn hierarchy(Triangles { points_mm: points, triangles, .. }: &Triangles) -> Bvh2 {
+    let largest = points.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
+    let pad = DVec3::splat(BOX_ROUNDINGS * largest * f64::from(f32::EPSILON));
+    let of = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|k| points[k as usize]);
+        Aabb::new((a.min(b).min(c) - pad).as_vec3a(), (a.max(b).max(c) + pad).as_vec3a())
+    };
+    let boxes: Vec<Aabb> = triangles.iter().map(of).collect();
     let parameters = BvhBuildParams::medium_build();
     let mut hierarchy = PlocBuilder::with_capacity(boxes.len()).build(
         parameters.ploc_search_distance,
-        boxes,
+        &boxes,
         (0..boxes.len() as u32).collect(),
         parameters.sort_precision,
         parameters.search_depth_threshold,
@@ -111,17 +120,6 @@ impl Mesh {
     /// Orders `triangles` for rays; `normals` says which refract.
     pub fn new(own: Triangles, normals: Normals) -> Self {
         let points = &own.points_mm;
-        let largest = points.iter().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
-        let pad = DVec3::splat(BOX_ROUNDINGS * largest * f64::from(f32::EPSILON));
-        let boxes: Vec<Aabb> = own
-            .triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|k| points[k as usize]);
-                Aabb::new((a.min(b).min(c) - pad).as_vec3a(), (a.max(b).max(c) + pad).as_vec3a())
-            })
-            .collect();
-        let hierarchy = hierarchy(&boxes);
         let first_z = points.iter().fold(f64::INFINITY, |z, p| z.min(p.z)) - 1.0;
         let edges = edges(&own.triangles);
         let neighbours = Neighbours::new(&own.triangles, &edges);
@@ -131,7 +129,7 @@ impl Mesh {
             Normals::Flat => facets.clone(),
             Normals::Smooth => pieces(&own.points_mm, &own.triangles, &edges, &own.point_normals),
         };
-        Self { own, normals, hierarchy, neighbours, graph, facets, pieces, first_z }
+        Self { own, normals, hierarchy: OnceLock::new(), neighbours, graph, facets, pieces, first_z }
     }
 
     /// The triangles as they were given.
@@ -236,8 +234,9 @@ impl Mesh {
         // Traverse the hierarchy, and intersect the triangles that it proposes.
         let mut best: Option<Met> = None;
         let proposal = obvhs::ray::Ray::new_inf(near.origin.as_vec3a(), near.direction.as_vec3a());
-        self.hierarchy.ray_traverse(proposal, &mut RayHit::none(), |_, i| {
-            let id = self.hierarchy.primitive_indices[i] as usize;
+        let hierarchy = self.hierarchy();
+        hierarchy.ray_traverse(proposal, &mut RayHit::none(), |_, i| {
+            let id = hierarchy.primitive_indices[i] as usize;
             let corners = self.corners(id);
             match axes.intersect(near.origin, corners) {
                 Some((t, weights)) if t + ahead > 0.0 => {
@@ -254,12 +253,28 @@ impl Mesh {
         best
     }
 
+    fn hierarchy(&self) -> &Bvh2 {
+        self.hierarchy.get_or_init(|| hierarchy(&self.own))
+    }
+
     fn corners(&self, id: usize) -> [DVec3; 3] {
         self.own.triangles[id].map(|k| self.own.points_mm[k as usize])
     }
 
+    /// Smallest z less some slack.
+    #[inline(always)]
+    pub(super) fn first_z(&self) -> f64 {
+        self.first_z
+    }
+
+    /// Where a steep ray meets it once.
+    #[inline(always)]
+    pub(super) fn graph(&self) -> Option<&Graph> {
+        self.graph.as_ref()
+    }
+
     /// A normal of the triangle itself, of no certain length.
-    fn plane(&self, id: usize) -> DVec3 {
+    pub(super) fn plane(&self, id: usize) -> DVec3 {
         let [a, b, c] = self.corners(id);
         (b - a).cross(c - a)
     }

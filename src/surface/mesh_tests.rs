@@ -31,7 +31,8 @@ fn the_depth_of_the_hierarchy_is_known() {
     }
     assert!(own.triangles.len() > 150);
     own.point_normals = vec![DVec3::Z; own.points_mm.len()];
-    let hierarchy = Mesh::new(own, Normals::Flat).hierarchy;
+    let mesh = Mesh::new(own, Normals::Flat);
+    let hierarchy = mesh.hierarchy();
     assert!(hierarchy.depth(0) < hierarchy.max_depth, "{} {}", hierarchy.depth(0), hierarchy.max_depth);
 }
 

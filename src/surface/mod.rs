@@ -12,6 +12,7 @@ mod height_field;
 pub(crate) mod normals;
 mod parts;
 mod graph;
+pub mod packed_graph;
 mod shear;
 pub mod triangle;
 pub mod mesh;

@@ -75,11 +75,25 @@ pub(super) type EdgeOf = ([u32; 2], u32);
 
 /// Every edge with each of its triangles, in order.
 pub(super) fn edges(triangles: &[[u32; 3]]) -> Vec<EdgeOf> {
-    let mut edges = Vec::with_capacity(3 * triangles.len());
-    for (id, [a, b, c]) in triangles.iter().enumerate() {
-        edges.extend([(a, b), (b, c), (c, a)].map(|(p, q)| ([*p.min(q), *p.max(q)], id as u32)));
+    let of = |(id, [a, b, c]): (usize, &[u32; 3])| {
+        [(a, b), (b, c), (c, a)].map(|(p, q)| ([*p.min(q), *p.max(q)], id as u32))
+    };
+    let all = || triangles.iter().enumerate().flat_map(of);
+
+    // Count those that begin at each corner, and place them by it; few begin at one.
+    let corners = all().map(|([p, _], _)| p as usize + 1).max().unwrap_or(0);
+    let mut next = vec![0; corners + 1];
+    all().for_each(|([p, _], _)| next[p as usize + 1] += 1);
+    for p in 0..corners {
+        next[p + 1] += next[p];
     }
-    edges.sort_unstable();
+    let mut edges = vec![([0; 2], 0); 3 * triangles.len()];
+    for edge in all() {
+        let place = &mut next[edge.0[0] as usize];
+        edges[*place] = edge;
+        *place += 1;
+    }
+    edges.chunk_by_mut(|a, b| a.0[0] == b.0[0]).for_each(<[EdgeOf]>::sort_unstable);
     edges
 }
 
@@ -96,6 +110,12 @@ pub(super) fn normals(points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
         if normal.z < 0.0 { -normal } else { normal }
     };
     triangles.iter().map(normal).collect()
+}
+
+/// Whether two vectors surely make an angle of less than [`LEAST_CREASE_RAD`], by its sine, which is less: without an arc tangent.
+fn surely_even(a: DVec3, b: DVec3) -> bool {
+    const SINE: f64 = 0.99 * LEAST_CREASE_RAD;
+    a.dot(b) > 0.0 && a.cross(b).length_squared() < SINE * SINE * a.length_squared() * b.length_squared()
 }
 
 fn angle(a: DVec3, b: DVec3) -> f64 {
@@ -171,7 +191,11 @@ fn creases(
             _ => None,
         })
     };
-    if !inside().any(|bend| bend.rad > LEAST_CREASE_RAD) {
+    let may_be = |group: &[EdgeOf]| match *group {
+        [(_, a), (_, b)] => !surely_even(normals[a as usize], normals[b as usize]),
+        _ => false,
+    };
+    if !(by_edge(edges).any(may_be) && inside().any(|bend| bend.rad > LEAST_CREASE_RAD)) {
         return None;
     }
     let (count, squares) = inside().fold((0.0, 0.0), |(count, sum), bend| (count + 1.0, sum + bend.rad * bend.rad));

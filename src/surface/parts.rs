@@ -16,10 +16,11 @@ pub(super) struct Parts {
 
 impl Parts {
     fn of(names: Vec<u32>) -> Self {
-        let mut found = names.clone();
-        found.sort_unstable();
-        found.dedup();
-        if found.len() > 1 { Self { names, count: found.len() } } else { Self::default() }
+        let most = names.iter().max().map_or(0, |name| *name as usize);
+        let mut found = vec![false; most + 1];
+        names.iter().for_each(|name| found[*name as usize] = true);
+        let count = found.into_iter().filter(|found| *found).count();
+        if count > 1 { Self { names, count } } else { Self::default() }
     }
 
     /// The part that a triangle belongs to.

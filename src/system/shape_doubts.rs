@@ -314,16 +314,31 @@ fn leaning(surface: &Given, prism: &PrismSpec) -> Option<String> {
     else {
         return None;
     };
-    let lean = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|k| own.points_mm[k as usize]);
+    let corners = |t: &[u32; 3]| t.map(|k| own.points_mm[k as usize]);
+    let upward = |t: &[u32; 3]| {
+        let [a, b, c] = corners(t);
         let normal = (b - a).cross(c - a);
-        let most = |k: u32| {
-            let normal = if normal.z < 0.0 { -normal } else { normal };
-            own.point_normals[k as usize].angle_between(normal)
-        };
-        (t.map(most).into_iter().fold(0.0, f64::max).to_degrees(), (a + b + c) / 3.0)
+        if normal.z < 0.0 { -normal } else { normal }
     };
-    let (lean_deg, at) = own.triangles.iter().map(lean).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let lean = |t: &[u32; 3]| {
+        let normal = upward(t);
+        let [a, b, c] = corners(t);
+        let leans = t.map(|k| own.point_normals[k as usize].angle_between(normal));
+        (leans.into_iter().fold(0.0, f64::max).to_degrees(), (a + b + c) / 3.0)
+    };
+
+    // Leave out those that surely lean less, by the cosine, which needs no arc.
+    let cosine = libm::cos(LARGEST_LEAN_DEG.to_radians());
+    let least_square = cosine * cosine * (1.0 + 1e-6);
+    let may_lean = |t: &&[u32; 3]| {
+        let normal = upward(t);
+        t.iter().map(|k| own.point_normals[*k as usize]).any(|at_corner| {
+            let along = at_corner.dot(normal);
+            let upright = along * along >= least_square * at_corner.length_squared() * normal.length_squared();
+            along <= 0.0 || !upright
+        })
+    };
+    let (lean_deg, at) = own.triangles.iter().filter(may_lean).map(lean).max_by(|a, b| a.0.total_cmp(&b.0))?;
     (lean_deg > LARGEST_LEAN_DEG).then(|| {
         format!(
             "the normals by which `{}` refracts lean up to {} deg from its triangles, near ({}, {}, {}) mm: write \

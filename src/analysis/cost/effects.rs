@@ -25,6 +25,9 @@ const TELECENTRIC: (f64, f64) = (0.01, 0.95);
 /// How much of the glass that the pinhole looks through the telecentric lens does, along each side.
 const TELECENTRIC_PART: f64 = 0.8;
 
+/// The knob of points that stand for the parts of a pupil around them.
+pub const FILLED: &str = "filled";
+
 /// An instrument that is timed, and what names it.
 struct EffectRun {
     value: String,
@@ -46,7 +49,8 @@ pub(super) fn all(scene: &Scene, plain: &System, settings: &CostSettings) -> Vec
     let (f_number, share) = THIN;
     let thin = ThinLens::new(f_number, share * depth_mm, Aperture::Circle, scene.camera.focal_length_mm);
     let lenses = [("thin_lens", Some(Lens::Thin(thin))), ("telecentric", telecentric(scene, plain, depth_mm))];
-    let lenses = lenses.into_iter().filter_map(|(name, lens)| by_points(name, lens?, scene, settings));
+    let lenses = lenses.into_iter().flat_map(|(name, lens)| [(name, lens, false), (name, lens, true)]);
+    let lenses = lenses.filter_map(|(name, lens, fill)| by_points(name, lens?, fill, scene, settings));
     lenses.chain(by_level(scene, plain, settings)).collect()
 }
 
@@ -63,18 +67,29 @@ fn telecentric(scene: &Scene, plain: &System, depth_mm: f64) -> Option<Lens> {
     Some(Lens::Telecentric(Telecentric { magnification, na, focus_mm: share * depth_mm }))
 }
 
-/// A lens by the points of its pupil; `None` where the scene cannot be built with it.
-fn by_points(effect: &'static str, lens: Lens, scene: &Scene, settings: &CostSettings) -> Option<EffectRuns> {
-    let of_points = |points: usize| {
-        let quadrature = Quadrature { points, ..Quadrature::default() };
+/// A lens by the points of its pupil, which stand for the parts of it around them where `fill`; `None` where the scene cannot be
+/// built with it, or has what is not filled.
+fn by_points(
+    effect: &'static str,
+    lens: Lens,
+    fill: bool,
+    scene: &Scene,
+    settings: &CostSettings,
+) -> Option<EffectRuns> {
+    if fill && !scene.objects.is_empty() {
+        return None;
+    }
+    let of_points = |points: usize, fill: bool| {
+        let quadrature = Quadrature { points, fill, ..Quadrature::default() };
         let effects = Effects { lens, quadrature, ..Effects::default() };
         system::build(&Scene { effects, accuracy: Accuracy::standard(), ..scene.clone() }).ok()
     };
     let run = |&points: &usize| {
-        Some(EffectRun { value: points.to_string(), number: points as f64, system: of_points(points)? })
+        Some(EffectRun { value: points.to_string(), number: points as f64, system: of_points(points, fill)? })
     };
     let runs = settings.pupil_points.iter().map(run).collect::<Option<Vec<_>>>()?;
-    Some(EffectRuns { effect, knob: "points", runs, reference: of_points(settings.pupil_reference)? })
+    let knob = if fill { FILLED } else { "points" };
+    Some(EffectRuns { effect, knob, runs, reference: of_points(settings.pupil_reference, false)? })
 }
 
 /// The prism as triangles by the level; `None` without one, or of one that is a mesh already.

@@ -23,6 +23,7 @@ use time::Job;
 
 pub use designs::DesignSetting;
 pub use detector::Measured;
+pub use effects::FILLED;
 pub use meshes::Meshed;
 pub use time::{Spread, calibration, cpu_ms};
 

@@ -62,12 +62,13 @@ fn the_study_tells_better_settings_from_worse() {
     assert!(fine.corners_px.expect("all met").max < coarse.corners_px.expect("all met").max);
 
     // More points of a pupil and higher levels are nearer to the finer picture of the same effect.
-    for (effect, count) in [("thin_lens", 2), ("telecentric", 2), ("mesh", 3)] {
-        let own: Vec<&EffectSetting> = study.effects.iter().filter(|s| s.effect == effect).collect();
-        assert_eq!(own.len(), count, "{effect}");
+    let points = ["thin_lens", "telecentric"].into_iter().flat_map(|lens| [(lens, "points", 2), (lens, FILLED, 2)]);
+    for (effect, knob, count) in points.chain([("mesh", "level", 3)]) {
+        let own: Vec<&EffectSetting> = study.effects.iter().filter(|s| s.effect == effect && s.knob == knob).collect();
+        assert_eq!(own.len(), count, "{effect}, {knob}");
         let (first, last) = (own[0], own[count - 1]);
         // Eight times the points would leave a third of the error even if they were drawn at random.
-        let least = if own[0].knob == "points" { 2.0 } else { 1.0 };
+        let least = if knob == "level" { 1.0 } else { 2.0 };
         assert!(least * last.rmse < first.rmse && first.time_ms.min > 0.0, "{first:?} {last:?}");
     }
 

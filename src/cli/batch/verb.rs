@@ -9,7 +9,7 @@ use crate::cli::study::of_scene;
 use crate::cli::study_args::AnalyseArgs;
 use crate::cli::{accuracy, design, files};
 use crate::error::Error;
-use crate::render::{Outputs, render_wanted};
+use crate::render::render_classed;
 use crate::report::{comparison, design as design_report, picture};
 use crate::scene::Scene;
 use crate::system::{DesignStore, build_from};
@@ -157,7 +157,7 @@ fn compared(args: &CompareArgs, scene: Scene, place: &Path, designs: &DesignStor
 /// What became of the rays of the picture, which goes to the file `png`, and what it kept to.
 fn rendered(scene: &Scene, place: &Path, designs: &DesignStore, png: Option<PathBuf>) -> Result<Value, Error> {
     let system = files::named(place, build_from(scene, designs))?;
-    let film = render_wanted(&system, Outputs { truth: true }, &());
+    let film = render_classed(&system, &());
     if let Some(png) = png {
         picture::write_all(&[png], scene, &system, &film)?;
     }

@@ -13,7 +13,7 @@ pub struct Machine {
     pub threads: usize,
     /// Operating system and architecture.
     pub system: String,
-    /// The widest vectors that were found: `AVX2` or `baseline`.
+    /// The widest vectors that were found: `AVX-512`, `AVX2` or `baseline`.
     pub vectors: &'static str,
 }
 

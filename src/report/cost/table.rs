@@ -119,7 +119,7 @@ fn meshes(text: &mut String, study: &CostStudy) {
             m.lost
         );
     }
-    text.push_str("one ray a pixel, from a sample of the right half; the hierarchy is built once\n");
+    text.push_str("one ray a pixel, from a sample of the right half; what orders the triangles is built once\n");
 }
 
 fn designs(text: &mut String, study: &CostStudy) {
@@ -164,10 +164,11 @@ fn effects(text: &mut String, study: &CostStudy) {
         "\n{:21} {:>10}  {:>8} {:>8} {:>8}  {:>9} {:>8} {:>8}",
         "effects", "", "ms", "to p90", "yardst.", "RMSE", "line p99", "line max"
     );
-    let mut effect = "";
+    let mut before = ("", "");
     for s in &study.effects {
-        let name = if s.effect == effect { String::new() } else { format!("{}, {}", s.effect, s.knob) };
-        effect = s.effect;
+        let of = (s.effect, s.knob);
+        let name = if of == before { String::new() } else { format!("{}, {}", s.effect, s.knob) };
+        before = of;
         let _ = writeln!(
             text,
             "{name:21} {:>10}  {:>8} {:>8} {:>8}  {:>9} {:>8} {:>8}",

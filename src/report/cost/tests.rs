@@ -136,7 +136,7 @@ fn table_and_chart_name_the_machine_and_each_setting() {
     assert!(table.contains("4 x 4*") && !table.contains("3 x 3*"), "{table}");
     assert!(chart.contains("Pareto front") && !chart.contains("triangles"), "lines and corners share no axis: {chart}");
     let effects = svg::write(&chart::effects("paper", &machine, &study), &chart::effect_title("paper"));
-    assert!(effects.contains("thin lens, points of its pupil") && !effects.contains("telecentric"), "{effects}");
+    assert!(effects.contains("thin lens, pupil points") && !effects.contains("telecentric"), "{effects}");
     assert!(table.contains("thin_lens, points"), "{table}");
     let meshes = svg::write(&chart::meshes("paper", &machine, &study), &chart::mesh_title("paper"));
     assert!(meshes.contains("10³ triangles") && !meshes.contains("Pareto front"), "{meshes}");

@@ -1,6 +1,6 @@
 //! The study as charts: error over time.
 
-use crate::analysis::cost::{CostStudy, DesignSetting, EffectSetting, Meshed, Setting, Spread};
+use crate::analysis::cost::{CostStudy, DesignSetting, EffectSetting, FILLED, Meshed, Setting, Spread};
 use crate::plot::axis::{Scale, superscript};
 use crate::plot::chart::{self, AxisInput, ChartInput, ChartSeries, Front, Look, Point};
 use crate::plot::drawing::Drawing;
@@ -107,8 +107,8 @@ pub fn designs(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
 
 /// Difference from a finer picture with the same effect over the time of a picture.
 pub fn effects(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
-    let named = |(name, effect): (&str, &str)| {
-        let own: Vec<&EffectSetting> = study.effects.iter().filter(|s| s.effect == effect).collect();
+    let named = |(name, effect, knob): (&str, &str, &str)| {
+        let own: Vec<&EffectSetting> = study.effects.iter().filter(|s| s.effect == effect && s.knob == knob).collect();
         ChartSeries {
             name: name.to_owned(),
             look: Look::MarkersAndLine,
@@ -117,9 +117,11 @@ pub fn effects(scene: &str, machine: &Machine, study: &CostStudy) -> Drawing {
         }
     };
     let series = [
-        ("thin lens, points of its pupil", "thin_lens"),
-        ("telecentric lens, points of its pupil", "telecentric"),
-        ("prism of triangles, level", "mesh"),
+        ("thin lens, pupil points", "thin_lens", "points"),
+        ("thin lens, filled", "thin_lens", FILLED),
+        ("telecentric lens, pupil points", "telecentric", "points"),
+        ("telecentric lens, filled", "telecentric", FILLED),
+        ("prism of triangles, level", "mesh", "level"),
     ];
     chart::draw(&ChartInput {
         title: effect_title(scene),

@@ -15,8 +15,6 @@ pub(super) enum Canonical<'a> {
     Object(CanonicalObject<'a>),
     /// A list of triples, which may be long.
     Points(&'a [DVec3]),
-    /// The same of the corners of triangles.
-    Triangles(&'a [[u32; 3]]),
 }
 
 /// Values by their keys.
@@ -40,7 +38,7 @@ impl<'a> CanonicalObject<'a> {
 
     /// The hash FNV-1a of 64 bits (Fowler, Noll, Vo) of its text, in hexadecimal.
     pub(super) fn checksum(&self) -> String {
-        let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+        let mut hash = Fnv(FNV_START);
         self.write(&mut hash).expect("a hash takes any text");
         format!("{:016x}", hash.0)
     }
@@ -69,7 +67,6 @@ impl Canonical<'_> {
             Self::Object(object) => object.write(out),
             Self::List(items) => list(out, items, |out, item| item.write(out)),
             Self::Points(points) => list(out, points, |out, point| list(out, &point.to_array(), |o, v| number(o, *v))),
-            Self::Triangles(all) => list(out, all, |out, corners| list(out, corners, |o, k| number(o, f64::from(*k)))),
         }
     }
 }
@@ -96,14 +93,29 @@ pub(super) fn checksum_of_bits(words: impl Iterator<Item = u32>) -> String {
     checksum_of_bytes(words.flat_map(u32::to_le_bytes))
 }
 
+/// The hashes FNV-1a of 64 bits of the first, the second and the third numbers of triples, each byte by byte from the lowest, in
+/// hexadecimal: three at a time, since each byte waits for the one before it.
+pub(super) fn checksums_of_columns<const BYTES: usize>(triples: impl Iterator<Item = [[u8; BYTES]; 3]>) -> String {
+    let mut hashes = [const { Fnv(FNV_START) }; 3];
+    for triple in triples {
+        for k in 0..BYTES {
+            hashes.iter_mut().zip(&triple).for_each(|(hash, bytes)| hash.add(bytes[k]));
+        }
+    }
+    hashes.map(|hash| format!("{:016x}", hash.0)).join(" ")
+}
+
 /// The hash FNV-1a of 64 bits of bytes, in hexadecimal.
 pub fn checksum_of_bytes(bytes: impl Iterator<Item = u8>) -> String {
-    let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+    let mut hash = Fnv(FNV_START);
     bytes.for_each(|byte| hash.add(byte));
     format!("{:016x}", hash.0)
 }
 
 struct Fnv(u64);
+
+/// The hash of nothing.
+const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
 
 impl Fnv {
     fn add(&mut self, byte: u8) {
@@ -207,10 +219,17 @@ mod tests {
         for (text, sum) in
             [("", 0xcbf2_9ce4_8422_2325), ("a", 0xaf63_dc4c_8601_ec8c), ("foobar", 0x8594_4171_f739_67e8)]
         {
-            let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+            let mut hash = Fnv(FNV_START);
             hash.write_str(text).unwrap();
             assert_eq!(hash.0, sum, "{text:?}");
         }
+    }
+
+    #[test]
+    fn columns_have_checksums_of_their_own() {
+        let triples = [[1u32, 2, 3], [4, 5, 6]];
+        let columns = [[1, 4], [2, 5], [3, 6]].map(|column| checksum_of_bits(column.into_iter()));
+        assert_eq!(checksums_of_columns(triples.iter().map(|t| t.map(u32::to_le_bytes))), columns.join(" "));
     }
 
     #[test]
@@ -222,12 +241,11 @@ mod tests {
             .with("list", [1.0, 480.0])
             .with("flag", true)
             .with("points", Canonical::Points(&points))
-            .with("triangles", Canonical::Triangles(&[[0, 1, 20]]))
             .maybe("missing", None::<f64>)
             .maybe("there", Some(5e-324));
         let expected = concat!(
             r#"{"flag":true,"list":[1e0,4.8e2],"points":[[3.5e1,3.0000000000000004e-1,1e-300],[-1e0,0e0,0e0]],"#,
-            r#""there":5e-324,"triangles":[[0e0,1e0,2e1]],"z":{"a":0e0,"b":"a \"word\""}}"#
+            r#""there":5e-324,"z":{"a":0e0,"b":"a \"word\""}}"#
         );
         assert_eq!(object.to_string(), expected);
         let read: serde_json::Value = serde_json::from_str(expected).unwrap();

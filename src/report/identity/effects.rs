@@ -202,10 +202,11 @@ fn filtered<'a>(Bayer { order, transmission, demosaic }: Bayer) -> CanonicalObje
     object().with("order", order).with("transmission", transmission).with("demosaic", demosaic)
 }
 
-fn sampled<'a>(Quadrature { points, replicates, noise, seed }: &Quadrature) -> CanonicalObject<'a> {
+fn sampled<'a>(Quadrature { points, replicates, noise, seed, fill }: &Quadrature) -> CanonicalObject<'a> {
     object()
         .with("points", *points)
         .with("replicates", *replicates)
         .maybe("noise", *noise)
         .with("seed", seed.to_string().as_str())
+        .maybe("fill", fill.then_some(true))
 }

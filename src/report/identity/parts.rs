@@ -1,6 +1,6 @@
 //! The parts of an instrument and their checksums.
 
-use super::canonical::{Canonical, CanonicalObject, checksum_of_bits};
+use super::canonical::{Canonical, CanonicalObject, checksum_of_bits, checksums_of_columns};
 use super::effects::effects;
 use crate::geom::{Pose, Rect};
 use crate::scene::{
@@ -10,10 +10,14 @@ use crate::scene::{
 };
 use crate::surface::mesh::{Normals, Triangles};
 use crate::system::System;
+use glam::DVec3;
 use serde_json::{Map, Value};
 
 /// The form of the checksums.
 pub const FORM: &str = "biprism-instrument/1";
+
+/// The form of those of a prism of triangles, whose numbers are told by the checksums of their bits.
+const FORM_OF_MESHES: &str = "biprism-instrument/2";
 
 /// The key of [`FORM`] among the parts.
 const FORM_KEY: &str = "form";
@@ -21,9 +25,14 @@ const FORM_KEY: &str = "form";
 /// What the truth of a picture depends on: for each part of the scene and of the `system` built from it, its name and its
 /// checksum, in hexadecimal, with their [`FORM`]. Of effects those count that are kept.
 pub fn parts(scene: &Scene, system: &System) -> Map<String, Value> {
-    let form = (FORM_KEY.to_owned(), Value::from(FORM));
+    let form = (FORM_KEY.to_owned(), Value::from(form(scene)));
     let sums = texts(scene, system).map(|(name, part)| (name.to_owned(), Value::from(part.checksum())));
     std::iter::once(form).chain(sums).collect()
+}
+
+/// The form of what is told of a scene.
+fn form(scene: &Scene) -> &'static str {
+    if matches!(scene.prism, PrismSpec::Mesh(_)) { FORM_OF_MESHES } else { FORM }
 }
 
 /// What each part stands for.
@@ -49,11 +58,17 @@ pub enum Likeness {
 
 /// Whether `said`, the parts that a picture's notes give, are those of `scene` and its `system`.
 pub fn likeness(scene: &Scene, system: &System, said: &Value) -> Likeness {
-    if said[FORM_KEY] != FORM {
+    if ![FORM, FORM_OF_MESHES].iter().any(|form| said[FORM_KEY] == *form) {
         return Likeness::Unknown;
     }
-    let others: Vec<String> =
-        parts(scene, system).into_iter().filter(|(name, sum)| said[name] != *sum).map(|(name, _)| name).collect();
+    let differs = |(name, sum): &(String, Value)| name != FORM_KEY && said[name] != *sum;
+    let mut others: Vec<String> = parts(scene, system).into_iter().filter(differs).map(|(name, _)| name).collect();
+
+    // A prism of triangles may have been told in the form of all others once.
+    if form(scene) != FORM && said[FORM_KEY] == FORM {
+        others.retain(|name| name != "prism");
+        return if others.is_empty() { Likeness::Unknown } else { Likeness::Others(others) };
+    }
     if others.is_empty() { Likeness::Same } else { Likeness::Others(others) }
 }
 
@@ -158,10 +173,13 @@ fn cloud(cloud: &CloudSpec) -> CanonicalObject<'_> {
 
 fn triangles(sheet: &Triangles) -> CanonicalObject<'_> {
     let Triangles { points_mm, point_normals, triangles } = sheet;
+    // A zero has one sign.
+    let bytes = |v: f64| (v + 0.0).to_le_bytes();
+    let points = |all: &[DVec3]| checksums_of_columns(all.iter().map(|p| p.to_array().map(bytes)));
     object()
-        .with("points_mm", Canonical::Points(points_mm))
-        .with("point_normals", Canonical::Points(point_normals))
-        .with("triangles", Canonical::Triangles(triangles))
+        .with("points_mm", points(points_mm).as_str())
+        .with("point_normals", points(point_normals).as_str())
+        .with("triangles", checksums_of_columns(triangles.iter().map(|t| t.map(u32::to_le_bytes))).as_str())
 }
 
 fn biprism<'a>(kind: CanonicalObject<'a>, flat: &BiprismSpec) -> CanonicalObject<'a> {
@@ -329,6 +347,22 @@ mod tests {
             assert_eq!(likeness(&scene, &system, &said), Likeness::Unknown);
         }
         assert_eq!(likeness(&scene, &system, &Value::Null), Likeness::Unknown);
+    }
+
+    /// Nothing is known of a prism of triangles that was told by its numbers, which is not another prism.
+    #[test]
+    fn triangles_have_a_form_of_their_own() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cases/prism_mesh.toml");
+        let scene = scene::load(path.as_ref()).unwrap();
+        let system = system::build(&scene).unwrap();
+        let mut said = Value::from(parts(&scene, &system));
+        assert_eq!((&said[FORM_KEY], likeness(&scene, &system, &said)), (&FORM_OF_MESHES.into(), Likeness::Same));
+        said["prism"] = "0123456789abcdef".into();
+        assert_eq!(likeness(&scene, &system, &said), Likeness::Others(vec!["prism".to_owned()]));
+        said[FORM_KEY] = FORM.into();
+        assert_eq!(likeness(&scene, &system, &said), Likeness::Unknown);
+        said["camera"] = "0123456789abcdef".into();
+        assert_eq!(likeness(&scene, &system, &said), Likeness::Others(vec!["camera".to_owned()]));
     }
 
     #[test]

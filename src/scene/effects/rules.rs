@@ -10,7 +10,7 @@ use crate::num::curve::ChebyshevCurve;
 use crate::optics::medium::Material;
 use crate::optics::spectrum::WavelengthBand;
 use crate::scene::limits::SMALLEST_INDEX;
-use crate::scene::model::{BoardSpec, CameraSpec, GlassSpec, PolynomialSpec, PrismSpec, RevolvedSpec};
+use crate::scene::model::{BoardSpec, CameraSpec, GlassSpec, PolynomialSpec, PrismSpec, RevolvedSpec, Scene};
 use crate::scene::source::ValueSource;
 use crate::surface::shape::{PolynomialPatch, RevolvedSurface};
 use glam::{DVec2, DVec3};
@@ -101,6 +101,27 @@ pub(in crate::scene) fn sets_tell_noise(source: &dyn ValueSource, quadrature: &Q
     );
     let help = "give the largest count of sets that you would wait for as `replicates`, such as 64";
     Err(source.refuse("quadrature.noise", rule, help))
+}
+
+/// Points of a pupil stand for the parts of it around them where nothing but the pupil is drawn, before one board, in one set.
+pub(in crate::scene) fn fill_fits(source: &dyn ValueSource, scene: &Scene) -> Result<(), Error> {
+    let effects = &scene.effects;
+    if !effects.quadrature.fill {
+        return Ok(());
+    }
+    let lens = effects.lens.thin().is_some() || effects.lens.telecentric().is_some();
+    let refused = [
+        (!lens, "the scene has no `[effect.thin_lens]` and no `[effect.telecentric]`"),
+        (effects.roughness.is_some(), "`[effect.roughness]` is drawn from the same points"),
+        (effects.clipping.is_some(), "`[effect.clipping]` makes borders that are blurred otherwise than the board"),
+        (effects.ghosts.is_some(), "`[effect.ghosts]` are blurred otherwise than the board"),
+        (effects.diffraction.is_some(), "`[effect.diffraction]` spreads the light of each point"),
+        (!scene.objects.is_empty(), "`[[object]]` is blurred otherwise than the board"),
+        (effects.quadrature.replicates > 1, "`quadrature.replicates` asks for sets whose mean is without bias"),
+    ];
+    let Some((_, reason)) = refused.into_iter().find(|(refused, _)| *refused) else { return Ok(()) };
+    let rule = format!("`quadrature.fill` lets points of a pupil stand for the parts of it around them, and {reason}");
+    Err(source.refuse("quadrature.fill", rule, "take `fill` out, and give more `points`"))
 }
 
 /// A table without which the one at `table` says nothing is missing.

@@ -1,0 +1,251 @@
+//! Rays of several places at once through prisms of triangles: nine of a part of a pixel behind one triangle of the front and one of the
+//! back, and a packet in a row of pixels, each through its own.
+
+use super::instrument::System;
+use crate::geom::Ray;
+use crate::num::simd::{Kernel, LANES, Lanes, widest};
+use crate::prism::lanes::{Rays, Vectors};
+use crate::prism::packed_triangles::PacketBehindTriangle;
+use crate::prism::side::Side;
+use glam::{DVec2, DVec3};
+
+/// Nine rays: a packet, and the one that it leaves over.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NineRays {
+    packet: Rays,
+    last: Ray,
+}
+
+/// Of each of nine rays, how far within the sides of a triangle and on the half that its surface bounds it passed.
+pub(crate) type NineWithin = [[f64; NINE]; 4];
+
+const NINE: usize = LANES + 1;
+
+impl System {
+    /// [`System::behind_front`] of nine places, with the same bits.
+    pub(crate) fn nine_behind_front(
+        &self,
+        px: &[DVec2; NINE],
+        side: Side,
+        triangle: u32,
+    ) -> Option<(NineRays, NineWithin)> {
+        let last = self.behind_front(px[LANES], side, triangle)?;
+        if let Some(behind) = widest(BehindFront { system: self, px, side, triangle }) {
+            return Some((NineRays { packet: behind.rays, last: last.ray }, nine(behind.within, last.within)));
+        }
+
+        // Rays that need care are traced one by one.
+        let mut rays = [last.ray; LANES];
+        let mut within = [last.within; LANES];
+        for k in 0..LANES {
+            let behind = self.behind_front(px[k], side, triangle)?;
+            (rays[k], within[k]) = (behind.ray, behind.within);
+        }
+        let within = std::array::from_fn(|of| Lanes::of(|k| within[k][of]));
+        Some((NineRays { packet: packed(&rays), last: last.ray }, nine(within, last.within)))
+    }
+
+    /// [`System::seen_behind_back`] of nine rays, with the same bits.
+    pub(crate) fn nine_behind_back(
+        &self,
+        inside: &NineRays,
+        side: Side,
+        triangle: u32,
+    ) -> Option<([DVec2; NINE], NineWithin)> {
+        let (last_mm, last_within) = self.seen_behind_back(&inside.last, side, triangle)?;
+        if let Some(([x, y], within)) = widest(BehindBack { system: self, inside: &inside.packet, side, triangle }) {
+            let seen_mm = |k: usize| if k < LANES { DVec2::new(x.0[k], y.0[k]) } else { last_mm };
+            return Some((std::array::from_fn(seen_mm), nine(within, last_within)));
+        }
+
+        // Rays that need care are traced one by one.
+        let mut seen_mm = [last_mm; NINE];
+        let mut within = [last_within; LANES];
+        for (k, seen_mm) in seen_mm.iter_mut().take(LANES).enumerate() {
+            (*seen_mm, within[k]) = self.seen_behind_back(&lane(&inside.packet, k), side, triangle)?;
+        }
+        Some((seen_mm, nine(std::array::from_fn(|of| Lanes::of(|k| within[k][of])), last_within)))
+    }
+}
+
+/// What a packet of places sees of the board, in mm, by which side, and through which triangles of front and back.
+pub(crate) type SeenThroughTriangles = ([Lanes; 2], Side, [[u32; LANES]; 2]);
+
+impl System {
+    /// What [`System::trace_with_parts`] tells of the places from `start` on to the right, one px apart, with the same bits; `None`
+    /// where it is to be asked. The triangles of a place beside them, where they are known, lead to theirs.
+    #[inline]
+    pub(crate) fn trace_through_triangles(
+        &self,
+        start: DVec2,
+        beside: Option<[u32; 2]>,
+    ) -> Option<SeenThroughTriangles> {
+        widest(ThroughTriangles { system: self, start, beside })
+    }
+}
+
+struct ThroughTriangles<'a> {
+    system: &'a System,
+    start: DVec2,
+    beside: Option<[u32; 2]>,
+}
+
+impl Kernel for ThroughTriangles<'_> {
+    type Out = Option<SeenThroughTriangles>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Out {
+        let Self { system, start, beside } = self;
+        let rays = system.camera().rays([Lanes::of(|k| start.x + k as f64), Lanes::splat(start.y)]);
+        let passed = system.prism()?.packet_through_triangles(&rays, beside)?;
+        let ([x, y], met) = system.board().intersect_all(&passed.rays);
+        met.all().then_some(([x, y], passed.side, passed.triangles))
+    }
+}
+
+/// The values of a packet and of the last ray.
+#[inline(always)]
+fn nine(packet: [Lanes; 4], last: [f64; 4]) -> NineWithin {
+    std::array::from_fn(|of| std::array::from_fn(|k| if k < LANES { packet[of].0[k] } else { last[of] }))
+}
+
+fn packed(rays: &[Ray; LANES]) -> Rays {
+    let vectors = |of: fn(&Ray) -> DVec3| Vectors {
+        x: Lanes::of(|k| of(&rays[k]).x),
+        y: Lanes::of(|k| of(&rays[k]).y),
+        z: Lanes::of(|k| of(&rays[k]).z),
+    };
+    Rays { origin: vectors(|ray| ray.origin), direction: vectors(|ray| ray.direction) }
+}
+
+fn lane(rays: &Rays, k: usize) -> Ray {
+    let vector = |v: &Vectors| DVec3::new(v.x.0[k], v.y.0[k], v.z.0[k]);
+    Ray { origin: vector(&rays.origin), direction: vector(&rays.direction) }
+}
+
+struct BehindFront<'a> {
+    system: &'a System,
+    px: &'a [DVec2; NINE],
+    side: Side,
+    triangle: u32,
+}
+
+impl Kernel for BehindFront<'_> {
+    type Out = Option<PacketBehindTriangle>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Out {
+        let Self { system, px, side, triangle } = self;
+        let rays = system.camera().rays([Lanes::of(|k| px[k].x), Lanes::of(|k| px[k].y)]);
+        let behind = system.prism()?.packet_behind_front(&rays, side, triangle)?;
+        Some(PacketBehindTriangle { within: behind.within.map(|value| value / rays.direction.z), ..behind })
+    }
+}
+
+struct BehindBack<'a> {
+    system: &'a System,
+    inside: &'a Rays,
+    side: Side,
+    triangle: u32,
+}
+
+impl Kernel for BehindBack<'_> {
+    /// What they see of the board, in mm, and how far within they passed.
+    type Out = Option<([Lanes; 2], [Lanes; 4])>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Out {
+        let Self { system, inside, side, triangle } = self;
+        let behind = system.prism()?.packet_behind_back(inside, side, triangle)?;
+        let ([x, y], met) = system.board().intersect_all(&behind.rays);
+        let endless = Lanes::splat(f64::INFINITY);
+        (met & x.abs().lt(endless) & y.abs().lt(endless)).all().then_some(([x, y], behind.within))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prism::triangles::TrianglePair;
+    use crate::scene::PrismSpec;
+    use crate::surface::mesh::Normals;
+
+    /// What a row sees, by packets and ray by ray, of meshes with normals that differ, and where it ends.
+    #[test]
+    fn a_row_is_as_its_single_rays() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cases/prism_mesh.toml");
+        let scene = crate::scene::load(path.as_ref()).unwrap();
+        for normals in [Normals::Flat, Normals::Smooth] {
+            let mut scene = scene.clone();
+            let PrismSpec::Mesh(prism) = &mut scene.prism else { panic!("{:?}", scene.prism) };
+            prism.normals = normals;
+            for (k, normal) in prism.back.point_normals.iter_mut().enumerate() {
+                *normal = (*normal + 0.01 * DVec3::new(libm::sin(k as f64), libm::cos(k as f64), 0.0)).normalize();
+            }
+            let system = crate::system::build(&scene).unwrap();
+            let mut packets = 0;
+            for (j, i) in (0..60).flat_map(|j| (0..40).map(move |i| (j, i))) {
+                // On whole numbers rays meet corners and sides of triangles.
+                let start = DVec2::new(8.0 * f64::from(i), 3.0 * f64::from(j) + 0.25 * f64::from(j % 4));
+                // A triangle beside it, and one that is not.
+                let beside = system.triangles_at(start - DVec2::X).map(|pair| pair.triangles);
+                for beside in [None, beside, Some([7, u32::MAX])] {
+                    let Some(([x, y], side, triangles)) = system.trace_through_triangles(start, beside) else {
+                        continue;
+                    };
+                    packets += 1;
+                    for k in 0..LANES {
+                        let (seen, parts) = system.trace_with_parts(start + DVec2::new(k as f64, 0.0));
+                        let seen = seen.unwrap();
+                        assert_eq!((seen.board_mm, seen.side), (DVec2::new(x.0[k], y.0[k]), side));
+                        assert_eq!(parts.triangles, triangles.map(|of| of[k]), "{start}");
+                    }
+                }
+            }
+            println!("{packets} packets of 7200");
+            assert!(packets > 3600, "{packets}");
+        }
+    }
+
+    /// Packets have the bits of single rays, through one pair of triangles and through those around it, which they miss.
+    #[test]
+    fn nine_rays_are_nine_single_ones() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cases/prism_mesh.toml");
+        let scene = crate::scene::load(path.as_ref()).unwrap();
+        for normals in [Normals::Flat, Normals::Smooth] {
+            let mut scene = scene.clone();
+            let PrismSpec::Mesh(prism) = &mut scene.prism else { panic!("{:?}", scene.prism) };
+            prism.normals = normals;
+            // Normals that differ from corner to corner.
+            for (k, normal) in prism.front.point_normals.iter_mut().enumerate() {
+                *normal = (*normal + 0.01 * DVec3::new(libm::sin(k as f64), libm::cos(k as f64), 0.0)).normalize();
+            }
+            let system = crate::system::build(&scene).unwrap();
+            let mut packets = 0;
+            for k in 0..200 {
+                let at =
+                    DVec2::new((f64::from(k) * 0.754_877).fract() * 320.0, (f64::from(k) * 0.569_84).fract() * 180.0);
+                let Some(pair) = system.triangles_at(at) else { continue };
+                let px = std::array::from_fn(|k| at + 3.0 * DVec2::new((k % 3) as f64 - 1.0, (k / 3) as f64 - 1.0));
+                packets += usize::from(is_as_single(&system, &px, pair));
+            }
+            assert!(packets > 150, "{packets}");
+        }
+    }
+
+    /// Whether there are such rays; panics where they are not those of the scalar code.
+    fn is_as_single(system: &System, px: &[DVec2; NINE], pair: TrianglePair) -> bool {
+        let TrianglePair { side, triangles: [front, back] } = pair;
+        let Some((inside, within)) = system.nine_behind_front(px, side, front) else { return false };
+        let Some((seen_mm, behind)) = system.nine_behind_back(&inside, side, back) else { return false };
+        let by_packet = widest(BehindFront { system, px, side, triangle: front }).is_some();
+        for k in 0..NINE {
+            let single = system.behind_front(px[k], side, front).unwrap();
+            let own = if k < LANES { lane(&inside.packet, k) } else { inside.last };
+            assert_eq!((own, within.map(|of| of[k])), (single.ray, single.within));
+            let seen = system.seen_behind_back(&single.ray, side, back).unwrap();
+            assert_eq!((seen_mm[k], behind.map(|of| of[k])), seen);
+        }
+        by_packet
+    }
+}
