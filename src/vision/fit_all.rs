@@ -16,6 +16,7 @@ use super::lean::Lean;
 use super::marks::holds_marks;
 use super::neighbours::{Neighbourhood, hanging};
 use super::numbering::{from_zero, normalise};
+use super::odd_residuals::widen_unlike;
 use super::pixel_sums::WindowFrame;
 use super::resolution::{Resolution, resolution};
 use super::scatter::hold_against_lattice;
@@ -118,6 +119,7 @@ fn measure_upright(
 
     // Number the corners, and hold their covariances against the lattice.
     let mut corners = numbered(&grid, last.into_values());
+    widen_unlike(&mut corners);
     hold_against_lattice(&mut corners, !grid.lean.is_none() || blur.shapes.iter().any(|s| !s.is_gaussian()));
 
     // Take the blur's shape at a corner in the middle of those that told it.
@@ -205,6 +207,7 @@ fn first_fits(
         let due = |[shift, sigma]: [f64; 2]| shift > DUE.0.max(DUE.1 * sigma);
         let first = fit_all(candidates, grid, |site| {
             let half = settings.window.min(FIRST_HALF.0.max(FIRST_HALF.1 / site.step_px()));
+            let half = site.half(half, blur.sigma_px);
             site.due_px
                 .is_none_or(due)
                 .then(|| (site.frame(blur, half, FIRST_MARGIN_PX), site.model(blur, settings.light), effort))
