@@ -9,7 +9,7 @@ use biprism::system::auto::verdicts;
 use biprism::system::{self, Bound};
 
 /// Effects in words of a scene, strong and weak, each with what it stands on.
-const EFFECTS: [(&str, &str); 24] = [
+const EFFECTS: [(&str, &str); 25] = [
     ("thin_lens", "[effect.thin_lens]\nf_number = 4.0\nfocus_mm = 900.0\n[quadrature]\npoints = 8"),
     ("thin_lens", "[effect.thin_lens]\nf_number = 900.0\nfocus_mm = 990.0\n[quadrature]\npoints = 8"),
     (
@@ -37,6 +37,8 @@ const EFFECTS: [(&str, &str); 24] = [
     ("diffraction", "[effect.diffraction]\nf_number = 0.05"),
     ("diffraction", "[effect.diffraction]\nf_number = 8.0"),
     ("diffraction", "[effect.diffraction]\nf_number = 90.0"),
+    // The lamp makes the board brighter, and not what lies behind the camera.
+    ("ghosts", "[effect.fresnel]\n[effect.ghosts]\nbehind = 20.0\n[effect.lamp]\nposition_mm = [60.0, 0.0, 900.0]"),
 ];
 
 fn parsed(prism: &str, board: &str, effect: &str) -> Scene {

@@ -2,6 +2,7 @@
 //!
 //! `AUTO_LAW_SCENES` random scenes from number `AUTO_LAW_FIRST` on are made, each from its number alone.
 
+use crate::common::long_run::number;
 use crate::instruments::built;
 use crate::level_law::dice::Dice;
 use biprism::accuracy::{Accuracy, Level};
@@ -150,7 +151,6 @@ fn change(number: u64) -> Option<(f64, usize)> {
 
 #[test]
 fn what_is_left_out_changes_less_than_the_threshold() {
-    let number = |name: &str, otherwise| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(otherwise);
     let (first, count) = (number("AUTO_LAW_FIRST", 0), number("AUTO_LAW_SCENES", SCENES));
     let found: Vec<(f64, usize)> = (first..first + count).into_par_iter().filter_map(change).collect();
     let dropping = found.iter().filter(|(_, dropped)| *dropped > 0).count();

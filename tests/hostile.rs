@@ -5,6 +5,7 @@
 
 mod bodies;
 
+use crate::common::long_run::number;
 use biprism::io::corners;
 use biprism::io::corners::{CornerView, ListedCorner, Quality};
 use biprism::io::mesh;
@@ -92,8 +93,7 @@ fn mutated(seed: &[u8], dice: &mut Dice) -> Vec<u8> {
 }
 
 fn rounds(standard: usize) -> usize {
-    let times = std::env::var("BIPRISM_HOSTILE_ROUNDS").ok().and_then(|v| v.parse().ok()).unwrap_or(1);
-    standard * times
+    standard * number("BIPRISM_HOSTILE_ROUNDS", 1)
 }
 
 fn attack(seeds: &[Vec<u8>], standard: usize, body: impl Fn(&[u8])) {

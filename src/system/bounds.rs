@@ -57,7 +57,8 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
         EffectId::Ghosts => gain.lamp_anywhere,
         _ => gain.lamp,
     };
-    let light = RadianceRange::of(&without).times(lamp);
+    let unlit = RadianceRange::of(&without);
+    let light = unlit.times(lamp);
 
     // Bound it alone, and among the effects that let rays stray.
     let stray = effects.acting().any(strays);
@@ -74,7 +75,7 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
             let share = if row.id == EffectId::Cos4 { (found.grey / light.brightest).min(1.0) } else { 1.0 };
             // What they stand on goes after them only.
             let ghosts = effects.ghosts.filter(|ghosts| row.id != EffectId::Fresnel && !ghosts.is_nothing());
-            let brought = ghosts.and_then(|ghosts| added(ideal, effects, light, ghosts.behind / gain.lamp_anywhere));
+            let brought = ghosts.and_then(|_| added(ideal, effects, unlit.times(gain.lamp_anywhere)));
             let Bound { grey, px } = brought.unwrap_or(Bound { grey: 0.0, px: 0.0 });
             Some(found.and(Bound { grey: share * grey, px: share * px }))
         }
@@ -88,7 +89,7 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
         }
         Bounding::Borders => borders(&without, ideal, scene, light),
         Bounding::Spread => spread(effects, light),
-        Bounding::Added => added(ideal, effects, light, effects.ghosts?.behind / lamp),
+        Bounding::Added => added(ideal, effects, light),
         Bounding::Never(_) => None,
     };
 
@@ -186,9 +187,10 @@ fn lamp_bound(ideal: &System, scene: &Scene, row: &EffectRow, light: RadianceRan
 }
 
 /// Ghosts: their light at each place of the grid, as if all that leaves the glass towards the board came from the brightest
-/// thing, of the prism as it is designed and as it is made, with its coating and without. What is seen only between two
-/// places of the grid, 1 / 128 of the picture's width apart, may be missed.
-fn added(ideal: &System, effects: &Effects, light: RadianceRange, behind: f64) -> Option<Bound> {
+/// thing of `light`, and what leaves it towards the camera from what lies behind that, which no lamp lights; of the prism as
+/// it is designed and as it is made, with its coating and without. What is seen only between two places of the grid, 1 / 128
+/// of the picture's width apart, may be missed.
+fn added(ideal: &System, effects: &Effects, light: RadianceRange) -> Option<Bound> {
     let ghosts = effects.ghosts?;
     let polarised = effects.fresnel?.light;
 
@@ -204,7 +206,7 @@ fn added(ideal: &System, effects: &Effects, light: RadianceRange, behind: f64) -
         let Some(body) = with.body() else { return 0.0 };
         let added = |px: &DVec2| {
             let mut sum = 0.0;
-            let weight = |exit: &Exit| if exit.last.face == Face::Front { behind } else { light.brightest };
+            let weight = |exit: &Exit| if exit.last.face == Face::Front { ghosts.behind } else { light.brightest };
             with.reflected(*px, polarised, body, &ghosts, |exit| sum += exit.power * weight(exit));
             sum
         };

@@ -6,6 +6,7 @@
 pub(crate) mod dice;
 mod scenes;
 
+use crate::common::long_run::number;
 use crate::instruments::{FLAT, FREEFORM, NO_GLASS, built, scene, scene_from};
 use biprism::accuracy::{Accuracy, Level};
 use biprism::render::{AccuracyReport, Film, render};
@@ -108,10 +109,8 @@ fn assert_kept(verdicts: &[Verdict]) {
 
 #[test]
 fn every_pixel_keeps_the_promise_of_its_level() {
-    let variable = |name: &str| std::env::var(name).ok();
-    let number = |name: &str, otherwise| variable(name).and_then(|v| v.parse().ok()).unwrap_or(otherwise);
     let (first, count) = (number("LEVEL_LAW_FIRST", FIRST), number("LEVEL_LAW_SCENES", SCENES));
-    let folder = variable("LEVEL_LAW_FOLDER");
+    let folder = std::env::var("LEVEL_LAW_FOLDER").ok();
     let found: Vec<Verdict> = (first..first + count)
         .into_par_iter()
         .filter_map(|number| {
