@@ -99,9 +99,9 @@ impl Grid {
             }
         }
 
-        // See what the chosen powers leave; a line counted once for each of its corners.
+        // See what the chosen powers leave, or the least that was asked where edges lean; a line counted once for each of its corners.
         self.scales = std::array::from_fn(|nodes| {
-            let left = left[nodes].get(self.powers[nodes] - powers_of(nodes).start());
+            let left = left[nodes].get(self.powers[nodes].saturating_sub(*powers_of(nodes).start()));
             left.map_or(1.0, |[squares, freedom]| scale_of(squares / freedom, freedom / nodes as f64))
         });
     }
