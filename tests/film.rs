@@ -7,6 +7,7 @@ use biprism::effect::{Diffraction, Effects, Sensor};
 use biprism::num::quadrature::gauss_legendre;
 use biprism::num::stats::mean;
 use biprism::scene::{self, Encoding, Scene};
+use glam::DVec2;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -73,7 +74,8 @@ fn a_rendered_edge_is_blurred_as_the_transfer_function_says() {
 /// The Fourier series of a board of squares of `square_px`, with a corner `corner_px` off the picture's middle and a white
 /// square to the upper left and the lower right of it, after the lens and pixels with an active square of side `active`
 /// (Goodman, Introduction to Fourier Optics, 4th ed., 7.3: each wave is weakened by the transfer function).
-fn series(size: [usize; 2], square_px: f64, corner_px: [f64; 2], [scale, active]: [f64; 2]) -> Vec<f64> {
+fn series(size: [usize; 2], board: TurnedBoard, [scale, active]: [f64; 2]) -> Vec<f64> {
+    let TurnedBoard { square_px, corner_px, .. } = board;
     let odd: Vec<f64> = (0..=(square_px / scale) as usize).map(|k| (2 * k + 1) as f64).collect();
     let nu = |k: f64| k / (2.0 * square_px);
     let waves = |axis: usize| -> Vec<Vec<f64>> {
@@ -93,45 +95,104 @@ fn series(size: [usize; 2], square_px: f64, corner_px: [f64; 2], [scale, active]
     rows.collect()
 }
 
+/// The same of a board that is turned by `turn_rad` from right to down, wave by wave.
+fn turned_series(size: [usize; 2], board: TurnedBoard, [scale, active]: [f64; 2]) -> Vec<f64> {
+    let TurnedBoard { square_px, corner_px, turn_rad } = board;
+    let along = DVec2::from_angle(turn_rad);
+    let odd = || (0..=(square_px / scale) as usize).map(|k| (2 * k + 1) as f64);
+    let waves: Vec<(DVec2, f64)> = odd()
+        .flat_map(|k| odd().flat_map(move |l| [(k, l), (k, -l)]))
+        .map(|(k, l)| {
+            let nu = (k * along + l * along.perp()) / (2.0 * square_px);
+            let left = mtf(scale * nu.length()) * sinc(active * nu.x) * sinc(active * nu.y);
+            (nu, -8.0 / (PI * PI * k * l) * left)
+        })
+        .filter(|(_, weight)| *weight != 0.0)
+        .collect();
+    let value = |at: usize| {
+        let px = DVec2::new((at % size[0]) as f64 + 0.5, (at / size[0]) as f64 + 0.5);
+        let from = px - 0.5 * DVec2::new(size[0] as f64, size[1] as f64) - DVec2::from_array(corner_px);
+        0.5 + 0.5 * waves.iter().map(|(nu, weight)| weight * libm::cos(2.0 * PI * nu.dot(from))).sum::<f64>()
+    };
+    (0..size[0] * size[1]).map(value).collect()
+}
+
+/// A board of squares of `square_px`, with a corner `corner_px` off the picture's middle, turned from right to down.
+#[derive(Clone, Copy)]
+struct TurnedBoard {
+    square_px: f64,
+    corner_px: [f64; 2],
+    turn_rad: f64,
+}
+
 /// The largest difference between a board's picture and its series, and the largest shift of a place between two pixels of a
-/// row that is half bright, in px; the board has `square_px` and a corner at `corner_px`.
-fn against_series(size: [usize; 2], square_px: f64, corner_px: [f64; 2], [scale, fill_factor]: [f64; 2]) -> [f64; 2] {
+/// row that is half bright where an edge is at least half as steep as the steepest, in px.
+fn against_series(size: [usize; 2], board: TurnedBoard, [scale, fill_factor]: [f64; 2]) -> [f64; 2] {
+    let TurnedBoard { square_px, corner_px, turn_rad } = board;
     let mm = 10.56 / size[0] as f64 * 1000.0 / 35.0;
     // An even number of squares far beyond the border.
     let count = 2 * (40.0 + 20.0 * (size[0] as f64 + 40.0 * scale) / square_px) as usize;
     let [x, y] = corner_px.map(|at| at * mm);
-    let board = format!(
-        "columns = {count}\nrows = {count}\nsquare_mm = {:?}\nposition_mm = [{x:?}, {y:?}, 1000.0]\nblack = 0\nwhite = 1",
-        square_px * mm
+    let lines = format!(
+        "columns = {count}\nrows = {count}\nsquare_mm = {:?}\nposition_mm = [{x:?}, {y:?}, 1000.0]\n\
+         tilt_deg = [0, 0, {:?}]\nblack = 0\nwhite = 1",
+        square_px * mm,
+        turn_rad.to_degrees()
     );
-    let plain = scene(size[0], size[1], NO_GLASS, &board);
+    let plain = scene(size[0], size[1], NO_GLASS, &lines);
     let (diffraction, sensor) = (lens(&plain, scale), Some(Sensor { fill_factor, ..Sensor::IDEAL }));
     let found = picture(&with(&plain, Effects { diffraction, sensor, ..Effects::default() }));
-    let upper_left = picture(&built(&plain)).get(
-        (0.5 * size[0] as f64 + corner_px[0] - 0.3 * square_px) as usize,
-        (0.5 * size[1] as f64 + corner_px[1] - 0.3 * square_px) as usize,
-    );
-    let series = series(size, square_px, corner_px, [scale, fill_factor.sqrt()]);
+    let beside = 0.3 * square_px * DVec2::from_angle(turn_rad).rotate(DVec2::ONE);
+    let place = 0.5 * DVec2::new(size[0] as f64, size[1] as f64) + DVec2::from_array(corner_px) - beside;
+    let upper_left = picture(&built(&plain)).get(place.x as usize, place.y as usize);
+    let fourier = if turn_rad == 0.0 { series } else { turned_series };
+    let series = fourier(size, board, [scale, fill_factor.sqrt()]);
     let expected: Vec<f64> = if upper_left > 0.5 { series } else { series.iter().map(|value| 1.0 - value).collect() };
     let off: Vec<f64> = found.data().iter().zip(&expected).map(|(a, b)| f64::from(*a) - b).collect();
     let most = off.iter().fold(0.0, |most: f64, off| most.max(off.abs()));
 
-    // Half-bright places, in rows through the middle of squares.
-    let mut shift: f64 = 0.0;
-    for j in 0..size[1] {
-        let from_line = ((j as f64 + 0.5 - 0.5 * size[1] as f64 - corner_px[1]) / square_px).rem_euclid(1.0);
-        if (from_line - 0.5).abs() > 0.15 {
-            continue;
+    // Half-bright places, by how steep the edge is there.
+    let steep = |i: usize, j: usize| {
+        let at = |i: usize, j: usize| expected[j * size[0] + i];
+        let [left, up] = [i.saturating_sub(1), j.saturating_sub(1)];
+        let [right, down] = [(i + 1).min(size[0] - 1), (j + 1).min(size[1] - 1)];
+        let across = (at(right, j) - at(left, j)) / (right - left) as f64;
+        DVec2::new(across, (at(i, down) - at(i, up)) / (down - up) as f64).length()
+    };
+    let all = || (0..size[1]).flat_map(|j| (0..size[0] - 1).map(move |i| (i, j)));
+    let steepest = all().fold(0.0, |most: f64, (i, j)| most.max(steep(i, j)));
+    let shift = all().fold(0.0, |most: f64, (i, j)| {
+        let at = j * size[0] + i;
+        let (a, b) = (expected[at] - 0.5, expected[at + 1] - 0.5);
+        let slope = steep(i, j).min(steep(i + 1, j));
+        if a * b >= 0.0 || slope < 0.5 * steepest {
+            return most;
         }
-        for at in (0..size[0] - 1).map(|i| j * size[0] + i) {
-            let (a, b) = (expected[at] - 0.5, expected[at + 1] - 0.5);
-            if a * b < 0.0 {
-                let t = a / (a - b);
-                shift = shift.max((((1.0 - t) * off[at] + t * off[at + 1]) / (b - a)).abs());
-            }
-        }
-    }
+        let t = a / (a - b);
+        most.max(((1.0 - t) * off[at] + t * off[at + 1]).abs() / slope)
+    });
     [most, shift]
+}
+
+/// Boards that lie aslant, of which other light lies beyond the border than the mirror image of what is seen: the same bounds.
+#[test]
+fn a_turned_board_is_its_fourier_series() {
+    let cases = [
+        ([64, 20], 24.83, 45.0, [0.79, 1.0]),
+        ([64, 20], 25.7, 45.0, [2.47, 0.05]),
+        ([64, 20], 28.83, 45.0, [6.27, 0.05]),
+        ([24, 18], 25.46, 39.9, [2.49, 0.5]),
+        ([64, 20], 13.33, 45.0, [0.49, 1.0]),
+        ([48, 36], 0.6, 45.0, [0.56, 0.25]),
+        ([24, 18], 0.54, 45.0, [3.29, 1.0]),
+    ];
+    for (size, square_px, turn_deg, optics) in cases {
+        let board = TurnedBoard { square_px, corner_px: [0.137, 0.32], turn_rad: f64::to_radians(turn_deg) };
+        let [most, shift] = against_series(size, board, optics);
+        println!("{square_px} px, {turn_deg} deg: {most:.1e} of the contrast, half-bright places {shift:.1e} px");
+        let blurred = square_px < 10.3 + 6.0 * optics[0];
+        assert!(most < 1e-3 && (blurred || shift < 1e-3), "{square_px} px, {turn_deg} deg: {most}, {shift} px");
+    }
 }
 
 /// Boards that are sharp to boards that are nearly grey, from pixels that are lit all over to a twentieth: within 1e-3 of the
@@ -142,11 +203,13 @@ fn a_rendered_board_is_its_fourier_series() {
     for (k, scale) in [0.1, 0.15, 0.2, 0.3, 0.56, 0.9, 1.4, 2.2, 4.0, 8.0, 13.0, 20.0].into_iter().enumerate() {
         for (l, fill_factor) in [1.0, 0.25, 0.05].into_iter().enumerate() {
             let square_px = 5.3 + 2.7 * ((k + l) % 3) as f64;
-            let [most, _] = against_series([48, 36], square_px, corners[(k + 2 * l) % 3], [scale, fill_factor]);
+            let board = TurnedBoard { square_px, corner_px: corners[(k + 2 * l) % 3], turn_rad: 0.0 };
+            let [most, _] = against_series([48, 36], board, [scale, fill_factor]);
             assert!(most < 1e-3, "{scale} px, {fill_factor}, squares of {square_px} px: {most}");
         }
         let square_px = 10.3 + 6.0 * scale;
-        let [most, shift] = against_series([96, 54], square_px, corners[k % 3], [scale, 1.0]);
+        let board = TurnedBoard { square_px, corner_px: corners[k % 3], turn_rad: 0.0 };
+        let [most, shift] = against_series([96, 54], board, [scale, 1.0]);
         println!(
             "{scale} px, squares of {square_px} px: {most:.1e} of the contrast, half-bright places {shift:.1e} px"
         );

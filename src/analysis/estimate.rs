@@ -3,7 +3,7 @@
 use crate::accuracy::{Level, Sampling};
 use crate::effect::{EffectId, Hook};
 use crate::optics::fate::Fate;
-use crate::render::{Plan, frame_px, strip_rows};
+use crate::render::{Plan, cells, frame_px, strip_rows};
 use crate::system::System;
 use crate::system::auto::Verdict;
 use glam::DVec2;
@@ -60,12 +60,6 @@ pub fn forecast(system: &System, effects: Vec<Verdict>) -> PictureEstimate {
         fates: fates(system),
         other_rays: system.effects().dimensions() > 0,
     }
-}
-
-/// Cells along each side of a pixel.
-fn cells(system: &System) -> usize {
-    let effects = system.effects();
-    effects.diffracting().map_or(1, |lens| lens.cells(effects.collecting_side()))
 }
 
 /// Strips of a picture that are held at a time: one is rendered, one waits, and one is written.

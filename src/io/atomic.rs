@@ -13,8 +13,8 @@ const BUFFER_BYTES: usize = 1 << 16;
 ///
 /// `write` fills a temporary file in the same directory, which is flushed to the disk and then renamed to `path`. After
 /// an error or an interruption the old file, if there was one, is untouched and nothing else is left behind (on Linux
-/// even when the program is killed, but for the instant between naming and renaming). A symbolic link is followed,
-/// so the file it names is replaced, or made where there is none yet, and the link stays.
+/// even when the program is killed, but for the instant between naming and renaming where there is an old file). A
+/// symbolic link is followed, so the file it names is replaced, or made where there is none yet, and the link stays.
 ///
 /// # Errors
 /// A directory that is missing or cannot be written, a file marked read-only, something at `path` that is no regular
@@ -29,6 +29,12 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -
     #[cfg(target_os = "linux")]
     if let Some(unnamed) = unnamed_in(directory) {
         fill(&unnamed, write).map_err(|error| explain(path, &error))?;
+
+        // A new file is named at once, so that no kill leaves another name; only over an old one is there a name to rename.
+        match link(&unnamed, &target) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            linked => return linked.map_err(|error| explain(path, &error)),
+        }
         let named = builder().make_in(directory, |name| link(&unnamed, name)).map_err(|error| explain(path, &error))?;
         named.persist(&target).map_err(|error| explain(path, &error.error))?;
         return Ok(());

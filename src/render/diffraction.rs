@@ -27,6 +27,11 @@ const EVEN: f32 = 5e-4;
 const SMALL_SQUARE_PX: f64 = 2.0;
 /// Variants whose plans are held at a time.
 const PLANS: usize = 64;
+/// A frame that the lens can do without makes the picture larger by this factor at most, or makes so many pixels of all passes.
+const MOST_GROWTH: f64 = 1.5;
+const FEW_PIXELS: usize = 1 << 18;
+/// Places along each side of the picture where the smallest square is looked for.
+const SQUARES: usize = 9;
 /// Pixels between the places where the glass beyond the border is looked for.
 const FRAME_STEP: usize = 8;
 
@@ -42,7 +47,7 @@ pub(super) fn spread_light(system: &System, lens: &Diffraction, wanted: Outputs,
     let even = light(&framed, Outputs { truth: false }, &Scaled::new(observer, pixels / 2, width * height));
 
     // Spread it as if each of them were evenly lit.
-    let spread = LightSpread::new(lens, system.effects().collecting_side());
+    let spread = LightSpread::new(lens, system.effects().collecting_side(), cells(system));
     let colour = even.colour.as_ref().map(|colour| [0, 1, 2].map(|c| colour.map(|v| v[c])));
     let channels = std::iter::once(&even.radiance).chain(colour.iter().flatten());
     let mut sums: Vec<Raster<f64>> = channels.map(|channel| spread.pixels.spread(channel)).collect();
@@ -50,7 +55,8 @@ pub(super) fn spread_light(system: &System, lens: &Diffraction, wanted: Outputs,
     // Add what the cells of the others make.
     let rest = Scaled::new(observer, pixels - pixels / 2, width * height);
     if let Some(cells) = &spread.cells {
-        add_cells(&framed, (&even, &variants_of(&framed, &even.account)), cells, &mut sums, &rest);
+        let variants = variants_of(&framed, &even.account);
+        add_cells(&framed, (&even, &variants), (cells, frame.saturating_sub(cells.reach())), &mut sums, &rest);
     }
     if framed.effects().averages() && framed.receives_mirror_images() {
         sums.iter_mut().for_each(|sum| make_symmetric(sum, |a, b| 0.5 * (a + b)));
@@ -88,12 +94,39 @@ fn mixed(system: &System, spread: Film, share: f64) -> Film {
     Film { radiance: of(&spread.radiance, &sharp.radiance), colour, ..spread }
 }
 
-/// Pixels to be rendered beyond the border: as many as the lens asks for, or the largest half, quarter and so on of them over
-/// which the glass is given and the picture is not too large.
+/// Cells along each side of a pixel of `system`: 1 where nothing diffracts, or pixels do for it.
+pub fn cells(system: &System) -> usize {
+    let effects = system.effects();
+    let Some(lens) = effects.diffracting() else { return 1 };
+
+    // Look for the smallest squares.
+    let size = DVec2::from_array(system.camera().size_px().map(|n| n as f64));
+    let place = |k: usize| size * (DVec2::new((k % SQUARES) as f64, (k / SQUARES) as f64) + 0.5) / SQUARES as f64;
+    let squares = (0..SQUARES * SQUARES).filter_map(|k| square_px(system, place(k)));
+    lens.cells(effects.collecting_side(), squares.fold(f64::INFINITY, f64::min))
+}
+
+/// The side of the squares, or of what else is finest on the board, as seen at a place of the picture, in px.
+fn square_px(system: &System, px: DVec2) -> Option<f64> {
+    let footprint = system.footprint(px).ok()?;
+    let step_mm = footprint.jacobian.x_axis.abs() + footprint.jacobian.y_axis.abs();
+    Some(system.feature_mm() / step_mm.max_element())
+}
+
+/// Pixels to be rendered beyond the border: of all those whose light the lens brings into the picture as many as are given, and
+/// as do not make it much larger.
 pub fn frame_px(system: &System) -> usize {
-    let asked = system.effects().diffracting().map_or(0, Diffraction::margin_px);
-    let frames = std::iter::successors(Some(asked), |frame| Some(frame / 2)).take_while(|frame| *frame > 0);
-    frames.into_iter().find(|frame| is_given(system, *frame)).unwrap_or(0)
+    let [least, most] = system.effects().diffracting().map_or([0; 2], Diffraction::margins_px);
+    let [width, height] = system.camera().size_px();
+    let pixels = |frame: usize| (width + 2 * frame) * (height + 2 * frame);
+    let effects = system.effects();
+    let passes = if effects.averages() { effects.variants(0).len() * effects.sets() } else { 1 };
+    let large = (FEW_PIXELS / passes.max(1)).max((MOST_GROWTH * pixels(0) as f64) as usize);
+    let narrower = |frame: usize| if frame > least { least.max(3 * frame / 4) } else { frame / 2 };
+    std::iter::successors(Some(most), |frame| Some(narrower(*frame)))
+        .take_while(|frame| *frame > 0)
+        .find(|frame| (*frame <= least || pixels(*frame) <= large) && is_given(system, *frame))
+        .unwrap_or(0)
 }
 
 /// Whether the glass is given at the border of a frame, and the picture with it is not too large.
@@ -111,11 +144,12 @@ fn is_given(system: &System, frame: usize) -> bool {
     !border.any(|px| framed.trace(px).is_err_and(|fate| fate == Fate::Missed))
 }
 
-/// Adds to `sums`, grey and the colours where there are some, what the cells of unevenly lit pixels differ by.
+/// Adds to `sums`, grey and the colours where there are some, what the cells of unevenly lit pixels differ by, but for those
+/// within `beyond` px of the border.
 pub(super) fn add_cells(
     system: &System,
     (even, variants): (&Film, &[(f64, Variant)]),
-    spread: &CellSpread,
+    (spread, beyond): (&CellSpread, usize),
     sums: &mut [Raster<f64>],
     observer: &dyn Observer,
 ) {
@@ -125,13 +159,13 @@ pub(super) fn add_cells(
     let [width, height] = system.camera().size_px();
     let (darkest, brightest) = extremes(even.radiance.data().iter().copied());
     let least = EVEN * (brightest - darkest);
-    let tile = |x: usize, y: usize| Region { columns: x..width.min(x + side), rows: y..height.min(y + side) };
-    let rows: Vec<Vec<Region>> = (0..height)
-        .step_by(side)
-        .map(|y| {
-            (0..width).step_by(side).map(|x| tile(x, y)).filter(|tile| is_uneven(system, even, tile, least)).collect()
-        })
-        .collect();
+    let [columns, lines] = [width, height].map(|n| beyond..n - beyond);
+    let tile = |x: usize, y: usize| Region { columns: x..columns.end.min(x + side), rows: y..lines.end.min(y + side) };
+    let tiles_at = |y: usize| {
+        let tiles = columns.clone().step_by(side).map(|x| tile(x, y));
+        tiles.filter(|tile| is_uneven(system, even, tile, least)).collect()
+    };
+    let rows: Vec<Vec<Region>> = lines.clone().step_by(side).map(tiles_at).collect();
 
     // Render the cells by few variants at a time, each by a map for all its tiles.
     // A map to 1e-8 px serves every level: what cells leave out is far more.
@@ -171,9 +205,8 @@ fn is_uneven(system: &System, even: &Film, tile: &Region, least: f32) -> bool {
 /// Whether squares in the middle of `tile` are so small that pixels may be alike and not be evenly lit.
 fn has_small_squares(system: &System, tile: &Region) -> bool {
     let middle = |range: &Range<usize>| 0.5 * (range.start + range.end) as f64;
-    let Ok(footprint) = system.footprint(DVec2::new(middle(&tile.columns), middle(&tile.rows))) else { return false };
-    let step_mm = footprint.jacobian.x_axis.abs() + footprint.jacobian.y_axis.abs();
-    step_mm.max_element() * SMALL_SQUARE_PX > system.feature_mm()
+    let square_px = square_px(system, DVec2::new(middle(&tile.columns), middle(&tile.rows)));
+    square_px.is_some_and(|side| side < SMALL_SQUARE_PX)
 }
 
 /// One variant of the instrument, by its cells.

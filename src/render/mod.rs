@@ -45,7 +45,7 @@ mod sample;
 pub mod supersample;
 
 pub use bands::picture;
-pub use diffraction::frame_px;
+pub use diffraction::{cells, frame_px};
 pub use driver::{render, render_wanted};
 pub(crate) use film::is_zero;
 pub use film::{AccuracyReport, Class, Counts, Film, Outputs, Strip};

@@ -4,7 +4,7 @@ use super::band::Band;
 use super::bands::{picture, render_band};
 use super::centre_rays::CentreTracer;
 use super::checkerboard::Checkerboard;
-use super::diffraction::add_cells;
+use super::diffraction::{add_cells, cells};
 use super::film::{Film, Outputs};
 use super::plan::Plan;
 use super::region::Region;
@@ -176,7 +176,7 @@ impl DiffractionSample {
         let window = window(system, system.camera().size_px().map(|n| n.saturating_sub(side) / 2), side);
         let instrument = window.variant(&effects.variants(0).get(0));
         let even = picture(&Plan::new(&instrument), Outputs { truth: false }, &());
-        Self { window, even, spread: LightSpread::new(lens, effects.collecting_side()) }
+        Self { window, even, spread: LightSpread::new(lens, effects.collecting_side(), cells(system)) }
     }
 
     /// Spreads its light, with the cells of `passes` variants; returns how many pixels that were.
@@ -185,7 +185,7 @@ impl DiffractionSample {
         let mut sum = self.spread.pixels.spread(&self.even.radiance);
         if let Some(cells) = &self.spread.cells {
             let variants = vec![(1.0, variant); passes];
-            add_cells(&self.window, (&self.even, &variants), cells, std::slice::from_mut(&mut sum), &());
+            add_cells(&self.window, (&self.even, &variants), (cells, 0), std::slice::from_mut(&mut sum), &());
         }
         sum.data().len()
     }

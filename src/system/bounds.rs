@@ -13,7 +13,8 @@
 //!   own, and parts contents of any contrast; it is no edge of the board.
 //! - A ground ridge that is d px wide takes at most sqrt(2) d of a pixel and M from that. A rim or a stop that is seen has no bound but M.
 //! - Diffraction moves light by r px with a known distribution, and each part of it changes a pixel as a displacement by r.
-//! - Ghosts add at most their power times the brightest thing to be seen, or times what lies behind the camera.
+//! - Ghosts add at most their power times the brightest thing to be seen, or times what lies behind the camera. What moves,
+//!   stops or weakens their rays changes at most all of their light, since a pixel in which routes part is sampled by a few rays.
 //! - What changes pixels by up to g on both sides of an edge, which is a ramp over one pixel, moves it by at most
 //!   2 g / (white - black) px.
 
@@ -70,14 +71,7 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
                 let with = of(&|other| other.id == row.id || stands_on(other) || strays(other));
                 factors(&PairedVariants::all(&without, &with), light, SMALL_GRID)
             });
-            let found = among.map_or(alone, |among| alone.or(among)).or(lamp_bound(ideal, scene, row, light));
-            // What ghosts bring meets other factors than the light of the picture, but for the place in the picture.
-            let share = if row.id == EffectId::Cos4 { (found.grey / light.brightest).min(1.0) } else { 1.0 };
-            // What they stand on goes after them only.
-            let ghosts = effects.ghosts.filter(|ghosts| row.id != EffectId::Fresnel && !ghosts.is_nothing());
-            let brought = ghosts.and_then(|_| added(ideal, effects, unlit.times(gain.lamp_anywhere)));
-            let Bound { grey, px } = brought.unwrap_or(Bound { grey: 0.0, px: 0.0 });
-            Some(found.and(Bound { grey: share * grey, px: share * px }))
+            Some(among.map_or(alone, |among| alone.or(among)).or(lamp_bound(ideal, scene, row, light)))
         }
         Bounding::Displacements => {
             let alone = displacements(&without, &with, light)?;
@@ -92,6 +86,23 @@ pub(super) fn bound(ideal: &System, scene: &Scene, gain: &OutputGain, row: &Effe
         Bounding::Added => added(ideal, effects, light),
         Bounding::Never(_) => None,
     };
+
+    // Add what it changes of the ghosts, but for what they stand on, which goes after them only.
+    let found = found.map(|found| {
+        let ghosts = effects.ghosts.filter(|ghosts| !ghosts.is_nothing());
+        let brought = match row.id {
+            EffectId::Ghosts | EffectId::Fresnel => None,
+            _ => ghosts.and_then(|_| added(ideal, effects, unlit.times(gain.lamp_anywhere))),
+        };
+        // Rays that stray, or are stopped, may take another route in the glass, and meet other factors where ghosts lie; a
+        // factor of the place in the picture, or what is collected there, is the same for them.
+        let share = match row.id {
+            EffectId::Cos4 => (found.grey / light.brightest).min(1.0),
+            EffectId::Diffraction => (found.grey / light.contrast.max(f64::MIN_POSITIVE)).min(1.0),
+            _ => 1.0,
+        };
+        brought.map_or(found, |Bound { grey, px }| found.and(Bound { grey: share * grey, px: share * px }))
+    });
 
     // The sensor has the last word.
     let found = found.map(|bound| gain.at_output(bound));

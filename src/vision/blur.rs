@@ -33,6 +33,9 @@ const SHARP_STEP_PX: f64 = 1e-5;
 const SHARP_STEPS: usize = 20;
 /// One of two blurs leaves clearly less where the other leaves so many times as much: with noise both leave nearly the same.
 const CLEARLY: f64 = 2.0;
+/// The second of two blurs leaves less where what n corners leave under it is less by this share over n: some 200 pixels of each
+/// corner tell of it, so that noise or rounding alone make such a difference of 20 between sums of squares rarely.
+const LESS: f64 = 0.1;
 
 /// Blurs that are held, and where one of them may be none.
 const HELD: Effort = Effort { free_blur: false, ..FREE };
@@ -109,7 +112,7 @@ pub(super) fn estimate_again(
     found.map_or(known, |(found, _)| better(candidates, [&some, &[]], settings, [found, known], &HELD))
 }
 
-/// That of two blurs under which the fits of corners leave less; the first where they leave the same. Where some corners leave far
+/// That of two blurs under which the fits of corners leave less; the first where they leave nearly the same. Where some corners leave far
 /// less under one of both, the rest of them are not asked.
 fn better(
     candidates: &Candidates<'_>,
@@ -123,11 +126,13 @@ fn better(
         fits.iter().flatten().map(|f| f.residual * f.residual).sum()
     };
     let [mut left, mut other] = [first, second].map(|sigma| squares(some, sigma));
+    let mut corners = some.len();
     if left.max(other) < CLEARLY * left.min(other) {
         left += squares(rest, first);
         other += squares(rest, second);
+        corners += rest.len();
     }
-    if left <= other { first } else { second }
+    if (1.0 - LESS / corners.max(1) as f64) * left <= other { first } else { second }
 }
 
 /// Fits corners with free blurs from these, in their whole windows: the mean square that they leave, and the medians of their blurs.

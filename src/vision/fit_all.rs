@@ -41,7 +41,7 @@ const DUE: (f64, f64) = (2e-4, 0.2);
 /// The last fits are made in so many rounds at most, again where the bends that full windows show would move a corner by more than
 /// this many px and standard deviations.
 const ROUNDS: usize = 4;
-const LAST_DUE: (f64, f64) = (2e-4, 1.0);
+const LAST_DUE: (f64, f64) = (1e-5, 1.0);
 /// The last fit is done when a step is below this, in px. Steps shrink with their square over some 0.3 px, so the next
 /// would be of 1e-5 px.
 const LAST_STEP_PX: f64 = 2e-3;

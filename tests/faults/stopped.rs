@@ -83,7 +83,7 @@ fn stopped(name: &str, times: u32) -> usize {
 fn killed_at_any_moment_every_file_is_whole() {
     let left = stopped("-KILL", 8);
     if cfg!(target_os = "linux") {
-        // Only a kill between naming and renaming, some 20 us of a run, can leave one.
+        // Only a kill between naming and renaming over the old file, some 20 us of a run, can leave one.
         assert!(left <= 1, "{left} files in the making were left behind");
     }
 }

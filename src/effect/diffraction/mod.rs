@@ -10,10 +10,11 @@
 //! by 1e-3 px where squares are as large as the pattern: the tests hold it against integrals and Fourier series of the transfer
 //! function. Below 0.1 px it is up to 2e-3 at fill factors from 0.25 on, and 5e-3 from 0.05 on.
 //!
-//! Beyond the picture light is rendered as far as [`Diffraction::margin_px`], or as far as the glass is given; farther out it is
-//! taken as the mirror image of the picture. Where it is unlike that, pixels at the border are off by up to 2 / (pi^3 d) of the
-//! contrast for d times the pattern's scale: 0.4 % at 1 px, 0.8 % at 32 px, twice that in a corner; where the glass is given
-//! nowhere beyond the border, by up to half of it.
+//! Beyond the picture light is rendered as far as [`Diffraction::margins_px`], as the number of pixels or the glass allows; farther
+//! out it is taken as the mirror image of what is rendered. Where it is unlike that, pixels at the border are off by up to
+//! 2 / (pi^3 d) of the contrast for d times the pattern's scale, and twice that in a corner: 5e-4 in small pictures, 4e-4 in
+//! 1920 x 1080 pixels at a scale of 1 px, and up to 0.8 % where the scale is a thirtieth of the picture or the glass is small;
+//! where it is given nowhere beyond the border, up to half of the contrast.
 //!
 //! One wavelength serves the whole picture, 550 nm unless the scene says otherwise: light of many wavelengths, as of
 //! dispersion, is spread by one pattern.

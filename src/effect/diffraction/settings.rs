@@ -7,10 +7,16 @@ pub const LARGEST_SCALE_PX: f64 = 32.0;
 const CELL_SHARE: f64 = 0.08;
 /// The most cells along each side of a pixel.
 const MOST_CELLS: usize = 64;
+/// Squares smaller than a pixel make patterns of their own with pixels, and with cells that are not much smaller: so many cells lie
+/// along the side of a square, if that asks for no more than the other number along that of a pixel.
+const CELLS_PER_SQUARE: f64 = 4.0;
+const MOST_FOR_SQUARES: f64 = 16.0;
 /// Below this scale, in px, what diffraction adds is taken from the pattern of this scale, in proportion.
 const LEAST_SCALE_PX: f64 = 0.02;
-/// The picture is rendered this many times the pattern's scale beyond its border, and this many pixels more.
+/// The picture is rendered at least this many times the pattern's scale beyond its border, and this many pixels more.
 const MARGIN: (f64, usize) = (8.0, 8);
+/// Light from beyond this many times the pattern's scale makes 5e-4 of the contrast at a border, and 1e-3 in a corner, whatever is there.
+const FAR: f64 = 130.0;
 
 /// The lens as diffraction sees it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,16 +48,19 @@ impl Diffraction {
     }
 
     /// Cells along each side of a pixel with an active square of side `active` px, from which pixels that are not evenly lit
-    /// are spread: 1, or an even number.
-    pub fn cells(&self, active: f64) -> usize {
+    /// are spread, in a picture whose smallest squares are of `square_px`: 1, or an even number.
+    pub fn cells(&self, active: f64, square_px: f64) -> usize {
         let (scale, share) = self.spread_scale();
         // Of a small share, errors are a small share.
         let cells = (share.sqrt() / (CELL_SHARE * (scale * scale.max(active)).sqrt())).ceil();
+        let small = if square_px < 1.0 { (CELLS_PER_SQUARE / square_px).ceil().min(MOST_FOR_SQUARES) } else { 1.0 };
+        let cells = cells.max(small);
         if cells <= 1.0 { 1 } else { (cells.min(MOST_CELLS as f64) as usize).next_multiple_of(2) }
     }
 
-    /// Pixels beyond the border of a picture whose light is taken to reach it.
-    pub fn margin_px(&self) -> usize {
-        (MARGIN.0 * self.scale_px()).ceil() as usize + MARGIN.1
+    /// Pixels beyond the border of a picture whose light reaches it: those that are always rendered where the glass is given, and
+    /// those from beyond which hardly any comes.
+    pub fn margins_px(&self) -> [usize; 2] {
+        [MARGIN.0, FAR].map(|scales| (scales * self.scale_px()).ceil() as usize + MARGIN.1)
     }
 }

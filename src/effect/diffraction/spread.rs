@@ -16,9 +16,10 @@ pub struct LightSpread {
 }
 
 impl LightSpread {
-    /// For a lens that diffracts, and for pixels with an active square of side `active` px.
-    pub fn new(lens: &Diffraction, active: f64) -> Self {
-        let ((scale, share), cells) = (lens.spread_scale(), lens.cells(active));
+    /// For a lens that diffracts, for pixels with an active square of side `active` px, and for as many cells along each side of a
+    /// pixel as [`Diffraction::cells`] has.
+    pub fn new(lens: &Diffraction, active: f64, cells: usize) -> Self {
+        let (scale, share) = lens.spread_scale();
         let pixels = PixelSpread::new(scale, active, cells);
         let cells = (cells > 1).then(|| CellSpread::new(scale, active, cells));
         Self { pixels, cells, share }

@@ -56,7 +56,7 @@ const LENSES: [[f64; 2]; 8] =
     [[0.02, 1.0], [0.1, 0.3], [0.3, 1.0], [0.8, 0.5], [1.6, 1.0], [3.0, 0.25], [8.0, 1.0], [20.0, 0.7]];
 
 fn cells(scale: f64, active: f64) -> usize {
-    Diffraction { wavelength_nm: 500.0, f_number: scale / 500e-6, pitch_mm: 1.0 }.cells(active)
+    Diffraction { wavelength_nm: 500.0, f_number: scale / 500e-6, pitch_mm: 1.0 }.cells(active, f64::INFINITY)
 }
 
 fn noise(width: usize, height: usize, seed: u64) -> Raster<f32> {
