@@ -265,6 +265,12 @@ impl Grid {
         curvature.is_finite().then_some(LatticeLine { tangent, curvature, corners: 1 })
     }
 
+    /// By how much the squared errors along the two lines of a cell are larger than told, in the mean.
+    pub(super) fn error_scale(&self, cell: [i32; 2]) -> f64 {
+        let scale = |direction| self.nodes(IVec2::from_array(cell), direction).map_or(1.0, |n| self.scales[n.0.len()]);
+        0.5 * (scale(IVec2::X) + scale(IVec2::Y))
+    }
+
     /// How far the lattice lines' bends at a cell may be off, as standard deviations in 1/px; 0 where they do not tell.
     fn bend_doubts(&self, cell: IVec2) -> [f64; 2] {
         [IVec2::X, IVec2::Y].map(|direction| {
