@@ -270,8 +270,8 @@ pub(super) fn bend(nodes: &[LineCorner], own: usize, power: usize) -> Option<f64
 }
 
 /// How far that bend may be off, in 1/px, as a standard deviation: by what the nodes err, and by the next higher power, as far
-/// as that says more than their errors do.
-pub(super) fn bend_doubt(nodes: &[LineCorner], own: usize, power: usize) -> Option<f64> {
+/// as that says more than their errors do. The nodes' squared errors are `least_scale` times what is told at least.
+pub(super) fn bend_doubt(nodes: &[LineCorner], own: usize, power: usize, least_scale: f64) -> Option<f64> {
     let rows = BendRows::new(nodes, own)?;
     let more = power < MOST_POWER && rows.rows.len() > power + 2;
     let equations = LineEquations::of(&rows.rows, power + usize::from(more));
@@ -280,9 +280,8 @@ pub(super) fn bend_doubt(nodes: &[LineCorner], own: usize, power: usize) -> Opti
         let (bend, by) = rows.bend(&c);
         let freedom = (rows.rows.len() - power - 1) as f64;
         // The errors are as told, unless they leave more than chance would.
-        let mean = rows.left(&c) / freedom.max(1.0);
-        let scale = if mean > 1.0 + CHANCE * (2.0 / freedom.max(1.0)).sqrt() { mean } else { 1.0 };
-        Some((bend, equations.variance(power, &by), scale))
+        let scale = scale_of(rows.left(&c) / freedom.max(1.0), freedom.max(1.0));
+        Some((bend, equations.variance(power, &by), scale.max(least_scale)))
     };
     let (bend, variance, scale) = at(power)?;
     let higher = if more { at(power + 1) } else { None };
@@ -292,6 +291,12 @@ pub(super) fn bend_doubt(nodes: &[LineCorner], own: usize, power: usize) -> Opti
     });
     let doubt = (variance * scale + more).sqrt();
     doubt.is_finite().then_some(doubt)
+}
+
+/// By how much squared errors are larger than told, whose mean square over so many degrees of freedom is `mean` in their unit: 1 where
+/// chance may make it.
+pub(super) fn scale_of(mean: f64, freedom: f64) -> f64 {
+    if mean > 1.0 + CHANCE * (2.0 / freedom).sqrt() { mean } else { 1.0 }
 }
 
 #[cfg(test)]

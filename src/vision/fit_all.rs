@@ -16,6 +16,7 @@ use super::lean::Lean;
 use super::marks::holds_marks;
 use super::neighbours::{Neighbourhood, hanging};
 use super::numbering::{from_zero, normalise};
+use super::odd_residuals::widen_unlike;
 use super::pixel_sums::WindowFrame;
 use super::resolution::{Resolution, resolution};
 use super::scatter::hold_against_lattice;
@@ -53,6 +54,8 @@ const NARROW_STEP_PX: f64 = 1e-5;
 const LAST_STEPS: [usize; 3] = [6, 16, 12];
 /// A fit that ends further than this from its candidate, in pixels of the resolution that this was found in, has found something else.
 const MOST_MOVE_PX: f64 = 3.0;
+/// Fewer corners leave less than 20 degrees of freedom beside a board of second degree (`scatter`).
+const FEW: usize = 16;
 /// The last fits are made so often at most: again without a corner that turned out to be none, since the bends of its lines were
 /// taken from it too.
 const LAST_ROUNDS: usize = 2;
@@ -118,6 +121,7 @@ fn measure_upright(
 
     // Number the corners, and hold their covariances against the lattice.
     let mut corners = numbered(&grid, last.into_values());
+    widen_unlike(&mut corners);
     hold_against_lattice(&mut corners, !grid.lean.is_none() || blur.shapes.iter().any(|s| !s.is_gaussian()));
 
     // Take the blur's shape at a corner in the middle of those that told it.
@@ -173,10 +177,13 @@ fn again(candidates: &Candidates<'_>, grid: &Grid, settings: &Settings, known: O
 
 /// The corners of the last fits, numbered from column and row 0.
 fn numbered(grid: &Grid, last: impl Iterator<Item = Outcome>) -> Vec<Corner> {
-    // Add the doubt of the bends that were carried over from the lattice.
+    // Add the doubt of the bends that were carried over from the lattice. Of a few corners the lattice does not tell errors from a
+    // bend, but the directions along its lines do.
+    let few = grid.lattice.len() < FEW;
     let doubted = |cell: [i32; 2], half: f64, fit: CornerFit| {
         let doubt_px2 = grid.doubt_px2(cell, &fit.model, half);
-        CornerFit { covariance_px2: fit.covariance_px2 + doubt_px2, ..fit }
+        let scale = if few { grid.error_scale(cell) } else { 1.0 };
+        CornerFit { covariance_px2: scale * fit.covariance_px2 + doubt_px2, ..fit }
     };
 
     // Number the corners from column and row 0.
@@ -205,6 +212,7 @@ fn first_fits(
         let due = |[shift, sigma]: [f64; 2]| shift > DUE.0.max(DUE.1 * sigma);
         let first = fit_all(candidates, grid, |site| {
             let half = settings.window.min(FIRST_HALF.0.max(FIRST_HALF.1 / site.step_px()));
+            let half = site.half(half, blur.sigma_px);
             site.due_px
                 .is_none_or(due)
                 .then(|| (site.frame(blur, half, FIRST_MARGIN_PX), site.model(blur, settings.light), effort))

@@ -5,7 +5,7 @@ use super::corner_fit::CornerFit;
 use super::corner_model::Model;
 use super::corner_site::CornerSite;
 use super::curvature::{
-    LatticeLine, LineCorner, Tangent, bend, bend_doubt, least_power, left_by_power, line, powers_of,
+    LatticeLine, LineCorner, Tangent, bend, bend_doubt, least_power, left_by_power, line, powers_of, scale_of,
 };
 use super::lattice_growth::Lattice;
 use super::lean::Lean;
@@ -55,6 +55,8 @@ pub(super) struct Grid {
     fitted: Vec<Option<FittedCorner>>,
     /// The power of the polynomial along a line of so many fitted corners.
     powers: [usize; MOST + 1],
+    /// By how much the squared errors along such lines are larger than told.
+    scales: [f64; MOST + 1],
     /// By how much all edges lie towards dark, from the directions along the lines; none where these do not tell it.
     pub(super) lean: Lean,
     /// By how much the blurs across both families go together beyond an even blur's ([`Model::skew`]).
@@ -67,7 +69,7 @@ impl Grid {
     pub(super) fn new(lattice: Lattice, positions: Vec<DVec2>) -> Self {
         let powers = std::array::from_fn(|nodes| *powers_of(nodes).start());
         let fitted = vec![None; positions.len()];
-        Self { lattice, fitted, positions, powers, lean: Lean::NONE, skew: 0.0, marked: false }
+        Self { lattice, fitted, positions, powers, scales: [1.0; MOST + 1], lean: Lean::NONE, skew: 0.0, marked: false }
     }
 
     /// Chooses the powers of the polynomials along lines, from what the lines through some corners leave: alike for all
@@ -96,6 +98,12 @@ impl Grid {
                 *power = (*power).min(LEAST_POWER.max(nodes.saturating_sub(1)));
             }
         }
+
+        // See what the chosen powers leave, or the least that was asked where edges lean; a line counted once for each of its corners.
+        self.scales = std::array::from_fn(|nodes| {
+            let left = left[nodes].get(self.powers[nodes].saturating_sub(*powers_of(nodes).start()));
+            left.map_or(1.0, |[squares, freedom]| scale_of(squares / freedom, freedom / nodes as f64))
+        });
     }
 
     /// Some corners spread over the lattice, with neighbours on all sides.
@@ -257,12 +265,18 @@ impl Grid {
         curvature.is_finite().then_some(LatticeLine { tangent, curvature, corners: 1 })
     }
 
+    /// By how much the squared errors along the two lines of a cell are larger than told, in the mean.
+    pub(super) fn error_scale(&self, cell: [i32; 2]) -> f64 {
+        let scale = |direction| self.nodes(IVec2::from_array(cell), direction).map_or(1.0, |n| self.scales[n.0.len()]);
+        0.5 * (scale(IVec2::X) + scale(IVec2::Y))
+    }
+
     /// How far the lattice lines' bends at a cell may be off, as standard deviations in 1/px; 0 where they do not tell.
     fn bend_doubts(&self, cell: IVec2) -> [f64; 2] {
         [IVec2::X, IVec2::Y].map(|direction| {
             let doubt = self.nodes(cell, direction).and_then(|(nodes, own)| {
                 let power = self.powers[nodes.len()];
-                (nodes.len() >= OWN_LINE).then(|| bend_doubt(&nodes, own, power)).flatten()
+                (nodes.len() >= OWN_LINE).then(|| bend_doubt(&nodes, own, power, self.scales[nodes.len()])).flatten()
             });
             doubt.unwrap_or(0.0)
         })

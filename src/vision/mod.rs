@@ -58,6 +58,7 @@ mod listed;
 mod corner_fit;
 mod fit_all;
 mod neighbours;
+mod odd_residuals;
 mod boards;
 mod numbering;
 mod board_size;

@@ -30,8 +30,16 @@ const ALONE: f64 = 14.0;
 /// Errors are left alike by polynomials of any degree. Where each degree leaves less than this share of what the one before it
 /// leaves, all of it may be a bend that none of them follows, and tells nothing of the corners.
 const SETTLED: f64 = 0.5;
-/// Degrees of freedom from which on such a fall is no chance.
+/// Degrees of freedom from which on such a fall is no chance; where fewer are left, it is to less than this share.
 const TELLING: f64 = 20.0;
+const SETTLED_FEW: f64 = 0.15;
+/// Where fewer are left, a degree is believed that leaves less than what the one before it does by more than chance does once in ten
+/// times.
+const SELDOM: f64 = 1.282;
+/// What a misfit that is alike at all corners hides from the ratio: the homography and the first degrees take it, as if it were so
+/// many degrees of freedom more, each with the mean square of those that are seen. Of little weight on a board of many corners;
+/// nine hide most of theirs.
+const HIDDEN: f64 = 12.0;
 /// How often corners that moved by themselves are sought.
 const ROUNDS: usize = 3;
 /// No position is known better than this, in px: what a fit without noise leaves.
@@ -47,8 +55,7 @@ pub(super) fn hold_against_lattice(corners: &mut [Corner], other: bool) {
     let (mut best, mut all) = (None, Vec::new());
     for _ in 0..ROUNDS {
         all = DEGREES.filter_map(|degree| left_over(corners, &seen, &counts, degree)).collect();
-        let scatter: Option<&Scatter> = all.iter().min_by(|a, b| a.ratio.total_cmp(&b.ratio));
-        let Some(scatter) = scatter else { break };
+        let Some(scatter) = told_best(&all).map(|k| &all[k]) else { break };
         let before = counts;
         counts = scatter.halves.iter().map(|half| half / scatter.ratio.max(1.0) <= ALONE).collect();
         best = Some(scatter.clone());
@@ -61,8 +68,8 @@ pub(super) fn hold_against_lattice(corners: &mut [Corner], other: bool) {
     // Scale all by the ratio, where chance does not make it. One that is too small by chance for a board of few terms is too small
     // whatever more terms explain.
     let unlikely = |s: &&Scatter| s.ratio < chance(s.freedom, if other { -LIKELY } else { -SURE });
-    let small = all.iter().filter(unlikely).max_by(|a, b| a.freedom.total_cmp(&b.freedom)).map(|s| s.ratio);
-    let settled = freedom < TELLING || all.windows(2).any(|pair| pair[1].ratio > SETTLED * pair[0].ratio);
+    let small = all.iter().filter(unlikely).max_by(|a, b| a.freedom.total_cmp(&b.freedom)).map(Scatter::with_hidden);
+    let settled = is_settled(&all, freedom);
     let wide = (ratio > chance(freedom, SURE)).then_some(ratio);
     if wide.is_some() && !settled {
         return;
@@ -85,6 +92,29 @@ struct Scatter {
     freedom: f64,
     /// Half the squared distance of each corner, in the unit of its covariance.
     halves: Vec<f64>,
+}
+
+impl Scatter {
+    /// A ratio below 1, with what the terms hide beside it.
+    fn with_hidden(&self) -> f64 {
+        self.ratio * (1.0 + HIDDEN / self.freedom)
+    }
+}
+
+/// The number of the polynomial that leaves least, of degrees that rise. Of those that leave few degrees of freedom each must leave less
+/// than chance would of what the one before it leaves.
+fn told_best(all: &[Scatter]) -> Option<usize> {
+    let many = all.iter().take_while(|s| s.freedom >= TELLING).count();
+    let best = (0..many.max(1).min(all.len())).min_by(|a, b| all[*a].ratio.total_cmp(&all[*b].ratio))?;
+    let falls = |k: &usize, best: usize| all[*k].ratio < chance(all[*k].freedom, -SELDOM) * all[best].ratio;
+    let more = (many.max(1)..all.len()).scan(best, |best, k| falls(&k, *best).then(|| *best = k).map(|()| k));
+    Some(more.last().unwrap_or(best))
+}
+
+/// Whether what is left is no part of a bend that the polynomials do not follow.
+fn is_settled(all: &[Scatter], freedom: f64) -> bool {
+    let share = if freedom < TELLING { SETTLED_FEW } else { SETTLED };
+    all.len() < 2 || all.windows(2).any(|pair| pair[1].ratio > share * pair[0].ratio)
 }
 
 /// The covariance, but no less than rounding.
@@ -264,6 +294,29 @@ mod tests {
         }
         hold_against_lattice(&mut corners, false);
         assert!((told(&corners) - 1e-5).abs() < 1e-12, "{}", told(&corners));
+    }
+
+    /// A bend of a few px over three columns is of no low degree either, and nine corners do not tell it from errors: they are as good as
+    /// told. Errors of a straight board that a polynomial that leaves two degrees of freedom happens to explain are errors all the same.
+    #[test]
+    fn nine_corners_tell_errors_from_a_bend() {
+        let mut corners = lattice(3, 3, 1e-3, |_, _| 1e-3);
+        for corner in &mut corners {
+            let [u, v] = corner.index.map(f64::from);
+            corner.position_px += DVec2::new(20.0 * u * u + 2.0 * u * u * v + 0.2 * u * u * v * v, 0.0);
+        }
+        hold_against_lattice(&mut corners, true);
+        assert!((told(&corners) - 1e-3).abs() < 1e-12, "{}", told(&corners));
+
+        // No errors but along x y^2, x^2 y and the like, which a board of third degree takes: by chance they have nearly none else.
+        let pattern = [[1.0, -2.0, 1.0], [0.5, 0.0, -0.5], [-1.5, 2.0, -0.5]];
+        let mut corners: Vec<Corner> = lattice(3, 3, 1e-3, |_, _| 0.0);
+        for corner in &mut corners {
+            let [u, v] = corner.index.map(|k| k as usize);
+            corner.position_px = DVec2::new(40.0 * u as f64, 38.0 * v as f64) + 0.006 * pattern[v][u];
+        }
+        hold_against_lattice(&mut corners, true);
+        assert!(told(&corners) > 2e-3, "{}", told(&corners));
     }
 
     #[test]
