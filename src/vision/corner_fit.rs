@@ -20,8 +20,12 @@ use super::equations::equations;
 use super::profile::Profile;
 use super::window::Window;
 use glam::{DMat2, DVec2};
-/// How many of them are solved for when the blurs are held.
+
+/// How many of the parameters are solved for when the blurs are held.
 const WITHOUT_BLUR: usize = 10;
+/// A fit that takes more steps than these may go to and fro between two places, as where a mosaic of colours lies over the edges:
+/// from then on half of each step is taken.
+const WHOLE_STEPS: usize = 12;
 
 /// A fitted corner.
 #[derive(Debug, Clone, Copy)]
@@ -67,7 +71,7 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Cor
         if step.iter().any(|v| !v.is_finite()) {
             return None;
         }
-        let last_step_px = model.advance(&step, effort);
+        let last_step_px = model.advance(&if number > WHOLE_STEPS { 0.5 * step } else { step }, effort);
 
         // End with residual and covariance.
         if last_step_px < effort.tolerance_px || number == effort.steps {

@@ -51,7 +51,7 @@ const LAST_STEP_PX: f64 = 2e-3;
 const NARROW_SIGMA_PX: f64 = 0.1;
 const NARROW_STEP_PX: f64 = 1e-5;
 /// Steps of the last fit at most: of a blur that is known, of a narrow one, and of a free one.
-const LAST_STEPS: [usize; 3] = [6, 16, 12];
+const LAST_STEPS: [usize; 3] = [6, 32, 12];
 /// A fit that ends further than this from its candidate, in pixels of the resolution that this was found in, has found something else.
 const MOST_MOVE_PX: f64 = 3.0;
 /// Fewer corners leave less than 20 degrees of freedom beside a board of second degree (`scatter`).
