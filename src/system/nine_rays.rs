@@ -168,21 +168,27 @@ mod tests {
     use super::*;
     use crate::prism::triangles::TrianglePair;
     use crate::scene::PrismSpec;
+    use crate::surface::face::Face;
     use crate::surface::mesh::Normals;
+
+    /// The prism of triangles of the golden cases, with normals that differ from corner to corner of one of its faces.
+    fn uneven(normals: Normals, face: Face) -> System {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cases/prism_mesh.toml");
+        let mut scene = crate::scene::load(path.as_ref()).unwrap();
+        let PrismSpec::Mesh(prism) = &mut scene.prism else { panic!("{:?}", scene.prism) };
+        prism.normals = normals;
+        let mesh = if face == Face::Front { &mut prism.front } else { &mut prism.back };
+        for (k, normal) in mesh.point_normals.iter_mut().enumerate() {
+            *normal = (*normal + 0.01 * DVec3::new(libm::sin(k as f64), libm::cos(k as f64), 0.0)).normalize();
+        }
+        crate::system::build(&scene).unwrap()
+    }
 
     /// What a row sees, by packets and ray by ray, of meshes with normals that differ, and where it ends.
     #[test]
     fn a_row_is_as_its_single_rays() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cases/prism_mesh.toml");
-        let scene = crate::scene::load(path.as_ref()).unwrap();
         for normals in [Normals::Flat, Normals::Smooth] {
-            let mut scene = scene.clone();
-            let PrismSpec::Mesh(prism) = &mut scene.prism else { panic!("{:?}", scene.prism) };
-            prism.normals = normals;
-            for (k, normal) in prism.back.point_normals.iter_mut().enumerate() {
-                *normal = (*normal + 0.01 * DVec3::new(libm::sin(k as f64), libm::cos(k as f64), 0.0)).normalize();
-            }
-            let system = crate::system::build(&scene).unwrap();
+            let system = uneven(normals, Face::Back);
             let mut packets = 0;
             for (j, i) in (0..60).flat_map(|j| (0..40).map(move |i| (j, i))) {
                 // On whole numbers rays meet corners and sides of triangles.
@@ -210,17 +216,8 @@ mod tests {
     /// Packets have the bits of single rays, through one pair of triangles and through those around it, which they miss.
     #[test]
     fn nine_rays_are_nine_single_ones() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cases/prism_mesh.toml");
-        let scene = crate::scene::load(path.as_ref()).unwrap();
         for normals in [Normals::Flat, Normals::Smooth] {
-            let mut scene = scene.clone();
-            let PrismSpec::Mesh(prism) = &mut scene.prism else { panic!("{:?}", scene.prism) };
-            prism.normals = normals;
-            // Normals that differ from corner to corner.
-            for (k, normal) in prism.front.point_normals.iter_mut().enumerate() {
-                *normal = (*normal + 0.01 * DVec3::new(libm::sin(k as f64), libm::cos(k as f64), 0.0)).normalize();
-            }
-            let system = crate::system::build(&scene).unwrap();
+            let system = uneven(normals, Face::Front);
             let mut packets = 0;
             for k in 0..200 {
                 let at =
