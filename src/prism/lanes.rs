@@ -2,7 +2,7 @@
 //!
 //! Every line repeats one of the scalar trace, so that lanes have its bits.
 
-use crate::geom::Pose;
+use crate::geom::{Pose, Ray};
 use crate::num::simd::Lanes;
 use glam::{DMat3, DVec3};
 
@@ -70,6 +70,22 @@ pub struct Rays {
 }
 
 impl Rays {
+    /// A packet of as many rays as there are lanes.
+    pub(crate) fn packed(rays: &[Ray]) -> Self {
+        let vectors = |of: fn(&Ray) -> DVec3| Vectors {
+            x: Lanes::of(|k| of(&rays[k]).x),
+            y: Lanes::of(|k| of(&rays[k]).y),
+            z: Lanes::of(|k| of(&rays[k]).z),
+        };
+        Self { origin: vectors(|ray| ray.origin), direction: vectors(|ray| ray.direction) }
+    }
+
+    /// One of its rays.
+    pub(crate) fn lane(&self, k: usize) -> Ray {
+        let vector = |v: &Vectors| DVec3::new(v.x.0[k], v.y.0[k], v.z.0[k]);
+        Ray { origin: vector(&self.origin), direction: vector(&self.direction) }
+    }
+
     #[inline(always)]
     pub(super) fn at(&self, t_mm: Lanes) -> Vectors {
         self.origin.plus(self.direction.times(t_mm))

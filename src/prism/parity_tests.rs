@@ -1,7 +1,7 @@
 //! The kernels of the rule for which face a ray meets first, held against each other on rays near the ridge and far from it.
 
 use super::biprism::Prism;
-use super::lanes::{Rays, Vectors};
+use super::lanes::Rays;
 use super::packed_revolved::PackedRevolved;
 use super::packet::{Glass, PackedPolynomial, Plane, Table};
 use super::reflections::{GlassBody, Limits, ReflectionTracer};
@@ -9,7 +9,7 @@ use super::side::{PrismFace, Side};
 use crate::geom::{Pose, Ray, Rect};
 use crate::num::curve::ChebyshevCurve;
 use crate::num::poly2::Poly2;
-use crate::num::simd::{LANES, Lanes};
+use crate::num::simd::LANES;
 use crate::optics::polarisation::{Beam, PolarisationState};
 use crate::scene::GlassSpec;
 use crate::surface::face::Face;
@@ -85,20 +85,6 @@ fn aimed(prism: &Prism, k: usize) -> Ray {
     prism.poses.map_or(own, |[world_from_prism, _]| own.moved(&world_from_prism))
 }
 
-fn packed(rays: &[Ray]) -> Rays {
-    let vectors = |of: fn(&Ray) -> DVec3| Vectors {
-        x: Lanes::of(|i| of(&rays[i]).x),
-        y: Lanes::of(|i| of(&rays[i]).y),
-        z: Lanes::of(|i| of(&rays[i]).z),
-    };
-    Rays { origin: vectors(|ray| ray.origin), direction: vectors(|ray| ray.direction) }
-}
-
-fn lane(rays: &Rays, i: usize) -> Ray {
-    let vector = |v: &Vectors| DVec3::new(v.x.0[i], v.y.0[i], v.z.0[i]);
-    Ray { origin: vector(&rays.origin), direction: vector(&rays.direction) }
-}
-
 /// Where light that is never reflected leaves the prism.
 fn unreflected(prism: &Prism, ray: &Ray) -> Vec<(Ray, PrismFace)> {
     let [n_outer, n_glass] = prism.indices();
@@ -115,7 +101,7 @@ fn hold_against_each_other(name: &str, prism: &Prism, packets: &impl Glass) {
     let (mut passed, mut far, mut far_by_packet) = (0, 0, 0);
     for packet in 0..PACKETS {
         let rays: Vec<Ray> = (0..LANES).map(|i| aimed(prism, LANES * packet + i)).collect();
-        let together = packets.pass(&packed(&rays), RESIDUAL_MM);
+        let together = packets.pass(&Rays::packed(&rays), RESIDUAL_MM);
         for (i, ray) in rays.iter().enumerate() {
             let alone = prism.pass(ray, RESIDUAL_MM, &mut ());
             let wanted: Vec<(Ray, PrismFace)> =
@@ -129,7 +115,7 @@ fn hold_against_each_other(name: &str, prism: &Prism, packets: &impl Glass) {
             let sure = together.sure.0[i] != 0;
             if sure {
                 let side = if together.right.0[i] != 0 { Side::Right } else { Side::Left };
-                assert_eq!(Ok((lane(&together.rays, i), side)), alone, "{name} {packet} {i}: {ray:?}");
+                assert_eq!(Ok((together.rays.lane(i), side)), alone, "{name} {packet} {i}: {ray:?}");
             }
             passed += usize::from(alone.is_ok());
             far += usize::from(packet % 4 == 0 && alone.is_ok());

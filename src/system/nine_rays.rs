@@ -4,10 +4,10 @@
 use super::instrument::System;
 use crate::geom::Ray;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
-use crate::prism::lanes::{Rays, Vectors};
+use crate::prism::lanes::Rays;
 use crate::prism::packed_triangles::PacketBehindTriangle;
 use crate::prism::side::Side;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 /// Nine rays: a packet, and the one that it leaves over.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +42,7 @@ impl System {
             (rays[k], within[k]) = (behind.ray, behind.within);
         }
         let within = std::array::from_fn(|of| Lanes::of(|k| within[k][of]));
-        Some((NineRays { packet: packed(&rays), last: last.ray }, nine(within, last.within)))
+        Some((NineRays { packet: Rays::packed(&rays), last: last.ray }, nine(within, last.within)))
     }
 
     /// [`System::seen_behind_back`] of nine rays, with the same bits.
@@ -62,7 +62,7 @@ impl System {
         let mut seen_mm = [last_mm; NINE];
         let mut within = [last_within; LANES];
         for (k, seen_mm) in seen_mm.iter_mut().take(LANES).enumerate() {
-            (*seen_mm, within[k]) = self.seen_behind_back(&lane(&inside.packet, k), side, triangle)?;
+            (*seen_mm, within[k]) = self.seen_behind_back(&inside.packet.lane(k), side, triangle)?;
         }
         Some((seen_mm, nine(std::array::from_fn(|of| Lanes::of(|k| within[k][of])), last_within)))
     }
@@ -107,20 +107,6 @@ impl Kernel for ThroughTriangles<'_> {
 #[inline(always)]
 fn nine(packet: [Lanes; 4], last: [f64; 4]) -> NineWithin {
     std::array::from_fn(|of| std::array::from_fn(|k| if k < LANES { packet[of].0[k] } else { last[of] }))
-}
-
-fn packed(rays: &[Ray; LANES]) -> Rays {
-    let vectors = |of: fn(&Ray) -> DVec3| Vectors {
-        x: Lanes::of(|k| of(&rays[k]).x),
-        y: Lanes::of(|k| of(&rays[k]).y),
-        z: Lanes::of(|k| of(&rays[k]).z),
-    };
-    Rays { origin: vectors(|ray| ray.origin), direction: vectors(|ray| ray.direction) }
-}
-
-fn lane(rays: &Rays, k: usize) -> Ray {
-    let vector = |v: &Vectors| DVec3::new(v.x.0[k], v.y.0[k], v.z.0[k]);
-    Ray { origin: vector(&rays.origin), direction: vector(&rays.direction) }
 }
 
 struct BehindFront<'a> {
@@ -170,6 +156,7 @@ mod tests {
     use crate::scene::PrismSpec;
     use crate::surface::face::Face;
     use crate::surface::mesh::Normals;
+    use glam::DVec3;
 
     /// The prism of triangles of the golden cases, with normals that differ from corner to corner of one of its faces.
     fn uneven(normals: Normals, face: Face) -> System {
@@ -238,7 +225,7 @@ mod tests {
         let by_packet = widest(BehindFront { system, px, side, triangle: front }).is_some();
         for k in 0..NINE {
             let single = system.behind_front(px[k], side, front).unwrap();
-            let own = if k < LANES { lane(&inside.packet, k) } else { inside.last };
+            let own = if k < LANES { inside.packet.lane(k) } else { inside.last };
             assert_eq!((own, within.map(|of| of[k])), (single.ray, single.within));
             let seen = system.seen_behind_back(&single.ray, side, back).unwrap();
             assert_eq!((seen_mm[k], behind.map(|of| of[k])), seen);
