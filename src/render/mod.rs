@@ -34,6 +34,7 @@ mod draft;
 mod mapped;
 mod seam_pixels;
 mod reference;
+mod sights;
 mod layers;
 mod bands;
 mod strips;
