@@ -156,7 +156,10 @@ fn an_unmet_expectation_is_exit_code_1_and_a_met_one_is_0() {
 #[test]
 fn cost_writes_a_table_a_curve_and_the_numbers() {
     let folder = tempfile::tempdir().expect("a folder");
-    tiny_scene(folder.path(), as_is);
+    // A quarter of its pixels, no larger, is what the study needs.
+    tiny_scene(folder.path(), |text| {
+        text.replace("width_px = 240", "width_px = 120").replace("height_px = 135", "height_px = 68")
+    });
     let run = biprism(folder.path(), &["cost", "scene.toml", "--quick", "--repetitions", "1", "--json"]);
     let report = json(&run);
     assert_eq!(report["schema"], "biprism-cost/1");
