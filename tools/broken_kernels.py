@@ -66,7 +66,7 @@ ROWS = [
         "split(&mut cells, |px| a.distance(px) - b.distance(px))", "drop((a, b))",
         ("suite::objects::pictures_are_the_means_of_samples_of_the_nearest",)),
     Row("src/render/layers.rs",
-        "area.is_at_border(at) &&", "false &&",
+        "let at_border = area.is_at_border(at);", "let at_border = false && area.is_at_border(at);",
         ("suite::objects::planes_that_cross_at_the_border_are_told_apart",)),
     Row("src/optics/snell.rs",
         "square < CAREFUL_BELOW * excess", "square < 0.0 * excess",

@@ -196,26 +196,19 @@ fn nearest(layers: &[LayerPicture], area: &Area, at: usize) -> Option<usize> {
     let distances = all.filter_map(|k| Some((k, layers[k].distance_mm(at)?)));
     let own = distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
 
-    // At the border of the picture distances go on as from the centres within, since there are none beyond: the others stay behind.
+    // Leave it where another may be nearer somewhere: one that covers a part of it, and at the border of the picture, where no centre lies
+    // beyond and distances go on as from those within, also one that covers all.
+    let at_border = area.is_at_border(at);
+    let off_mm = |other: usize, k: usize| Some(layers[other].distance_mm(k)? - layers[own?].distance_mm(k)?);
     let stays_behind = |other: usize| {
-        let off_mm = |k: usize| Some(layers[other].distance_mm(k)? - layers[own?].distance_mm(k)?);
-        let here = off_mm(at)?;
-        let beyond = area.around_of(at).map(|k| Some(2.0 * here - off_mm(k)?));
-        beyond.collect::<Option<Vec<f64>>>().map(|all| all.into_iter().all(|off_mm| off_mm > 0.0))
+        off_mm(other, at).is_some_and(|here| {
+            let behind = |off_mm: f64| off_mm > 0.0 && (!at_border || 2.0 * here - off_mm > 0.0);
+            area.around_of(at).all(|k| off_mm(other, k).is_some_and(behind))
+        })
     };
-    let mut others = (0..layers.len()).filter(|k| covers[*k] != Cover::None && Some(*k) != own);
-    if area.is_at_border(at) && !others.all(|k| stays_behind(k) == Some(true)) {
-        return None;
-    }
-
-    // Leave it where one that covers a part of it may be nearer somewhere.
-    let is_hidden = |part: &LayerPicture| {
-        let own = &layers[own?];
-        let behind = |k: usize| Some(own.distance_mm(k)? < part.distance_mm(k)?);
-        area.around_of(at).map(behind).collect::<Option<Vec<bool>>>().map(|all| all.into_iter().all(|behind| behind))
-    };
-    let mut parts = (0..layers.len()).filter(|k| covers[*k] == Cover::Part);
-    parts.all(|k| is_hidden(&layers[k]) == Some(true)).then(|| own.unwrap_or(0))
+    let may_be_nearer =
+        |k: &usize| covers[*k] == Cover::Part || at_border && covers[*k] == Cover::All && Some(*k) != own;
+    (0..layers.len()).filter(may_be_nearer).all(stays_behind).then(|| own.unwrap_or(0))
 }
 
 /// The light of a pixel from ever smaller parts.

@@ -112,7 +112,7 @@ impl Plate {
             return None;
         }
 
-        // Beyond the plate there is the background alone.
+        // Beyond the plate there is the background alone, rounded as the sum at the end would be.
         if low.cmpgt(self.plate_mm).any() || high.cmplt(-self.plate_mm).any() {
             return Some(self.background * area / area);
         }
