@@ -27,7 +27,7 @@ fn scenes(rows: usize) -> Vec<Scene> {
         scene(481, rows + 1, FREEFORM, BOARD),
         scene(320, rows + 3, FREEFORM, &posed),
         scene(320, rows + 3, &shifted, BOARD),
-        scene(40, 10, FLAT, BOARD),
+        scene(40, 30, FLAT, BOARD),
     ]
 }
 

@@ -1,6 +1,6 @@
 //! `dataset`: whether its pictures are those of their scenes, whether a run that was stopped goes on, and what is refused.
 
-use crate::command::{as_is, biprism, json, text, tiny_scene};
+use crate::command::{as_is, biprism, json, quarter, text, tiny_scene};
 use biprism::io::{CurveSource, corners, read};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -47,8 +47,6 @@ fn levels(path: &Path) -> Vec<f32> {
 #[test]
 fn a_picture_is_that_of_its_scene() {
     let sensor = "\n[effect.sensor]\nwhite_e = 5000\nseed = 3\n";
-    let quarter =
-        |scene: String| scene.replace("width_px = 240", "width_px = 120").replace("height_px = 135", "height_px = 68");
     let auto = |scene: String| format!("effects = \"auto\"\n{scene}\n[effect.cos4]\n{sensor}");
     let cases: [(&str, &dyn Fn(String) -> String); 3] = [
         ("", &as_is),

@@ -119,12 +119,9 @@ fn kinks_of_smooth_normals_keep_the_promise_or_are_counted() {
     let place = Place::new();
     let plane: Vec<_> = body(-16.0).into_iter().filter(|t| t.iter().all(|p| p.z > 46.0)).collect();
     place.write("back.obj", obj(&plane));
-    for (cells, normals, size) in [
-        (5, "smooth", ([40, 6], 110.0)),
-        (16, "smooth", ([40, 6], 110.0)),
-        (5, "flat", ([40, 6], 110.0)),
-        (16, "flat", ([40, 6], 110.0)),
-    ] {
+    // Six rows about the middle: the reference takes long.
+    let size = ([40, 6], 110.0);
+    for (cells, normals) in [(5, "smooth"), (16, "smooth"), (5, "flat"), (16, "flat")] {
         place.write("front.obj", dome(cells));
         let reference = film(&place, normals, size, Level::Reference);
         for level in [Level::Draft, Level::Exact] {

@@ -51,6 +51,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         ("blur 1, tilted 60 deg, rolled 45", blur(plain(60.0, 45.0, 60.0), 1.0)),
         ("blur 2, tilted 60 deg, rolled 45", blur(tall(60.0, 45.0, 60.0), 2.0)),
     ];
+    // Bent by a curvature of 3e-4 / px, as 6 px over 400.
     for sigma in [1.0, 2.0, 4.0, 6.0] {
         all.push(("blurred", blur(bent(plain(50.0, 3.0, 10.0), 3.84, 3.2), sigma)));
     }
