@@ -83,10 +83,10 @@ impl BlockMap {
         pattern.along(axis, Lanes::splat(self.at[axis]) + Lanes::splat(self.slope[axis]) * off, reach)
     }
 
-    /// Fills the pixels of the block, and tells those that lie within one square.
+    /// What the middles of its pixels see, and which of them lie within one square.
     #[inline(always)]
-    fn fill(&self, pattern: &Checkerboard, reach: [Lanes; 2], out: &mut [f32; BLOCK]) -> [Mask; PACKETS] {
-        let mut constant = [Mask::splat(false); PACKETS];
+    fn values(&self, pattern: &Checkerboard, reach: [Lanes; 2]) -> ([f32; BLOCK], [Mask; PACKETS]) {
+        let (mut out, mut constant) = ([0.0; BLOCK], [Mask::splat(false); PACKETS]);
         for (k, constant) in constant.iter_mut().enumerate() {
             let first = k * LANES;
             let off = Lanes::load(&OFF_MIDDLE[first..]);
@@ -112,7 +112,7 @@ impl BlockMap {
             pattern.of_squares(odd).store(&mut out[first..first + LANES]);
             *constant = off_lines;
         }
-        constant
+        (out, constant)
     }
 }
 
@@ -144,8 +144,7 @@ pub(super) fn constant_pixels(
     // Bound how far a pixel and a block may see from their centres.
     let pattern = &plan.pattern;
     let mut lines = 0;
-    let first_x = patch.region.columns.start as f64;
-    let step = patch.steps().x;
+    let (first_x, step) = (patch.region.columns.start as f64, patch.steps().x);
     let pixel = patch.bounds.each_ref().map(reach_of_pixel);
     let block = patch.bounds.each_ref().map(reach_of_block);
     let sign = Lanes::splat(if patch.flip { -1.0 } else { 1.0 });
@@ -171,8 +170,7 @@ pub(super) fn constant_pixels(
             let span = &mut out[at..at + BLOCK];
 
             // Fill a block of one square, or of one radiance off the squares: margin or background.
-            let centre = DVec2::new(u.0[k], v.0[k]);
-            let reach = DVec2::new(block[0].0[0], block[1].0[0]);
+            let (centre, reach) = (DVec2::new(u.0[k], v.0[k]), DVec2::new(block[0].0[0], block[1].0[0]));
             let of_square = (quiet[0].0[k] & quiet[1].0[k] != 0).then_some(value.0[k]);
             if let Some(value) = of_square.or_else(|| pattern.constant(centre, reach)) {
                 span.fill(value as f32);
@@ -193,13 +191,8 @@ pub(super) fn constant_pixels(
             // Fill the pixels that lie within one square, and list the others.
             let odd = |axis: usize| (quiet[axis].0[k] != 0).then(|| Mask([along[axis].odd.0[k]; LANES]));
             let map = BlockMap { at: [u.0[k], v.0[k]], slope: [ux.0[k], vx.0[k]], quiet: [odd(0), odd(1)] };
-            let mut values = [0.0; BLOCK];
-            let constant = map.fill(pattern, pixel, &mut values);
-            if fresh.len() == BLOCK {
-                span.copy_from_slice(&values);
-            } else {
-                span[fresh.clone()].copy_from_slice(&values[fresh.clone()]);
-            }
+            let (values, constant) = map.values(pattern, pixel);
+            span[fresh.clone()].copy_from_slice(&values[fresh.clone()]);
             list_others(&constant, &fresh, at, edge_pixels);
         }
     }
