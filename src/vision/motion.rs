@@ -19,9 +19,9 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 /// Corners that it is found from, at most.
-const PILOTS: usize = 6;
-/// It is sought where the ellipse of the blur is this many times as long as wide.
-const LEAST_RATIO: f64 = 1.3;
+const PILOTS: usize = 4;
+/// It is sought where the ellipse of the blur is this many times as long as wide: of a shorter one a Gaussian of two widths tells enough.
+const LEAST_RATIO: f64 = 2.0;
 /// The Gaussian under it is no narrower than this, in px: the responses are tables, and a pixel shows nothing finer.
 pub(super) const LEAST_SIGMA_PX: f64 = 0.05;
 /// The pixels near an edge are chosen for a way that is longer by this share, and by so many px.
@@ -34,7 +34,7 @@ const SHARES: [f64; 4] = [1.0, 0.5, 0.2, 0.05];
 /// Shares of the Gaussian's variance and of the way, and px at least, over which what is left is differentiated.
 const PROBE: (f64, f64) = (0.02, 0.01);
 /// Motion is believed when it leaves less than this share of what Gaussians leave: both have three numbers.
-const LESS: f64 = 0.95;
+const LESS: f64 = 0.85;
 
 /// Steps of the fits while the blur changes a little.
 const FEW: Effort = Effort { steps: 3, tolerance_px: 1e-4, ..EFFORT };
@@ -98,6 +98,9 @@ pub(super) fn find_motion(
         });
         let Some(next) = shorter.into_iter().find(|(_, there)| left(there) < left(&here)) else { break };
         (best, here) = next;
+        if left(&here) >= plain {
+            return None;
+        }
         if DVec2::new(step[1], step[2]).length() < TOLERANCE_PX {
             break;
         }
