@@ -116,7 +116,7 @@ fn a_white_furnace_stays_white() {
         scene.board.background = 0.7;
         scene.effects.quadrature.points = 4;
         let camera = &mut scene.camera;
-        (camera.width_px, camera.height_px, camera.pitch_mm) = (16, 9, 20.0 * camera.pitch_mm);
+        (camera.width_px, camera.height_px, camera.pitch_mm) = (6, 3, 20.0 * camera.pitch_mm);
         // Of a sensor's picture only the mean is even, and that is judged with its noise.
         if scene.effects.is_random() {
             continue;

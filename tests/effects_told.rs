@@ -27,10 +27,10 @@ fn parsed(text: &str) -> Scene {
 /// The standard error told of few sets is that of many pictures, and where sets stop for it, it is kept.
 #[test]
 fn a_standard_error_is_what_pictures_stray_by() {
-    const SEEDS: u64 = 200;
+    const SEEDS: u64 = 100;
     // One block, all of it out of focus.
     let board = "columns = 9\nrows = 9\nsquare_mm = 100.0\nposition_mm = [13.0, 7.0, 1000.0]\ntilt_deg = [0, 0, 20]";
-    let plain = scene(16, 16, NO_GLASS, board);
+    let plain = scene(8, 8, NO_GLASS, board);
     let lens = Lens::Thin(ThinLens::new(2.0, 600.0, Aperture::Circle, 35.0));
     let of = |quadrature| {
         let effects = Effects { lens, quadrature, ..Effects::default() };

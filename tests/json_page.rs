@@ -108,7 +108,14 @@ fn every_key_of_every_verb_stands_on_the_page() {
     hold("analyse", run("analyse tolerance scene.toml --criterion vertical_px --budget vertical_px=1 --json", "", "0"));
     let trials = "analyse tolerance scene.toml --criterion vertical_px --trials 4 --budget vertical_px=1 --json";
     hold("analyse", run(trials, "", "0"));
-    hold("cost", run("cost scene.toml --quick --repetitions 1 --json", "", "0"));
+    hold(
+        "cost",
+        run(
+            "cost scene.toml --quick --repetitions 1 --set camera.width_px=120 --set camera.height_px=68 --json",
+            "",
+            "0",
+        ),
+    );
     hold("analyse", run("analyse stability --only parallel --json", "", "0"));
     for study in
         ["spot", "field-curvature", "mtf", "reprojection", "surface", "layout", "stereo", "convergence --finest-um 40"]

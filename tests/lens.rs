@@ -291,7 +291,7 @@ fn a_tilted_plate_is_astigmatic_by_the_closed_form() {
 #[test]
 fn the_error_estimate_is_the_error() {
     // The level's error is the same in all pictures: the coarsest will do.
-    let mut plain = scene(32, 18, FLAT, BOARD);
+    let mut plain = scene(32, 6, FLAT, BOARD);
     plain.accuracy = Accuracy::draft();
     let lens = Lens::Thin(ThinLens::new(2.0, 600.0, Aperture::Circle, 35.0));
     let of = |quadrature| {

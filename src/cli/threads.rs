@@ -11,6 +11,8 @@ use std::thread::{Builder, scope};
 pub(super) const SPARE_THREADS: usize = 4;
 /// Address space of a thread: its stack, and what it works with.
 const BYTES_A_THREAD: usize = 16 << 20;
+/// Address space that a thread begins with: twice its stack.
+const BYTES_TO_BEGIN: usize = 4 << 20;
 
 /// Makes `stated` threads, or as many as `RAYON_NUM_THREADS` asks for, or as there are processors: at most [`MOST_THREADS`], and fewer
 /// where the system gives no more.
@@ -23,7 +25,8 @@ pub(super) fn set_up(stated: Option<usize>) -> Result<(), Error> {
     if wanted > MOST_THREADS && stated.or(asked).is_some() {
         output::stderr(&format!("note: RAYON_NUM_THREADS is {wanted}, and {MOST_THREADS} threads are the most"));
     }
-    let wanted = wanted.min(MOST_THREADS).min(affordable_threads());
+    let room = free_address_space();
+    let wanted = wanted.min(MOST_THREADS).min((room / BYTES_A_THREAD).max(1));
     let refused = |why: String| {
         let rule = format!("no thread can be made: {why}");
         Error::new(
@@ -32,7 +35,7 @@ pub(super) fn set_up(stated: Option<usize>) -> Result<(), Error> {
             "allow more processes (`ulimit -u`) or more memory (`ulimit -v`), or end others",
         )
     };
-    let possible = possible_threads(wanted + SPARE_THREADS);
+    let possible = possible_threads((wanted + SPARE_THREADS).min(room / BYTES_TO_BEGIN));
     // Where threads are short, so is memory: half of them leave some to work with.
     let threads = if possible == wanted + SPARE_THREADS { wanted } else { possible / 2 };
     if threads == 0 {
@@ -41,13 +44,16 @@ pub(super) fn set_up(stated: Option<usize>) -> Result<(), Error> {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build_global().map_err(|error| refused(error.to_string()))
 }
 
-/// How many threads the limit of the address space leaves room for, where there is one: at its very end the C library
-/// ends the program without a sentence, so that it is not to be tried out.
-fn affordable_threads() -> usize {
-    let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
-    let limit = limits.lines().find_map(|line| line.strip_prefix("Max address space"));
-    let bytes = limit.and_then(|line| line.split_whitespace().next()?.parse::<usize>().ok());
-    bytes.map_or(usize::MAX, |bytes| (bytes / BYTES_A_THREAD).max(1))
+/// How many bytes the limit of the address space leaves, where there is one: at its very end the C library ends the program
+/// without a sentence, so that it is not to be tried out.
+fn free_address_space() -> usize {
+    let number = |path: &str, key: &str| {
+        let text = std::fs::read_to_string(path).ok()?;
+        text.lines().find_map(|line| line.strip_prefix(key)?.split_whitespace().next()?.parse::<usize>().ok())
+    };
+    let Some(limit) = number("/proc/self/limits", "Max address space") else { return usize::MAX };
+    let taken_kib = number("/proc/self/status", "VmSize:").unwrap_or(0);
+    limit.saturating_sub(taken_kib * 1024)
 }
 
 /// How many threads of `wanted` can be there at a time.

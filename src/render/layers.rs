@@ -6,13 +6,11 @@ use super::band::{Band, Truth};
 use super::film::Class;
 use super::pixel::{INSET_PX, adaptive, square};
 use super::plan::Plan;
+use super::sights::{Sight, alone, sights};
 use super::work::Work;
-use crate::geom::Ray;
-use crate::prism::payload::Differentials;
-use crate::prism::side::Side;
 use crate::system::System;
 use crate::texture::Convex;
-use glam::{DMat2, DVec2};
+use glam::DVec2;
 use std::iter::once;
 
 /// A loop that renders a band of one plan alone.
@@ -33,6 +31,7 @@ pub(super) fn render(plan: &Plan, band: &mut Band, paint: BandPainter) -> Work {
             let at = area.index(band.first_column + i, band.first_row + j);
             let own = nearest[at].filter(|own| area.around_of(at).all(|k| nearest[k] == Some(*own)));
             let px = DVec2::new((band.first_column + i) as f64 + 0.5, (band.first_row + j) as f64 + 0.5);
+            let own = own.or_else(|| alone(plan, px, &mut work));
             let to = j * band.width + i;
             band.radiance[to] = match own {
                 Some(own) => layers[own].radiance[at],
@@ -74,6 +73,7 @@ struct Area {
     first: [usize; 2],
     width: usize,
     height: usize,
+    picture: [usize; 2],
 }
 
 impl Area {
@@ -82,11 +82,17 @@ impl Area {
         let (first, count) = ([band.first_column, band.first_row], [band.width, band.rows()]);
         let low = first.map(|n| n.saturating_sub(1));
         let high = [0, 1].map(|axis| size[axis].min(first[axis] + count[axis] + 1));
-        Self { first: low, width: high[0] - low[0], height: high[1] - low[1] }
+        Self { first: low, width: high[0] - low[0], height: high[1] - low[1], picture: size }
     }
 
     fn index(&self, x: usize, y: usize) -> usize {
         (y - self.first[1]) * self.width + x - self.first[0]
+    }
+
+    /// Whether the pixel lies at the border of the picture.
+    fn is_at_border(&self, at: usize) -> bool {
+        let place = [at % self.width + self.first[0], at / self.width + self.first[1]];
+        (0..2).any(|axis| place[axis] == 0 || place[axis] + 1 == self.picture[axis])
     }
 
     /// The pixel and those around it that lie in the area.
@@ -190,14 +196,19 @@ fn nearest(layers: &[LayerPicture], area: &Area, at: usize) -> Option<usize> {
     let distances = all.filter_map(|k| Some((k, layers[k].distance_mm(at)?)));
     let own = distances.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k);
 
-    // Leave it where one that covers a part of it may be nearer somewhere.
-    let is_hidden = |part: &LayerPicture| {
-        let own = &layers[own?];
-        let behind = |k: usize| Some(own.distance_mm(k)? < part.distance_mm(k)?);
-        area.around_of(at).map(behind).collect::<Option<Vec<bool>>>().map(|all| all.into_iter().all(|behind| behind))
+    // Leave it where another may be nearer somewhere: one that covers a part of it, and at the border of the picture, where no centre lies
+    // beyond and distances go on as from those within, also one that covers all.
+    let at_border = area.is_at_border(at);
+    let off_mm = |other: usize, k: usize| Some(layers[other].distance_mm(k)? - layers[own?].distance_mm(k)?);
+    let stays_behind = |other: usize| {
+        off_mm(other, at).is_some_and(|here| {
+            let behind = |off_mm: f64| off_mm > 0.0 && (!at_border || 2.0 * here - off_mm > 0.0);
+            area.around_of(at).all(|k| off_mm(other, k).is_some_and(behind))
+        })
     };
-    let mut parts = (0..layers.len()).filter(|k| covers[*k] == Cover::Part);
-    parts.all(|k| is_hidden(&layers[k]) == Some(true)).then(|| own.unwrap_or(0))
+    let may_be_nearer =
+        |k: &usize| covers[*k] == Cover::Part || at_border && covers[*k] == Cover::All && Some(*k) != own;
+    (0..layers.len()).filter(may_be_nearer).all(stays_behind).then(|| own.unwrap_or(0))
 }
 
 /// The light of a pixel from ever smaller parts.
@@ -222,67 +233,12 @@ fn divided(plan: &Plan, px: DVec2, work: &mut Work) -> f64 {
     adaptive(plan, 0.0, &mut by_parts, work)
 }
 
-/// A thing as a ray and its neighbours see it.
-struct Sight<'a> {
-    plan: &'a Plan<'a>,
-    /// The place that the ray sees, and how that moves by px, in mm.
-    seen_mm: DVec2,
-    jacobian: DMat2,
-    /// How far the place lies along the ray, in mm, and how that changes by px.
-    distance_mm: f64,
-    slope: DVec2,
-    half_mm: DVec2,
-}
-
-impl<'a> Sight<'a> {
-    fn new(plan: &'a Plan<'a>, ray: &Ray, side: Side, differentials: &Differentials) -> Option<Self> {
-        let footprint = plan.system.land(ray, side, differentials).ok()?;
-        if !footprint.jacobian.is_finite() {
-            return None;
-        }
-        let board = plan.system.board();
-        let world = |mm: DVec2| board.world(mm);
-        let (seen_mm, jacobian) = (footprint.sight.board_mm, footprint.jacobian);
-        let own = world(seen_mm);
-        let along = |step: DVec2| (world(seen_mm + step) - own).dot(ray.direction);
-        Some(Self {
-            plan,
-            seen_mm,
-            jacobian,
-            distance_mm: (own - ray.origin).dot(ray.direction),
-            slope: DVec2::new(along(jacobian.x_axis), along(jacobian.y_axis)),
-            half_mm: plan.system.half_plate_mm(),
-        })
-    }
-
-    fn mm(&self, px: DVec2) -> DVec2 {
-        self.seen_mm + self.jacobian * px
-    }
-
-    fn distance(&self, px: DVec2) -> f64 {
-        self.distance_mm + self.slope.dot(px)
-    }
-
-    /// How far within the four sides of its plate a place is, in mm.
-    fn within(&self, px: DVec2, side: usize) -> f64 {
-        let (axis, sign) = (side % 2, if side < 2 { 1.0 } else { -1.0 });
-        self.half_mm[axis] - sign * self.mm(px)[axis]
-    }
-
-    fn covers(&self, px: DVec2) -> bool {
-        (0..4).all(|side| self.within(px, side) >= 0.0)
-    }
-}
-
 /// The mean light of a square part of a pixel about `px`, of side 2 `half`, by the tangent of the map there.
 fn part(plan: &Plan, px: DVec2, half: f64, work: &mut Work) -> f64 {
     // Trace the ray, and find how it sees the board and the objects.
     work.counts.rays += 1;
-    let system = plan.system;
-    let mut differentials = system.camera().differentials(px);
-    let Ok((ray, side)) = system.exit(system.camera().ray(px), &mut differentials) else { return 0.0 };
-    let sights: Vec<Sight> =
-        once(plan).chain(&plan.objects).filter_map(|one| Sight::new(one, &ray, side, &differentials)).collect();
+    let Some((_, sights)) = sights(plan, px) else { return 0.0 };
+    let sights: Vec<Sight> = sights.into_iter().flatten().collect();
 
     // Cut the part along the borders of plates, and where two of them are equally far.
     let mut cells = vec![Convex::new(&square(half))];

@@ -5,7 +5,6 @@
 //! and inside, they take the way that the curve tells and agree with its polynomial.
 
 use super::centre_rays::trace_scalar;
-use super::film::Class;
 use super::map::{BORDER_STEP, INSET_PX, INSIDE, MapPatch, corners};
 use super::region::Region;
 use crate::effect::Hook;
@@ -77,11 +76,12 @@ impl SeamMap {
             // The scale is that between the first two.
             let last = checks.pop()?;
             checks.insert(1.min(checks.len()), last);
-            let mut through = |px: DVec2| {
+            let mut one = |px: &DVec2| {
                 *rays += 1;
-                let seen = continued.exit_ray_by(px, ways[k]).and_then(|(ray, _)| continued.board().intersect(&ray));
-                seen.map_or_else(|fate| (DVec2::ZERO, Class::from(fate)), |(mm, _)| (mm, ways[k].front.into()))
+                let (ray, _) = continued.exit_ray_by(*px, ways[k]).ok()?;
+                continued.board().intersect(&ray).ok().map(|(mm, _)| mm)
             };
+            let mut through = |places: &[DVec2]| places.iter().map(&mut one).collect();
             patch.fitted(system.accuracy(), checks, &mut through, scale)
         };
         let [left, right] = patches;

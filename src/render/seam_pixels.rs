@@ -3,10 +3,11 @@
 
 use super::band::Band;
 use super::map::MapPatch;
-use super::mapped::{RowMap, board, edge_means, packed_taylor2};
+use super::mapped::{board, edge_means, packed_taylor2};
 use super::pixel::square;
 use super::pixel_mean::{PackedTaylor2, Taylor2, mean_of_points};
 use super::plan::Plan;
+use super::row_map::RowMap;
 use super::seam_map::SeamMap;
 use super::work::Work;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};

@@ -112,6 +112,11 @@ impl Plate {
             return None;
         }
 
+        // Beyond the plate there is the background alone, rounded as the sum at the end would be.
+        if low.cmpgt(self.plate_mm).any() || high.cmplt(-self.plate_mm).any() {
+            return Some(self.background * area / area);
+        }
+
         // Integrate what lies on the texture.
         let on_texture = whole.within(-self.texture_mm, self.texture_mm);
         let covered = on_texture.area();

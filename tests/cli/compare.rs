@@ -1,6 +1,6 @@
 //! `compare` and `cost`: reports, budgets, expectations.
 
-use crate::command::{as_is, biprism, json, small_scene, text, tiny_scene};
+use crate::command::{as_is, biprism, json, quarter, small_scene, text, tiny_scene};
 use serde_json::Value;
 use std::fs;
 use std::process::Command;
@@ -156,7 +156,7 @@ fn an_unmet_expectation_is_exit_code_1_and_a_met_one_is_0() {
 #[test]
 fn cost_writes_a_table_a_curve_and_the_numbers() {
     let folder = tempfile::tempdir().expect("a folder");
-    tiny_scene(folder.path(), as_is);
+    tiny_scene(folder.path(), quarter);
     let run = biprism(folder.path(), &["cost", "scene.toml", "--quick", "--repetitions", "1", "--json"]);
     let report = json(&run);
     assert_eq!(report["schema"], "biprism-cost/1");

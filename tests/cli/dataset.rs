@@ -1,6 +1,6 @@
 //! `dataset`: whether its pictures are those of their scenes, whether a run that was stopped goes on, and what is refused.
 
-use crate::command::{as_is, biprism, json, text, tiny_scene};
+use crate::command::{as_is, biprism, json, quarter, text, tiny_scene};
 use biprism::io::{CurveSource, corners, read};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -50,7 +50,7 @@ fn a_picture_is_that_of_its_scene() {
     let auto = |scene: String| format!("effects = \"auto\"\n{scene}\n[effect.cos4]\n{sensor}");
     let cases: [(&str, &dyn Fn(String) -> String); 3] = [
         ("", &as_is),
-        (" --texture squares,noise,chart --noise 0.01:0.02 --exposure 0.3:1.4", &as_is),
+        (" --texture squares,noise,chart --noise 0.01:0.02 --exposure 0.3:1.4", &quarter),
         (" --noise 0.01", &auto),
     ];
     for (args, change) in cases {

@@ -69,3 +69,8 @@ pub(crate) fn tiny_scene(folder: &Path, change: impl Fn(String) -> String) -> Pa
 pub(crate) fn as_is(text: String) -> String {
     text
 }
+
+/// The middle of a [`tiny_scene`], of a quarter of its pixels.
+pub(crate) fn quarter(text: String) -> String {
+    text.replace("width_px = 240", "width_px = 120").replace("height_px = 135", "height_px = 68")
+}

@@ -8,6 +8,14 @@ use biprism::raster::Raster;
 use glam::{DMat2, DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
+/// What a pixel shows before any blur.
+enum Seen {
+    /// All over the same radiance.
+    Even(f64),
+    /// In each of its parts its own, row by row.
+    Parts(Vec<f64>),
+}
+
 /// A board seen by a camera.
 #[derive(Debug, Clone)]
 pub struct Scene {
@@ -141,26 +149,16 @@ impl Scene {
     /// The picture in linear radiance.
     pub fn render(&self) -> Raster<f32> {
         // Parts average the pattern before the blur, which adds up to a sixth of a part's square to the blur's variance,
-        // depending on where in a part an edge falls: with a sixth of the blur, 0.2 % of the blur.
-        let even = if self.sigma_px == 0.0 { 1 } else { (6.0 / self.sigma_px).ceil().max(4.0) as usize };
+        // depending on where in a part an edge falls: with a sixth of the blur, 0.2 % of the blur. Of a blur below 0.1 px, which
+        // hardly shows, a sixtieth of a pixel will do.
+        let even = if self.sigma_px == 0.0 { 1 } else { (6.0 / self.sigma_px).ceil().clamp(4.0, 60.0) as usize };
         let parts = if self.shade == 0.0 { even } else { even.max(4) };
         // What lies beyond the picture blurs into it.
         let margin = (6.0 * self.sigma_px).ceil() as usize;
         let kernel = self.kernel(parts, margin);
-        let columns = self.width + 2 * margin;
-        let alone: Vec<Vec<Option<f64>>> = (0..self.height + 2 * margin)
-            .into_par_iter()
-            .map(|j| (0..columns).map(|i| self.alone(DVec2::new(i as f64, j as f64) - margin as f64)).collect())
-            .collect();
-        let narrow: Vec<Vec<f64>> = (0..alone.len() * parts)
-            .into_par_iter()
-            .map(|row| {
-                let y = row as f64 / parts as f64 - margin as f64;
-                let fine = self.fine_row(&alone[row / parts], y, parts, margin);
-                let at = |i: usize| fine[i * parts..].iter().zip(&kernel).map(|(a, b)| a * b).sum::<f64>();
-                (0..self.width).map(at).collect()
-            })
-            .collect();
+        let rows = self.height + 2 * margin;
+        let narrow: Vec<Vec<f64>> =
+            (0..rows).into_par_iter().flat_map_iter(|row| self.narrow_rows(row, parts, margin, &kernel)).collect();
         let data = (0..self.height * self.width).into_par_iter().map(|k| {
             let (i, j) = (k % self.width, k / self.width);
             let mean: f64 = kernel.iter().enumerate().map(|(r, weight)| weight * narrow[j * parts + r][i]).sum();
@@ -196,31 +194,55 @@ impl Scene {
         kernel
     }
 
-    /// The pattern of a whole pixel at `origin`, where it sees one square alone.
-    fn alone(&self, origin: DVec2) -> Option<f64> {
-        let seen = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|(x, y)| self.board(origin + DVec2::new(x, y)));
+    /// The rows of parts of a row of pixels, blurred along x, of pixels as they are in the picture.
+    fn narrow_rows(&self, row: usize, parts: usize, margin: usize, kernel: &[f64]) -> Vec<Vec<f64>> {
+        let whole: Vec<f64> = kernel.chunks_exact(parts).map(|weights| weights.iter().sum()).collect();
+        let pixels = self.pixel_row(row, parts, margin);
+        let blurred = |r: usize, i: usize| {
+            let of = |(k, whole): (usize, &f64)| match &pixels[i + k] {
+                Seen::Even(radiance) => whole * radiance,
+                Seen::Parts(fine) => {
+                    kernel[k * parts..].iter().zip(&fine[r * parts..][..parts]).map(|(a, b)| a * b).sum::<f64>()
+                }
+            };
+            whole.iter().enumerate().map(of).sum()
+        };
+        (0..parts).map(|r| (0..self.width).map(|i| blurred(r, i)).collect()).collect()
+    }
+
+    /// The radiance, before any blur, of a row of pixels.
+    fn pixel_row(&self, row: usize, parts: usize, margin: usize) -> Vec<Seen> {
+        let side = 1.0 / parts as f64;
+        let radiance = |pattern: f64| self.levels[0] + (self.levels[1] - self.levels[0]) * 0.5 * (1.0 + pattern);
+        let columns = self.width + 2 * margin;
+        let place = |i: usize, j: usize| DVec2::new(i as f64, j as f64) - margin as f64;
+        let corners = [row, row + 1].map(|j| (0..=columns).map(|i| self.board(place(i, j))).collect::<Vec<_>>());
+        let is_even = self.shade == 0.0 || self.vignetted;
+        let pixel = |i: usize| {
+            let seen = [corners[0][i], corners[0][i + 1], corners[1][i], corners[1][i + 1]];
+            let alone = self.alone(seen);
+            if let (true, Some(pattern)) = (is_even, alone) {
+                return Seen::Even(radiance(pattern));
+            }
+            let at = |x: usize, y: usize| place(i, row) + DVec2::new(x as f64, y as f64) * side;
+            let n = if alone.is_some() { 0 } else { parts + 1 };
+            let lattice: Vec<DVec2> = (0..n * n).map(|k| self.board(at(k % n, k / n))).collect();
+            let part = |k: usize| {
+                let (x, y) = (k % parts, k / parts);
+                let quad = || [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| lattice[y * n + x]);
+                let pattern = alone.unwrap_or_else(|| self.mean(quad(), at(x, y), side));
+                radiance(pattern) * if is_even { 1.0 } else { self.light(at(x, y) + 0.5 * side) }
+            };
+            Seen::Parts((0..parts * parts).map(part).collect())
+        };
+        (0..columns).map(pixel).collect()
+    }
+
+    /// The pattern of a whole pixel whose corners see these places, where it sees one square alone.
+    fn alone(&self, seen: [DVec2; 4]) -> Option<f64> {
         let cell = seen[0].floor();
         let inside = self.size.is_none_or(|size| cell.min_element() >= 0.0 && (size - cell).min_element() >= 1.0);
         (inside && seen.iter().all(|p| p.floor() == cell)).then(|| sign(cell.x) * sign(cell.y))
-    }
-
-    /// The radiance, before any blur, of the parts of one row of parts that begins at `y`.
-    fn fine_row(&self, alone: &[Option<f64>], y: f64, parts: usize, margin: usize) -> Vec<f64> {
-        let side = 1.0 / parts as f64;
-        let mut fine = Vec::with_capacity(alone.len() * parts);
-        for (i, value) in alone.iter().enumerate() {
-            for part in 0..parts {
-                let x = i as f64 + part as f64 * side - margin as f64;
-                let pattern = value.unwrap_or_else(|| {
-                    let at = |a: f64, b: f64| self.board(DVec2::new(x + a * side, y + b * side));
-                    self.mean([at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)], DVec2::new(x, y), side)
-                });
-                let radiance = self.levels[0] + (self.levels[1] - self.levels[0]) * 0.5 * (1.0 + pattern);
-                let even = self.shade == 0.0 || self.vignetted;
-                fine.push(if even { radiance } else { radiance * self.light(DVec2::new(x, y) + 0.5 * side) });
-            }
-        }
-        fine
     }
 
     /// The mean pattern over the square of side `side` at `origin`, whose corners see `quad` on the board.

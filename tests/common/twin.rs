@@ -62,38 +62,77 @@ impl Twin {
     /// The picture in linear radiance, between the scene's levels.
     pub fn render(&self) -> Raster<f32> {
         let (width, height) = (self.scene.width, self.scene.height);
-        let kernel = self.kernel.taps();
-        let reach = (kernel.len() - PARTS).div_ceil(2 * PARTS);
-        let (columns, rows) = ((width + 2 * reach) * PARTS, (height + 2 * reach) * PARTS);
-        let fine: Vec<f32> = (0..columns * rows)
-            .into_par_iter()
-            .map(|k| {
-                let place = DVec2::new((k % columns) as f64 + 0.5, (k / columns) as f64 + 0.5) / PARTS as f64;
-                self.bright(place - reach as f64) as f32
-            })
-            .collect();
+        let taps = self.kernel.taps();
+        let n = taps.rows.len();
+        let reach = (n - PARTS).div_ceil(2 * PARTS);
+        let offset = reach * PARTS - (n - PARTS) / 2;
+        let fine = self.bright_parts(reach);
+        // Where a blur is a product of one along x and one along y, rows are blurred first, and then columns.
+        let rows: Vec<Vec<f64>> = match &taps.product {
+            None => Vec::new(),
+            Some(line) => {
+                fine.par_iter().map(|row| (0..width).map(|i| sum(line, &row[i * PARTS + offset..])).collect()).collect()
+            }
+        };
         let [dark, light] = self.scene.levels;
         let data = (0..width * height).into_par_iter().map(|k| {
-            let (x, y) = ((k % width) * PARTS, (k / width) * PARTS);
-            let offset = reach * PARTS - (kernel.len() - PARTS) / 2;
-            let row = |j: usize| &fine[(y + offset + j) * columns + x + offset..];
-            let sum: f64 = kernel
-                .iter()
-                .enumerate()
-                .map(|(j, taps)| taps.iter().zip(row(j)).map(|(a, b)| a * f64::from(*b)).sum::<f64>())
-                .sum();
-            (dark + (light - dark) * sum) as f32
+            let (i, y) = (k % width, k / width * PARTS + offset);
+            let share: f64 = match &taps.product {
+                Some(line) => line.iter().zip(&rows[y..]).map(|(a, row)| a * row[i]).sum(),
+                None => {
+                    let of = |(row, (from, taps)): (&Vec<f64>, &(usize, Vec<f64>))| {
+                        sum(taps, &row[i * PARTS + offset + from..])
+                    };
+                    fine[y..].iter().zip(&taps.rows).map(of).sum()
+                }
+            };
+            (dark + (light - dark) * share) as f32
         });
         Raster::from_data(width, height, data.collect())
     }
 
-    /// The bright share of a part of a pixel around an image position.
-    fn bright(&self, p: DVec2) -> f64 {
-        let board = self.scene.board(p);
-        let side = 1.0 / PARTS as f64;
-        let (right, below) = (self.scene.board(p + DVec2::X * side), self.scene.board(p + DVec2::Y * side));
-        // The part's extent along each axis of the board.
-        let extent = (right - board).abs() + (below - board).abs();
+    /// The bright share of every part of the picture's pixels and of `reach` pixels around it, row by row.
+    fn bright_parts(&self, reach: usize) -> Vec<Vec<f64>> {
+        let part = 1.0 / PARTS as f64;
+        let [columns, rows] = [self.scene.width, self.scene.height].map(|pixels| pixels + 2 * reach);
+        let board =
+            |x: usize, y: usize| self.scene.board(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * part - reach as f64);
+        let of_pixels = |row: usize| {
+            let mut parts = vec![vec![0.0; columns * PARTS]; PARTS];
+            for column in 0..columns {
+                let (x, y) = (column * PARTS, row * PARTS);
+                let corners = [(0, 0), (PARTS, 0), (0, PARTS), (PARTS, PARTS)].map(|(i, j)| board(x + i, y + j));
+                if let Some(even) = self.even(corners) {
+                    parts.iter_mut().for_each(|parts| parts[x..x + PARTS].fill(even));
+                    continue;
+                }
+                let seen: [[DVec2; PARTS + 1]; PARTS + 1] =
+                    std::array::from_fn(|j| std::array::from_fn(|i| board(x + i, y + j)));
+                for (j, parts) in parts.iter_mut().enumerate() {
+                    for (i, share) in parts[x..x + PARTS].iter_mut().enumerate() {
+                        let here = seen[j][i];
+                        *share = self.bright(here, (seen[j][i + 1] - here).abs() + (seen[j + 1][i] - here).abs());
+                    }
+                }
+            }
+            parts
+        };
+        (0..rows).into_par_iter().flat_map_iter(of_pixels).collect()
+    }
+
+    /// What all of a pixel shows whose corners see these places, where they lie within one square by more than the pixel and the ink.
+    fn even(&self, corners: [DVec2; 4]) -> Option<f64> {
+        let low = corners.iter().fold(DVec2::INFINITY, |m, p| m.min(*p));
+        let high = corners.iter().fold(DVec2::NEG_INFINITY, |m, p| m.max(*p));
+        let room = (high - low) + self.ink.abs();
+        let cell = (low - room).floor();
+        let size = self.scene.size.unwrap_or(DVec2::splat(f64::INFINITY));
+        let is_one = (high + room).floor() == cell && cell.min_element() >= 0.0 && (size - cell).min_element() >= 1.0;
+        is_one.then(|| f64::from(u8::from((cell.x + cell.y) % 2.0 == 0.0)))
+    }
+
+    /// The bright share of a part of a pixel whose middle sees `board`, and which extends over `extent` along the board's axes.
+    fn bright(&self, board: DVec2, extent: DVec2) -> f64 {
         let size = self.scene.size.unwrap_or(DVec2::splat(f64::INFINITY));
         let dark = |even: f64| {
             let share = |u: f64, parity: f64, w: f64, size: f64| {
@@ -113,9 +152,30 @@ impl Twin {
     }
 }
 
+/// The sum of parts by their weights.
+fn sum(weights: &[f64], parts: &[f64]) -> f64 {
+    // Eight sums side by side do not wait for each other.
+    let mut sums = [0.0; 8];
+    let (eights, rest) = weights.as_chunks::<8>();
+    for (a, b) in eights.iter().zip(parts.as_chunks::<8>().0) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = rest.iter().zip(&parts[8 * eights.len()..]).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
+}
+
+/// Weights over parts, of a pixel's square under a blur; their sum is 1.
+struct Taps {
+    /// Of each row, those that are not zero, and the place of the first of them.
+    rows: Vec<(usize, Vec<f64>)>,
+    /// Where the weights are a product: its factor along x, which is that along y.
+    product: Option<Vec<f64>>,
+}
+
 impl Kernel {
-    /// Weights over parts, of a pixel's square under the blur; their sum is 1.
-    fn taps(self) -> Vec<Vec<f64>> {
+    fn taps(self) -> Taps {
         let reach = match self {
             Self::Gaussian(s) => 5.0 * s,
             Self::Disc(r) => r,
@@ -155,13 +215,20 @@ impl Kernel {
         let n = point.len() + PARTS - 1 + usize::from((point.len() + PARTS - 1) % 2 != PARTS % 2);
         let mut taps = vec![vec![0.0; n]; n];
         for (j, row) in point.iter().enumerate() {
-            for (i, v) in row.iter().enumerate() {
+            for (i, v) in row.iter().enumerate().filter(|(_, v)| **v > 0.0) {
                 for line in &mut taps[j..j + PARTS] {
                     line[i..i + PARTS].iter_mut().for_each(|t| *t += v / whole);
                 }
             }
         }
-        taps
+        let is_product = matches!(self, Self::Gaussian(_)) || matches!(self, Self::Square(_, 0.0));
+        let product = is_product.then(|| taps.iter().map(|row| row.iter().sum()).collect());
+        let trimmed = |row: Vec<f64>| {
+            let from = row.iter().position(|v| *v > 0.0).unwrap_or(n);
+            let end = row.iter().rposition(|v| *v > 0.0).map_or(from, |last| last + 1);
+            (from, row[from..end].to_vec())
+        };
+        Taps { rows: taps.into_iter().map(trimmed).collect(), product }
     }
 
     /// The point spread, but for a factor.
@@ -226,8 +293,9 @@ impl Tone {
 
 /// Light that a camera took `exposure` times as strong and less `black`, as eight bits by `tone`, read as `read`.
 pub fn photographed(light: &Raster<f32>, exposure: f64, black: f64, tone: Tone, read: Tone) -> Raster<f32> {
+    let decoded: Vec<f32> = (0..=255).map(|code| read.decode(f64::from(code) / 255.0) as f32).collect();
     light.map(|v| {
         let v = (exposure * f64::from(v) - black).clamp(0.0, 1.0);
-        read.decode((tone.encode(v) * 255.0).round() / 255.0) as f32
+        decoded[(tone.encode(v) * 255.0).round() as usize]
     })
 }

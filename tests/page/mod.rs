@@ -1,7 +1,7 @@
 //! Does a page do what a person asks of it? In a real browser without a window, where there is one: Chromium, as Debian has it.
 //! Where there is none each test says that it is skipped.
 
-use crate::command::{as_is, biprism, small_scene, text, tiny_scene};
+use crate::command::{as_is, biprism, text, tiny_scene};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -62,7 +62,7 @@ fn passes(browser: &str, page: &Path) {
 #[test]
 fn the_page_of_a_comparison_can_be_looked_into() {
     let folder = tempfile::tempdir().expect("a folder");
-    small_scene(folder.path(), as_is);
+    tiny_scene(folder.path(), as_is);
     let output = biprism(folder.path(), &["compare", "scene.toml", "--budget"]);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let page = folder.path().join("out/report.html");

@@ -8,10 +8,10 @@ use glam::DVec2;
 
 /// The noise-free scenes of the target, by name.
 fn scenes() -> Vec<(&'static str, Scene)> {
-    let (w, h) = (400, 450);
+    let (w, h) = (320, 360);
     let shift = DVec2::new(3.25, -4.63);
     let plain = |step: f64, roll: f64, tilt: f64| Scene::view(w, h, step, roll, tilt, shift);
-    let tall = |step: f64, roll: f64, tilt: f64| Scene::view(640, 720, step, roll, tilt, shift);
+    let tall = |step: f64, roll: f64, tilt: f64| Scene::view(480, 540, step, roll, tilt, shift);
     let size = |scene: Scene, columns: f64, rows: f64, shift: DVec2| {
         // The pattern's own origin moves so that the board is centred.
         let mut scene = scene;
@@ -21,6 +21,11 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         scene
     };
     let bent = |scene: Scene, x: f64, y: f64| Scene { bend_px: DVec2::new(x, y), ..scene };
+    // Light that falls by as much over fewer pixels would be steeper than what is promised.
+    let shaded = |w: usize, h: usize, x: f64, y: f64| Scene {
+        shade: 0.5,
+        ..bent(Scene::view(w, h, 50.0, 2.0, 5.0, shift), x, y)
+    };
     let large = Scene::view(960, 1080, 50.0, 2.0, 5.0, shift);
     let blur = |scene: Scene, sigma_px: f64| Scene { sigma_px, ..scene };
     let mut all = vec![
@@ -38,16 +43,17 @@ fn scenes() -> Vec<(&'static str, Scene)> {
         ("bent 35 px", bent(large.clone(), 22.0, 16.0)),
         ("bent 60 px", bent(large.clone(), 38.0, 28.0)),
         ("bent 90 px", bent(large.clone(), 58.0, 45.0)),
-        ("shaded", Scene { shade: 0.5, ..bent(plain(50.0, 2.0, 5.0), 6.0, 5.0) }),
-        ("shaded, blur 1", blur(Scene { shade: 0.5, ..bent(plain(50.0, 2.0, 5.0), 6.0, 5.0) }, 1.0)),
-        ("shaded, blur 2", blur(Scene { shade: 0.5, ..bent(tall(50.0, 2.0, 5.0), 15.0, 12.0) }, 2.0)),
+        ("shaded", shaded(400, 450, 6.0, 5.0)),
+        ("shaded, blur 1", blur(shaded(400, 450, 6.0, 5.0), 1.0)),
+        ("shaded, blur 2", blur(shaded(640, 720, 15.0, 12.0), 2.0)),
         ("blur 0.3, tilted 60 deg, rolled 45", blur(Scene::view(300, 300, 60.0, 45.0, 60.0, shift), 0.3)),
         ("blur 0.5, tilted 60 deg, rolled 45", blur(Scene::view(400, 400, 60.0, 45.0, 60.0, shift), 0.5)),
         ("blur 1, tilted 60 deg, rolled 45", blur(plain(60.0, 45.0, 60.0), 1.0)),
         ("blur 2, tilted 60 deg, rolled 45", blur(tall(60.0, 45.0, 60.0), 2.0)),
     ];
+    // Bent by a curvature of 3e-4 / px, as 6 px over 400.
     for sigma in [1.0, 2.0, 4.0, 6.0] {
-        all.push(("blurred", blur(bent(plain(50.0, 3.0, 10.0), 6.0, 5.0), sigma)));
+        all.push(("blurred", blur(bent(plain(50.0, 3.0, 10.0), 3.84, 3.2), sigma)));
     }
     let small = |width: usize, height: usize, scene: Scene| Scene { width, height, ..scene };
     for sigma in [0.05, 0.2, 0.3, 0.42, 0.5] {

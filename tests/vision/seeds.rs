@@ -8,8 +8,8 @@ use biprism::vision::{Settings, detect};
 use glam::{DMat3, DVec2};
 use rayon::prelude::*;
 
-/// Boards of any size by default: what takes some ten seconds of one processor.
-const BOARDS: u64 = 12;
+/// Boards of any size by default: what takes some seconds of one processor.
+const BOARDS: u64 = 6;
 
 /// What lies behind the paper.
 #[derive(Debug, Clone, Copy)]
@@ -88,13 +88,17 @@ impl Place {
             let at = DVec2::new((k % width) as f64, (k / width) as f64);
             let points = (0..16).map(|n| at + (DVec2::new(f64::from(n % 4), f64::from(n / 4)) + 0.5) * 0.25);
             let own = f64::from(board.data()[k]);
-            let seen = points.map(|p| {
+            let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].map(|step| at + DVec2::from(step));
+            let on_paper = |p: DVec2| {
                 let q = self.scene.board(p);
-                let on_paper = q.cmpge(DVec2::splat(-self.margin)).all() && q.cmple(size).all();
-                if on_paper { own } else { self.grey(p) }
-            });
-            let light = libm::exp(-(at - middle).dot(self.falls) / width as f64);
-            (light * seen.sum::<f64>() / 16.0) as f32
+                q.cmpge(DVec2::splat(-self.margin)).all() && q.cmple(size).all()
+            };
+            let seen = if corners.into_iter().all(on_paper) {
+                own
+            } else {
+                points.map(|p| if on_paper(p) { own } else { self.grey(p) }).sum::<f64>() / 16.0
+            };
+            (seen * libm::exp(-(at - middle).dot(self.falls) / width as f64)) as f32
         };
         let data: Vec<f32> = (0..width * height).into_par_iter().map(value).collect();
         Noise::new(self.seed + 1).added(&Raster::from_data(width, height, data), self.noise)

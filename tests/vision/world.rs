@@ -70,15 +70,16 @@ fn an_edge_behind_the_rim_makes_no_corner() {
 #[test]
 fn light_that_falls_over_a_board_costs_no_corner() {
     for (size, step) in [([10.0, 8.0], 36.0), ([10.0, 7.0], 38.0), ([6.0, 5.0], 60.0), ([15.0, 11.0], 24.0)] {
+        let scene = board(size, step, 5.0, [480, 400]);
+        let even = scene.render();
         for aslant in [0.0, 60.0, 200.0f64] {
-            let scene = board(size, step, 5.0, [480, 400]);
             let direction = DVec2::from_angle(aslant.to_radians());
             let along: Vec<f64> = scene.corners().iter().map(|(_, p)| p.dot(direction)).collect();
             let (first, last) = along.iter().fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(*v), b.max(*v)));
             let light = |p: DVec2| libm::exp(-4.0 * ((p.dot(direction) - first) / (last - first)).clamp(-0.2, 1.3));
             // Noise of light: with its root, 1 % where it is full.
             let mut noise = Noise::new(7);
-            let image = with(&scene.render(), |p, v| v * light(p));
+            let image = with(&even, |p, v| v * light(p));
             let deviates: Vec<f64> = image.data().iter().map(|_| noise.normal()).collect();
             let image = Raster::from_data(
                 480,

@@ -92,10 +92,9 @@ fn by_points(
     Some(EffectRuns { effect, knob, runs, reference: of_points(settings.pupil_reference, false)? })
 }
 
-/// The prism as triangles by the level; `None` without one, or of one that is a mesh already.
+/// The prism as triangles by the level; `None` without one, of one that is a mesh already, or where it is not asked for.
 fn by_level(scene: &Scene, plain: &System, settings: &CostSettings) -> Option<EffectRuns> {
-    let triangles = settings.mesh_triangles;
-    let mesh = Tessellated::new(plain, triangles, Normals::Smooth)?.spec(scene.prism.body()?);
+    let mesh = Tessellated::new(plain, settings.mesh_triangles?, Normals::Smooth)?.spec(scene.prism.body()?);
     let scene = Scene { prism: PrismSpec::Mesh(mesh), effects: Effects::default(), ..scene.clone() };
     let built = system::build(&scene).ok()?;
     let levels = (1..).zip(Level::ALL).filter(|(_, level)| *level != Level::Reference);

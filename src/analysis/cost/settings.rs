@@ -25,8 +25,8 @@ pub struct CostSettings {
     pub pupil_points: Vec<usize>,
     /// Those of the picture that a lens is held against.
     pub pupil_reference: usize,
-    /// Triangles of the prism that is rendered as a mesh, front and back together.
-    pub mesh_triangles: usize,
+    /// Triangles of the prism that is rendered as a mesh, front and back together; none where it is not.
+    pub mesh_triangles: Option<usize>,
 }
 
 impl Default for CostSettings {
@@ -43,14 +43,14 @@ impl Default for CostSettings {
             triangles: vec![1_000, 10_000, 100_000, 1_000_000],
             pupil_points: vec![8, 32, 128, 512],
             pupil_reference: 2048,
-            mesh_triangles: 1_000,
+            mesh_triangles: Some(1_000),
         }
     }
 }
 
 impl CostSettings {
     /// A first look: the cheap end of each range. Of the reference only the picture is rendered that others are held
-    /// against.
+    /// against, and no picture of the prism as a mesh, whose reference is the dearest of all.
     pub fn quick() -> Self {
         Self {
             patience_s: 0.5,
@@ -62,7 +62,7 @@ impl CostSettings {
             triangles: vec![1_000],
             pupil_points: vec![8, 32],
             pupil_reference: 128,
-            mesh_triangles: 100,
+            mesh_triangles: None,
             ..Self::default()
         }
     }

@@ -19,8 +19,8 @@ fn study() -> CostStudy {
         degrees: vec![3, 5],
         triangles: vec![2_000, 20_000],
         pupil_points: vec![8, 64],
-        pupil_reference: 512,
-        mesh_triangles: 8,
+        pupil_reference: 256,
+        mesh_triangles: Some(8),
     };
     cost(&scene, &system, &settings, &())
 }
