@@ -69,7 +69,7 @@ pub(super) fn find_motion(
     let few: Vec<CornerSite> = sites.iter().copied().step_by(stride).collect();
     let normals = few.get(few.len() / 2)?.normals();
     let model = fits.iter().flatten().next()?.1.model;
-    let skew = model.skew + skew_change(fits);
+    let skew = model.skew + skew_change(fits, fits.len().div_ceil(PILOTS).max(1));
     let told = ellipse(normals, model.sigma_px, skew);
     let across_px = told.across_px.max(LEAST_SIGMA_PX);
     if told.along_px < LEAST_RATIO * across_px {
@@ -139,15 +139,16 @@ fn step(from: &[PilotFit], best: Moved, under: impl Fn(Moved) -> Vec<Option<Corn
     step.iter().all(|v| v.is_finite()).then_some(step)
 }
 
-/// By how much the blurs across both families go together beyond what fits were told, by one step of least squares over all of them.
-fn skew_change(fits: &[PilotFit]) -> f64 {
+/// By how much the blurs across both families go together beyond what fits were told, by one step of least squares over one of `stride`
+/// of them.
+fn skew_change(fits: &[PilotFit], stride: usize) -> f64 {
     let one = |pilot: &PilotFit| {
         let (window, CornerFit { model, .. }) = pilot.as_ref()?;
         let (profiles, crossing) = (profiles(model), Crossing::of(model));
         let sums = equations(window, model, (&profiles, &crossing), WITHOUT_BLUR);
         skew_equation(window, model, (&profiles, &crossing), &sums)
     };
-    let all: Vec<Option<[f64; 2]>> = fits.par_iter().map(one).collect();
+    let all: Vec<Option<[f64; 2]>> = fits.par_iter().step_by(stride).map(one).collect();
     let [square, right] = all.iter().flatten().fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
     if square > 0.0 { right / square } else { 0.0 }
 }
