@@ -251,6 +251,7 @@ fn a_blur_of_any_symmetric_kind_is_measured() {
             Kernel::Line(2.0, 0.0),
             Kernel::Line(4.0, turned(30.0)),
             Kernel::Line(6.0, turned(93.0)),
+            Kernel::Line(8.0, 0.0),
         ] {
             let twin = Twin { kernel, ..Twin::board(board, step) };
             let e = judge(&twin.scene, &detect(&twin.render(), None, &Settings::default()));
