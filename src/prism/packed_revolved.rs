@@ -88,8 +88,8 @@ impl PacketSurface for PackedRevolved {
         let (mut t_mm, mut slope_met, mut y_met, mut z_met) = (t, t, t, t);
         let mut inside = Mask::splat(false);
         let outward = d.x.negated_where(d.y.lt(zero));
-        let [low, high] = self.slopes.map(|slope| Lanes::splat(slope) * outward);
-        let mut care = !low.max(high).lt(cos * d.y.abs() - sin * d.z.abs());
+        let [one, other] = self.slopes.map(|slope| Lanes::splat(slope) * outward);
+        let mut care = !one.max(other).lt(cos * d.y.abs() - sin * d.z.abs());
         let mut done = care;
         let mut previous = Lanes::splat(f64::INFINITY);
         for _ in 0..MAX_STEPS {

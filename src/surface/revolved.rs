@@ -209,8 +209,8 @@ impl RevolvedSurface {
     fn is_crossed_once(&self, d: DVec3) -> bool {
         let [sin, cos, _] = self.azimuth;
         let outward = if d.y < 0.0 { -d.x } else { d.x };
-        let [low, high] = self.slopes.map(|slope| slope * outward);
-        low.max(high) < cos * d.y.abs() - sin * d.z.abs()
+        let [one, other] = self.slopes.map(|slope| slope * outward);
+        one.max(other) < cos * d.y.abs() - sin * d.z.abs()
     }
 
     /// Newton's method on the gap along the radius, from where the ray meets the plane that touches the part in its middle.
