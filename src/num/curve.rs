@@ -3,7 +3,7 @@
 use super::chebyshev::points;
 
 /// Most coefficients of a series: degree 64.
-pub const MAX_COEFFICIENTS: usize = 65;
+pub(crate) const MAX_COEFFICIENTS: usize = 65;
 
 /// f(s) = sum over k of c_k T_k(x), x = (s - middle)/half, over |x| <= 1.
 #[derive(Debug, Clone, PartialEq)]

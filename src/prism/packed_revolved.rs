@@ -15,7 +15,7 @@ const MAX_STEPS: usize = 6;
 
 /// A [`RevolvedSurface`] for packets.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PackedRevolved {
+pub(crate) struct PackedRevolved {
     profile: ChebyshevCurve,
     point_mm: DVec3,
     frame: DMat3,
@@ -28,7 +28,7 @@ pub struct PackedRevolved {
 
 impl PackedRevolved {
     /// The surface `part`.
-    pub fn new(part: &RevolvedSurface) -> Self {
+    pub(crate) fn new(part: &RevolvedSurface) -> Self {
         Self {
             profile: part.patch().profile.clone(),
             point_mm: part.patch().point_mm,

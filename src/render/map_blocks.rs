@@ -1,6 +1,6 @@
 //! The pixels of a row of the map that no line of the pattern can touch, block by block.
 
-use super::checkerboard::{Along, Checkerboard};
+use super::checkerboard::Checkerboard;
 use super::draft::{self, BLOCK};
 use super::map::MapPatch;
 use super::plan::Plan;
@@ -72,15 +72,18 @@ impl RowBlocks {
 struct BlockMap {
     at: [f64; 2],
     slope: [f64; 2],
-    /// The axes along which no line of the pattern touches the block, each with whether the number of its square is odd.
-    quiet: [Option<Mask>; 2],
+    /// Along either axis, whether no line of the pattern touches the block, and whether the number of its square is odd then.
+    quiet: [bool; 2],
+    odd: [Mask; 2],
 }
 
 impl BlockMap {
-    /// The pixels of a packet along an axis, given their places about the block's middle.
+    /// Of a packet of pixels, `off` from the block's middle, whose square along an axis is odd, and which no line across it touches.
     #[inline(always)]
-    fn along(&self, pattern: &Checkerboard, axis: usize, off: Lanes, reach: Lanes) -> Along {
-        pattern.along(axis, Lanes::splat(self.at[axis]) + Lanes::splat(self.slope[axis]) * off, reach)
+    fn along(&self, pattern: &Checkerboard, axis: usize, off: Lanes, reach: [Lanes; 2]) -> [Mask; 2] {
+        let along =
+            pattern.along(axis, Lanes::splat(self.at[axis]) + Lanes::splat(self.slope[axis]) * off, reach[axis]);
+        [along.odd, along.off_lines(reach[axis])]
     }
 
     /// What the middles of its pixels see, and which of them lie within one square.
@@ -90,25 +93,12 @@ impl BlockMap {
         for (k, constant) in constant.iter_mut().enumerate() {
             let first = k * LANES;
             let off = Lanes::load(&OFF_MIDDLE[first..]);
-            let one = |axis: usize| {
-                let along = self.along(pattern, axis, off, reach[axis]);
-                (along.odd, along.off_lines(reach[axis]))
-            };
             // Along a quiet axis all pixels lie in the square of the block.
-            let (odd, off_lines) = match self.quiet {
-                [None, Some(row)] => {
-                    let (column, off_lines) = one(0);
-                    ([column, row], off_lines)
-                }
-                [Some(column), None] => {
-                    let (row, off_lines) = one(1);
-                    ([column, row], off_lines)
-                }
-                _ => {
-                    let ((column, off_columns), (row, off_rows)) = (one(0), one(1));
-                    ([column, row], off_columns & off_rows)
-                }
-            };
+            let (mut odd, mut off_lines) = (self.odd, Mask::splat(true));
+            for axis in (0..2).filter(|&axis| !self.quiet[axis]) {
+                let [own, off] = self.along(pattern, axis, off, reach);
+                (odd[axis], off_lines) = (own, off_lines & off);
+            }
             pattern.of_squares(odd).store(&mut out[first..first + LANES]);
             *constant = off_lines;
         }
@@ -128,6 +118,17 @@ fn list_others(constant: &[Mask; PACKETS], fresh: &Range<usize>, at: usize, edge
         }
     }
     edge_pixels.extend_from_slice(&list[..count]);
+}
+
+/// Stores the pixels of a block that it does not share with the block before: nearly always all, of which the compiler then knows the
+/// number.
+#[inline(always)]
+fn store(values: &[f32; BLOCK], fresh: &Range<usize>, span: &mut [f32]) {
+    if fresh.len() == BLOCK {
+        span.copy_from_slice(values);
+    } else {
+        span[fresh.clone()].copy_from_slice(&values[fresh.clone()]);
+    }
 }
 
 /// Fills the pixels that no line of the pattern can touch, and lists the others; the draft fills also those that one
@@ -154,7 +155,7 @@ pub(super) fn constant_pixels(
         // Evaluate the map at the middles of a packet of blocks.
         let middle = |k: usize| first_x + blocks.begin((first + k).min(blocks.count() - 1)) as f64 + HALF_BLOCK;
         let s = Lanes::of(|k| patch.s(middle(k)));
-        let ([u, us], [v, vs]) = (row.slope(0, s), row.slope(1, s));
+        let [[u, us], [v, vs]] = row.slopes(s);
         // u and its slope in the picture's frame.
         let (u, ux, vx) = (u * sign, us * Lanes::splat(step), vs * sign * Lanes::splat(step));
 
@@ -162,6 +163,7 @@ pub(super) fn constant_pixels(
         let along = [pattern.along(0, u, block[0]), pattern.along(1, v, block[1])];
         let value = pattern.of_squares(along.map(|along| along.odd));
         let quiet = [0, 1].map(|axis| along[axis].off_lines(block[axis]));
+        let squares = along[0].inside & along[1].inside;
         let steps = draft.then(|| row.steps(patch, s.0[LANES / 2], plan.active));
 
         // Fill each block by the cheapest way that serves it.
@@ -171,8 +173,12 @@ pub(super) fn constant_pixels(
 
             // Fill a block of one square, or of one radiance off the squares: margin or background.
             let (centre, reach) = (DVec2::new(u.0[k], v.0[k]), DVec2::new(block[0].0[0], block[1].0[0]));
-            let of_square = (quiet[0].0[k] & quiet[1].0[k] != 0).then_some(value.0[k]);
-            if let Some(value) = of_square.or_else(|| pattern.constant(centre, reach)) {
+            let constant = match (quiet[0].0[k] & quiet[1].0[k], squares.0[k]) {
+                (0, 0) => pattern.constant(centre, reach),
+                (0, _) => None,
+                _ => Some(value.0[k]),
+            };
+            if let Some(value) = constant {
                 span.fill(value as f32);
                 continue;
             }
@@ -182,17 +188,18 @@ pub(super) fn constant_pixels(
                 && let Some(square) = pattern.square(centre, reach)
             {
                 let drafted = draft::block(&square, [ux.0[k], vx.0[k]], steps, plan.active);
-                span[fresh.clone()].copy_from_slice(&drafted.value[fresh.clone()]);
+                store(&drafted.value, &fresh, span);
                 lines += drafted.lined[fresh.clone()].iter().map(|lined| u64::from(*lined)).sum::<u64>();
                 edge_pixels.extend(fresh.filter(|&i| drafted.crossed[i]).map(|i| (at + i) as u32));
                 continue;
             }
 
             // Fill the pixels that lie within one square, and list the others.
-            let odd = |axis: usize| (quiet[axis].0[k] != 0).then(|| Mask([along[axis].odd.0[k]; LANES]));
-            let map = BlockMap { at: [u.0[k], v.0[k]], slope: [ux.0[k], vx.0[k]], quiet: [odd(0), odd(1)] };
+            let odd = [0, 1].map(|axis| Mask([along[axis].odd.0[k]; LANES]));
+            let quiet = quiet.map(|quiet| quiet.0[k] != 0);
+            let map = BlockMap { at: [u.0[k], v.0[k]], slope: [ux.0[k], vx.0[k]], quiet, odd };
             let (values, constant) = map.values(pattern, pixel);
-            span[fresh.clone()].copy_from_slice(&values[fresh.clone()]);
+            store(&values, &fresh, span);
             list_others(&constant, &fresh, at, edge_pixels);
         }
     }

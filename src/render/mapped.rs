@@ -47,19 +47,22 @@ impl Kernel for PatchRows<'_, '_, '_> {
         let draft = draft_px.is_some();
 
         // Fill row by row: first the pixels off the lines of the pattern, then those on them.
-        for j in rows {
-            let y = j as f64 + 0.5;
-            let row = RowMap::new(patch, y, plan.active);
+        let mut maps = [RowMap::none(); LANES];
+        for (r, j) in rows.enumerate() {
+            if r.is_multiple_of(LANES) {
+                RowMap::fill(&mut maps, patch, j, plan.active);
+            }
+            let (row, y) = (&maps[r % LANES], j as f64 + 0.5);
             let start = band.at(columns.start, j);
             let span = start..start + columns.len();
             let out = &mut band.radiance[span.clone()];
             edge_pixels.clear();
             match plan.plate {
                 _ if plan.truth_alone => (),
-                None => work.counts.edge_pixels += constant_pixels(plan, patch, &row, draft, out, &mut edge_pixels),
+                None => work.counts.edge_pixels += constant_pixels(plan, patch, row, draft, out, &mut edge_pixels),
                 Some(_) => edge_pixels.extend(0..out.len() as u32),
             }
-            edge_means(plan, patch, &row, y, out, &edge_pixels, &mut work);
+            edge_means(plan, patch, row, y, out, &edge_pixels, &mut work);
 
             // Apply the throughput of transport effects.
             if plan.has_throughput && !plan.truth_alone {
@@ -76,7 +79,7 @@ impl Kernel for PatchRows<'_, '_, '_> {
             // Store the ground truth.
             if let Some(truth) = &mut band.truth {
                 truth.class[span.clone()].fill(patch.class);
-                board(plan, patch, &row, &mut truth.board_mm[span]);
+                board(plan, patch, row, &mut truth.board_mm[span]);
             }
         }
         work
@@ -163,7 +166,7 @@ pub(super) fn board(plan: &Plan, patch: &MapPatch, row: &RowMap, out: &mut [[f32
     let sign = if patch.flip { -mm } else { mm };
     for (block, few) in out.chunks_mut(LANES).enumerate() {
         let s = Lanes::of(|k| patch.s(first_x + (block * LANES + k) as f64));
-        let ([u, _], [v, _]) = (row.slope(0, s), row.slope(1, s));
+        let [[u, _], [v, _]] = row.slopes(s);
         for (k, place) in few.iter_mut().enumerate() {
             *place = [(u.0[k] * sign) as f32, (v.0[k] * mm) as f32];
         }

@@ -35,7 +35,7 @@ pub struct AimedPoint {
 
 impl TracedRay {
     /// The first line of the text.
-    pub const COLUMNS: &str = "x_px,y_px,side,fate,u_mm,v_mm,world_x_mm,world_y_mm,world_z_mm,\
+    pub(crate) const COLUMNS: &str = "x_px,y_px,side,fate,u_mm,v_mm,world_x_mm,world_y_mm,world_z_mm,\
 front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,back_z_mm,exit_dx,exit_dy,exit_dz";
 
     /// The fields of a record: NaN where there is nothing, the side as 0 left, 1 right, 2 not known, the class as in the EXR.
@@ -168,7 +168,7 @@ front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,
 
 impl AimedPoint {
     /// The first line of the text.
-    pub const COLUMNS: &str = "side,u_mm,v_mm,fate,x_px,y_px,seen";
+    pub(crate) const COLUMNS: &str = "side,u_mm,v_mm,fate,x_px,y_px,seen";
 
     /// The fields of a record: NaN where no pixel sees the point, the side as 0 left and 1 right, the class as in the EXR, and 1 where
     /// the pixel is on the sensor and looks through that side.

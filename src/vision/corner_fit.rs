@@ -14,7 +14,7 @@
 //! The curvatures come from the lattice: left free they would cost half as much error again.
 
 use super::corner_model::{Effort, LIGHT, Model, PARAMETERS, Right, WITHOUT_BLUR};
-use super::crossing::Crossing;
+use super::crossing::CrossingResponse;
 use super::edge_spread::EdgeShape;
 use super::equation_sums::Equations;
 use super::equations::equations;
@@ -54,7 +54,7 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Cor
     let mut model = *start;
     let active = if effort.free_blur { PARAMETERS } else { WITHOUT_BLUR };
     let mut ready = profiles(&model);
-    let mut crossing = Crossing::of(&model);
+    let mut crossing = CrossingResponse::of(&model);
     if model.light[3] == 0.0 {
         model.light = first_light(window, &model, &ready, &crossing)?;
     }
@@ -87,14 +87,19 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Cor
         // the direction of an edge along the pixels.
         if effort.free_blur || matches!(ready, [Profile::Sharp(_), Profile::Sharp(_)]) {
             ready = profiles(&model);
-            crossing = Crossing::of(&model);
+            crossing = CrossingResponse::of(&model);
         }
     }
     None
 }
 
 /// The light to start from: the levels of the flat parts, or where there is hardly a flat part the best for the edges.
-fn first_light(window: &Window, model: &Model, profiles: &[Profile; 2], crossing: &Crossing) -> Option<[f64; LIGHT]> {
+fn first_light(
+    window: &Window,
+    model: &Model,
+    profiles: &[Profile; 2],
+    crossing: &CrossingResponse,
+) -> Option<[f64; LIGHT]> {
     let [bright, dark] = [0, 1].map(|k| (window.flat[k].light[0], window.flat[k].moments[0]));
     if bright.1.min(dark.1) > 0.1 * window.weight {
         let (bright, dark) = (bright.0 / bright.1, dark.0 / dark.1);

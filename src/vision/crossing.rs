@@ -26,14 +26,14 @@ const LEAST_NODES: usize = 4;
 
 /// Two edges prepared for many pixels.
 #[derive(Debug, Clone)]
-pub(super) struct Crossing {
+pub(super) struct CrossingResponse {
     still: CornerPixelModel,
-    way: Option<Way>,
+    way: Option<Motion>,
 }
 
 /// What motion needs besides.
 #[derive(Debug, Clone)]
-struct Way {
+struct Motion {
     half_px: DVec2,
     /// t and weight of each node.
     nodes: Vec<[f64; 2]>,
@@ -43,10 +43,10 @@ struct Way {
     bends_px: [f64; 2],
 }
 
-impl Crossing {
+impl CrossingResponse {
     /// The crossing of a model's edges.
     pub(super) fn of(model: &Model) -> Self {
-        let way = (model.half_way_px != DVec2::ZERO).then(|| Way::of(model));
+        let way = (model.half_way_px != DVec2::ZERO).then(|| Motion::of(model));
         Self { still: CornerPixelModel::of(model), way }
     }
 
@@ -60,7 +60,7 @@ impl Crossing {
     }
 }
 
-impl Way {
+impl Motion {
     fn of(model: &Model) -> Self {
         let normals = model.normal_rad.map(|angle| {
             let (sin, cos) = libm::sincos(angle);
@@ -188,7 +188,7 @@ mod tests {
                 normals: normals.map(|n| n.to_array().map(|v| [v; CHUNK])),
                 edges: [0, 1].map(|k| profile(k).at_all(&[distances[k]; CHUNK])),
             };
-            let crossing = Crossing::of(&model);
+            let crossing = CrossingResponse::of(&model);
             let found = crossing.patterns(&seen(distances), CHUNK);
             let expected = brute(normals, distances, sigma, half_px);
             // The response at rest is within 0.002 (`corner_pixel_model`); the product of both edges is off by 0.04 and more here.

@@ -3,7 +3,7 @@
 use super::column::{CHUNK, Column};
 use super::corner_model::{Model, PARAMETERS, Right};
 use super::corner_pixel_model::{Patterns, SeenEdges};
-use super::crossing::Crossing;
+use super::crossing::CrossingResponse;
 use super::edge_spread::PIXEL_VARIANCE;
 use super::equation_sums::Equations;
 use super::profile::Profile;
@@ -135,7 +135,7 @@ pub(super) struct ListedSums<'a> {
     pub(super) model: &'a Model,
     pub(super) ready: &'a Ready,
     pub(super) profiles: &'a [Profile; 2],
-    pub(super) crossing: &'a Crossing,
+    pub(super) crossing: &'a CrossingResponse,
     pub(super) active: usize,
 }
 
@@ -163,7 +163,12 @@ impl Kernel for ListedSums<'_> {
 }
 
 /// What a model leaves of the pixels near both edges, each times the root of its weight.
-pub(super) fn differences(window: &Window, model: &Model, profiles: &[Profile; 2], crossing: &Crossing) -> Vec<f64> {
+pub(super) fn differences(
+    window: &Window,
+    model: &Model,
+    profiles: &[Profile; 2],
+    crossing: &CrossingResponse,
+) -> Vec<f64> {
     let ready = Ready::new(model, profiles);
     let bent = ready.couplings(model);
     let chunk = |pixels| differentiate(pixels, model, &ready, profiles, crossing, bent)[PARAMETERS];
@@ -175,7 +180,7 @@ pub(super) fn differences(window: &Window, model: &Model, profiles: &[Profile; 2
 pub(super) fn skew_equation(
     window: &Window,
     model: &Model,
-    (profiles, crossing): (&[Profile; 2], &Crossing),
+    (profiles, crossing): (&[Profile; 2], &CrossingResponse),
     Equations { normal, right, .. }: &Equations,
 ) -> Option<[f64; 2]> {
     // Sum up the products of its column, which is there near both edges only.
@@ -253,7 +258,7 @@ fn differentiate(
     model: &Model,
     ready: &Ready,
     profiles: &[Profile; 2],
-    crossing: &Crossing,
+    crossing: &CrossingResponse,
     bent: [f64; 2],
 ) -> [Column; PARAMETERS + 1] {
     // Spread the pixels out; beyond the last all weigh nothing.

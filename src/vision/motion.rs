@@ -8,7 +8,7 @@ use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, profiles};
 use super::corner_model::{Effort, WITHOUT_BLUR};
 use super::corner_site::CornerSite;
-use super::crossing::Crossing;
+use super::crossing::CrossingResponse;
 use super::elongation::ellipse;
 use super::equations::equations;
 use super::listed::skew_equation;
@@ -22,6 +22,8 @@ use rayon::prelude::*;
 const PILOTS: usize = 4;
 /// It is sought where the ellipse of the blur is this many times as long as wide: of a shorter one a Gaussian of two widths tells enough.
 const LEAST_RATIO: f64 = 2.0;
+/// A shorter one, in px, is that of a way below 1.7 px, which a Gaussian of two widths tells well enough.
+const LEAST_ALONG_PX: f64 = 0.5;
 /// The Gaussian under it is no narrower than this, in px: the responses are tables, and a pixel shows nothing finer.
 pub(super) const LEAST_SIGMA_PX: f64 = 0.05;
 /// The pixels near an edge are chosen for a way that is longer by this share, and by so many px.
@@ -35,6 +37,8 @@ const SHARES: [f64; 4] = [1.0, 0.5, 0.2, 0.05];
 const PROBE: (f64, f64) = (0.02, 0.01);
 /// Motion is believed when it leaves less than this share of what Gaussians leave: both have three numbers.
 const LESS: f64 = 0.85;
+/// A step that leaves more than this share of what the one before left leads no farther.
+const SLOW: f64 = 0.98;
 
 /// Steps of the fits while the blur changes a little.
 const FEW: Effort = Effort { steps: 3, tolerance_px: 1e-4, ..EFFORT };
@@ -72,7 +76,7 @@ pub(super) fn find_motion(
     let skew = model.skew + skew_change(fits, fits.len().div_ceil(PILOTS).max(1));
     let told = ellipse(normals, model.sigma_px, skew);
     let across_px = told.across_px.max(LEAST_SIGMA_PX);
-    if told.along_px < LEAST_RATIO * across_px {
+    if told.along_px < (LEAST_RATIO * across_px).max(LEAST_ALONG_PX) {
         return None;
     }
     let way = (3.0 * (told.along_px * told.along_px - across_px * across_px)).sqrt();
@@ -97,8 +101,10 @@ pub(super) fn find_motion(
             (next, under(next, &from))
         });
         let Some(next) = shorter.into_iter().find(|(_, there)| left(there) < left(&here)) else { break };
+        let before = left(&here);
         (best, here) = next;
-        if left(&here) >= plain {
+        let least = if left(&here) > SLOW * before { LESS * plain } else { plain };
+        if left(&here) >= least {
             return None;
         }
         if DVec2::new(step[1], step[2]).length() < TOLERANCE_PX {
@@ -144,7 +150,7 @@ fn step(from: &[PilotFit], best: Moved, under: impl Fn(Moved) -> Vec<Option<Corn
 fn skew_change(fits: &[PilotFit], stride: usize) -> f64 {
     let one = |pilot: &PilotFit| {
         let (window, CornerFit { model, .. }) = pilot.as_ref()?;
-        let (profiles, crossing) = (profiles(model), Crossing::of(model));
+        let (profiles, crossing) = (profiles(model), CrossingResponse::of(model));
         let sums = equations(window, model, (&profiles, &crossing), WITHOUT_BLUR);
         skew_equation(window, model, (&profiles, &crossing), &sums)
     };

@@ -6,7 +6,7 @@ use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, fit, profiles};
 use super::corner_model::{Effort, Model};
 use super::corner_site::CornerSite;
-use super::crossing::Crossing;
+use super::crossing::CrossingResponse;
 use super::equations::edge_models;
 use super::listed::differences;
 use super::settings::Settings;
@@ -58,7 +58,7 @@ pub(super) fn squares<'a>(fits: impl Iterator<Item = &'a CornerFit>) -> f64 {
 /// What a model leaves of a window near its edges, each pixel times the root of its weight.
 pub(super) fn leavings(window: &Window, model: &Model) -> Vec<f64> {
     let seen_as = profiles(model);
-    let mut all = differences(window, model, &seen_as, &Crossing::of(model));
+    let mut all = differences(window, model, &seen_as, &CrossingResponse::of(model));
     for (strip, edge) in window.strips.iter().zip(&edge_models(model, &seen_as, false)) {
         for pixels in strip.chunks() {
             let left = left_of(pixels, model, edge);
