@@ -37,8 +37,10 @@ const SHARES: [f64; 4] = [1.0, 0.5, 0.2, 0.05];
 const PROBE: (f64, f64) = (0.02, 0.01);
 /// Motion is believed when it leaves less than this share of what Gaussians leave: both have three numbers.
 const LESS: f64 = 0.85;
+/// Corners that leave more than this share of their contrasts, RMS, tell nothing of a blur.
+const MOST: f64 = 0.1;
 /// A step that leaves more than this share of what the one before left leads no farther.
-const SLOW: f64 = 0.98;
+const SLOW: f64 = 0.95;
 
 /// Steps of the fits while the blur changes a little.
 const FEW: Effort = Effort { steps: 3, tolerance_px: 1e-4, ..EFFORT };
@@ -91,6 +93,7 @@ pub(super) fn find_motion(
     let under = |moved: Moved, from: &[PilotFit]| fit_again(from, &moved.blur(normals), &FEW);
     let left = |fits: &[Option<CornerFit>]| squares(fits.iter().flatten());
     let plain = left(&pilots.iter().map(|p| p.as_ref().map(|(_, fit)| *fit)).collect::<Vec<_>>());
+    let tells = |fits: &[Option<CornerFit>]| left(fits) < (LESS * plain).min(MOST * MOST * few.len() as f64);
     let mut here = fit_again(&pilots, &best.blur(normals), &EFFORT);
     for _ in 0..STEPS {
         let from: Vec<PilotFit> =
@@ -103,15 +106,14 @@ pub(super) fn find_motion(
         let Some(next) = shorter.into_iter().find(|(_, there)| left(there) < left(&here)) else { break };
         let before = left(&here);
         (best, here) = next;
-        let least = if left(&here) > SLOW * before { LESS * plain } else { plain };
-        if left(&here) >= least {
+        if left(&here) >= plain || (left(&here) > SLOW * before && !tells(&here)) {
             return None;
         }
         if DVec2::new(step[1], step[2]).length() < TOLERANCE_PX {
             break;
         }
     }
-    (here.iter().all(Option::is_some) && left(&here) < LESS * plain).then(|| best.blur(normals))
+    (here.iter().all(Option::is_some) && tells(&here)).then(|| best.blur(normals))
 }
 
 /// The step of Gauss and Newton of variance and way, from what the fits leave there and beside it.
