@@ -143,8 +143,7 @@ pub(super) fn constant_pixels(
     edge_pixels: &mut Vec<u32>,
 ) -> u64 {
     // Bound how far a pixel and a block may see from their centres.
-    let pattern = &plan.pattern;
-    let mut lines = 0;
+    let (pattern, mut lines) = (&plan.pattern, 0);
     let (first_x, step) = (patch.region.columns.start as f64, patch.steps().x);
     let pixel = patch.bounds.each_ref().map(reach_of_pixel);
     let block = patch.bounds.each_ref().map(reach_of_block);
@@ -163,7 +162,6 @@ pub(super) fn constant_pixels(
         let along = [pattern.along(0, u, block[0]), pattern.along(1, v, block[1])];
         let value = pattern.of_squares(along.map(|along| along.odd));
         let quiet = [0, 1].map(|axis| along[axis].off_lines(block[axis]));
-        let squares = along[0].inside & along[1].inside;
         let steps = draft.then(|| row.steps(patch, s.0[LANES / 2], plan.active));
 
         // Fill each block by the cheapest way that serves it.
@@ -173,12 +171,8 @@ pub(super) fn constant_pixels(
 
             // Fill a block of one square, or of one radiance off the squares: margin or background.
             let (centre, reach) = (DVec2::new(u.0[k], v.0[k]), DVec2::new(block[0].0[0], block[1].0[0]));
-            let constant = match (quiet[0].0[k] & quiet[1].0[k], squares.0[k]) {
-                (0, 0) => pattern.constant(centre, reach),
-                (0, _) => None,
-                _ => Some(value.0[k]),
-            };
-            if let Some(value) = constant {
+            let of_square = (quiet[0].0[k] & quiet[1].0[k] != 0).then_some(value.0[k]);
+            if let Some(value) = of_square.or_else(|| pattern.constant(centre, reach)) {
                 span.fill(value as f32);
                 continue;
             }
