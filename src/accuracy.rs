@@ -1,10 +1,10 @@
 //! Accuracy levels: the tolerances of a computation. A leaf: plain numbers, each with what it buys.
 
 /// The coarsest target accuracy, in px.
-pub const COARSEST_TARGET_PX: f64 = 1.0;
+pub(crate) const COARSEST_TARGET_PX: f64 = 1.0;
 
 /// Radiances are kept as f32: a line of the whole contrast cannot be told apart from one this far from it, in px.
-pub const FINEST_TARGET_PX: f64 = 1e-7;
+pub(crate) const FINEST_TARGET_PX: f64 = 1e-7;
 
 /// Whether a picture of f32 radiances can tell whether it keeps to `target_px`.
 pub fn is_told_by_radiance(target_px: f64) -> bool {
@@ -12,7 +12,7 @@ pub fn is_told_by_radiance(target_px: f64) -> bool {
 }
 
 /// Whether a picture that is off by `achieved_px` keeps to `target_px`, and can tell.
-pub fn keeps_to(target_px: f64, achieved_px: f64) -> bool {
+pub(crate) fn keeps_to(target_px: f64, achieved_px: f64) -> bool {
     is_told_by_radiance(target_px) && achieved_px <= target_px
 }
 

@@ -21,7 +21,7 @@ impl Observer for () {
 
 /// An observer of work of `of` steps, which it tells another one as `pixels` pixels.
 #[allow(missing_debug_implementations, reason = "an observer need not have one")]
-pub struct Scaled<'a> {
+pub(crate) struct Scaled<'a> {
     observer: &'a dyn Observer,
     pixels: usize,
     of: usize,
@@ -30,7 +30,7 @@ pub struct Scaled<'a> {
 
 impl<'a> Scaled<'a> {
     /// Tells `observer` of `pixels` pixels while it hears of `of` steps.
-    pub fn new(observer: &'a dyn Observer, pixels: usize, of: usize) -> Self {
+    pub(crate) fn new(observer: &'a dyn Observer, pixels: usize, of: usize) -> Self {
         Self { observer, pixels, of: of.max(1), heard: AtomicUsize::new(0) }
     }
 }

@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use std::fmt::Write;
 
 /// Scenes by default: what takes a few seconds of one processor.
-const SCENES: u64 = 40;
+const SCENES: u64 = 24;
 /// Lines lie within this of their places, in px.
 const BEND_PX: f64 = 1e-5;
 

@@ -51,7 +51,7 @@ pub fn plans(coarsest_um: f64, finest_um: f64) -> Vec<MarchPlan> {
 ///
 /// # Errors
 /// When the scene does not design its prism by a march, or there is none.
-pub fn axis_misses(scene: &Scene, plan: MarchPlan, degrees: &[usize]) -> Result<Vec<AxisMiss>, Error> {
+pub(crate) fn axis_misses(scene: &Scene, plan: MarchPlan, degrees: &[usize]) -> Result<Vec<AxisMiss>, Error> {
     let input = DesignInput::of(scene).ok_or_else(|| {
         let rule = "the prism is not designed, and nothing is marched";
         Error::new(format!("scene {}", scene.name), rule, "use a scene with `prism.kind` = \"freeform\"")

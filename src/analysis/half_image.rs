@@ -164,7 +164,7 @@ pub fn row_shift(system: &System, frame: &HalfFrame) -> Option<RowShift> {
 
 /// The shift of the rows through a prism whose epipolar lines are the rows: that of its law, or else b (sqrt(1 + v^2/f^2) - 1),
 /// with the camera's focal length f, and b from the middle of the picture to that of its half; `None` of a telecentric camera.
-pub fn epipolar_shift(system: &System, frame: &HalfFrame) -> Option<RowShift> {
+pub(crate) fn epipolar_shift(system: &System, frame: &HalfFrame) -> Option<RowShift> {
     let of_camera = || {
         let centre_px = frame.centre_px(system);
         let [width, _] = system.camera().size_px();
@@ -181,7 +181,7 @@ pub fn epipolar_shift(system: &System, frame: &HalfFrame) -> Option<RowShift> {
 ///
 /// # Errors
 /// [`NoPinhole`].
-pub fn virtual_camera_made(system: &System, frame: &HalfFrame) -> Result<Pinhole, NoPinhole> {
+pub(crate) fn virtual_camera_made(system: &System, frame: &HalfFrame) -> Result<Pinhole, NoPinhole> {
     let ray = system.camera().plain_ray(frame.centre_px(system));
     on_ray(system, frame, system.exit(ray, &mut ()).map(|(ray, _)| ray))
 }

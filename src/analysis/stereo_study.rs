@@ -95,7 +95,7 @@ pub struct StereoStudy {
 
 /// The exact prism of the scene's flat or freeform one: of the same glass, ridge and thickness, with the rows for epipolar lines and
 /// one smooth rear surface; `None` where the scene's own is one already, or is given by its surfaces.
-pub fn exact_of(scene: &Scene) -> Option<Scene> {
+pub(crate) fn exact_of(scene: &Scene) -> Option<Scene> {
     let flat = match &scene.prism {
         PrismSpec::Freeform(_, settings) if settings.objective == Objective::Epipolar => return None,
         PrismSpec::Flat(flat) | PrismSpec::Freeform(flat, _) => *flat,

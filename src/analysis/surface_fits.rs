@@ -43,7 +43,7 @@ pub enum DegreeFits {
 ///
 /// # Errors
 /// When the prism is designed, and there is no such design.
-pub fn degree_fits(scene: &Scene) -> Result<DegreeFits, Error> {
+pub(crate) fn degree_fits(scene: &Scene) -> Result<DegreeFits, Error> {
     match &scene.prism {
         PrismSpec::Freeform(_, settings) if settings.surface == DesignedSurface::Revolved => {
             Ok(DegreeFits::NotFitted("its surfaces are of revolution, and no polynomials"))

@@ -197,7 +197,7 @@ fn distance_between(a: &Corner, b: &Corner) -> f64 {
 
 /// Chooses among linear, sRGB and a fitted power by what the corner fit leaves of `stored` values, on a scale to 1; of both
 /// halves of the picture, or of the whole. `None` where no curve shows a board.
-pub fn choose(stored: &Raster<f32>, halves: bool) -> Option<TransferChoice> {
+pub(crate) fn choose(stored: &Raster<f32>, halves: bool) -> Option<TransferChoice> {
     match part(stored, halves) {
         Some(part) => of_boards(&part, false),
         None => of_boards(stored, halves),

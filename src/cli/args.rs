@@ -128,7 +128,7 @@ pub enum Verb {
 
 impl Verb {
     /// What is done without a verb.
-    pub fn main_job() -> Self {
+    pub(crate) fn main_job() -> Self {
         Self::Compare(CompareArgs {
             scenes: Vec::new(),
             values: SetArgs::default(),

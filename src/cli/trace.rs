@@ -11,6 +11,7 @@ use crate::io::inputs::check_outputs;
 use crate::io::npy;
 use crate::io::npy_table::read_table;
 use crate::progress::Observer;
+use crate::render::WayTracer;
 use crate::report::traced::{AimedPoint, TracedRay};
 use crate::system::aim::Aimer;
 use crate::system::in_light::{in_light_of, light_name};
@@ -66,7 +67,8 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
     let asked = read(args)?;
 
     // Answer them, and say in which light.
-    let tracer = Tracer { light: InLight::new(&system), aimer: Aimer::new(&system) };
+    let light = InLight::new(&system);
+    let tracer = Tracer { light: &light, ways: WayTracer::new(light.main()), aimer: Aimer::new(&system) };
     match &args.out {
         Some(path) => tracer.table(path, args.back, &scene.name, &asked)?,
         None => tracer.print(args, &scene.name, &asked)?,
@@ -83,7 +85,8 @@ pub(super) fn run(args: &TraceArgs) -> Result<Outcome, Error> {
 
 /// What answers.
 struct Tracer<'a> {
-    light: InLight<'a>,
+    light: &'a InLight<'a>,
+    ways: WayTracer<'a>,
     aimer: Aimer<'a>,
 }
 
@@ -101,8 +104,8 @@ impl Tracer<'_> {
             for (k, asked) in piece.iter().enumerate() {
                 text.push_str(if k == 0 { "" } else { between });
                 match (*asked, args.json) {
-                    (Asked::Pixel(px), true) => TracedRay::new(&self.light, px).json(&mut text),
-                    (Asked::Pixel(px), false) => TracedRay::new(&self.light, px).text(&mut text),
+                    (Asked::Pixel(px), true) => TracedRay::new(self.light, px).json(&mut text),
+                    (Asked::Pixel(px), false) => TracedRay::new(self.light, px).text(&mut text),
                     (Asked::Board(side, mm), true) => AimedPoint::new(&self.aimer, side, mm).json(&mut text),
                     (Asked::Board(side, mm), false) => AimedPoint::new(&self.aimer, side, mm).text(&mut text),
                 }
@@ -135,12 +138,21 @@ impl Tracer<'_> {
         let record: usize = fields.iter().map(|field| field.bytes()).sum();
         let answer = |piece: &[Asked]| {
             let mut bytes = Vec::with_capacity(record * piece.len());
+            // All are of one kind.
+            let mut places = Vec::with_capacity(piece.len());
             for asked in piece {
                 match *asked {
-                    Asked::Pixel(px) => TracedRay::new(&self.light, px).record(&mut bytes),
+                    Asked::Pixel(px) => places.push(px),
                     Asked::Board(side, mm) => AimedPoint::new(&self.aimer, side, mm).record(&mut bytes),
                 }
             }
+            bytes.resize(record * piece.len(), 0);
+            let mut one = Vec::with_capacity(record);
+            TracedRay::each(self.light, &self.ways, &places, |k, ray| {
+                one.clear();
+                ray.record(&mut one);
+                bytes[k * record..(k + 1) * record].copy_from_slice(&one);
+            });
             bytes
         };
         let progress = Progress::new(0);

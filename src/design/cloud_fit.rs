@@ -37,7 +37,7 @@ impl FitResiduals {
 /// # Errors
 /// As [`fit_powers`]; and where a residual is above what the cloud is allowed: then the worst point and its value are
 /// named, and what is to be written instead, as far as the residuals tell it.
-pub fn fit_cloud(input: &CloudFitInput) -> Result<(PolynomialPatch, FitResiduals), Error> {
+pub(crate) fn fit_cloud(input: &CloudFitInput) -> Result<(PolynomialPatch, FitResiduals), Error> {
     let fitted = fit_powers(input.points_mm, input.degree, input.powers, None)
         .map_err(|problem| Error { place: input.name.to_owned(), ..problem })?;
     // A fit whose numbers overflow is no better than one that is too far off.

@@ -81,7 +81,7 @@ pub fn fit_powers(
 ///
 /// # Panics
 /// When there are not as many weights as points.
-pub fn fit_weighted(
+pub(crate) fn fit_weighted(
     points_mm: &[DVec3],
     weights: &[f64],
     degree: usize,
@@ -98,7 +98,7 @@ pub fn fit_weighted(
 ///
 /// # Errors
 /// As [`fit_powers`], of each degree by itself.
-pub fn fit_degrees(
+pub(crate) fn fit_degrees(
     (points_mm, weights): (&[DVec3], &[f64]),
     degrees: &[usize],
     kept: Powers,

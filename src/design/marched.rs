@@ -26,7 +26,7 @@ const OVERHANG: f64 = 8.0;
 
 /// Both surfaces of the right half (x > 0), in the prism's frame.
 #[derive(Debug, Clone, Copy)]
-pub struct Marched<'a> {
+pub(crate) struct Marched<'a> {
     cloud: &'a PointGrid,
     /// Columns and rows between the points of a local polynomial.
     strides: [usize; 2],
@@ -34,7 +34,7 @@ pub struct Marched<'a> {
 
 impl<'a> Marched<'a> {
     /// The surfaces through the points of `cloud`; `None` where its grid has fewer than six columns or rows.
-    pub fn new(cloud: &'a PointGrid) -> Option<Self> {
+    pub(crate) fn new(cloud: &'a PointGrid) -> Option<Self> {
         let strides = [cloud.columns(), cloud.rows()].map(|count| (count / DISTANCES).max(1));
         (cloud.columns().min(cloud.rows()) >= POINTS).then_some(Self { cloud, strides })
     }
@@ -43,7 +43,7 @@ impl<'a> Marched<'a> {
     ///
     /// # Errors
     /// [`Fate::Missed`] beyond the grid, [`Fate::NotConverged`] where no place is found.
-    pub fn intersect(&self, face: Face, ray: &Ray, mirrored: bool) -> Result<Hit, Fate> {
+    pub(crate) fn intersect(&self, face: Face, ray: &Ray, mirrored: bool) -> Result<Hit, Fate> {
         let flip = |v: DVec3| if mirrored { DVec3::new(-v.x, v.y, v.z) } else { v };
         let ray = Ray { origin: flip(ray.origin), direction: flip(ray.direction) };
         let across = ray.direction.any_orthonormal_pair();

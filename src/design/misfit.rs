@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 /// What is asked of the fit of a cloud.
 #[derive(Debug, Clone, Copy)]
-pub struct CloudFitInput<'a> {
+pub(crate) struct CloudFitInput<'a> {
     /// The points, in mm.
     pub points_mm: &'a [DVec3],
     /// Total degree.

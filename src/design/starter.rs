@@ -11,7 +11,7 @@ const EDGE_GLASS: [f64; 2] = [0.25, 4.0];
 
 /// What the prism of a scene to begin with is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StarterPrism {
+pub(crate) enum StarterPrism {
     /// Designed for exactly horizontal epipolar lines.
     Exact,
     /// The design paper's.
@@ -24,7 +24,7 @@ pub enum StarterPrism {
 
 /// What a scene to begin with is made from.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StarterScene {
+pub(crate) struct StarterScene {
     /// Its name.
     pub name: String,
     /// Columns and rows of the sensor.
@@ -49,7 +49,7 @@ impl StarterScene {
     ///
     /// # Errors
     /// As [`facet_angle_rad`]: a lens too wide for glass of that index.
-    pub fn text(&self) -> Result<String, Error> {
+    pub(crate) fn text(&self) -> Result<String, Error> {
         let [width_mm, height_mm] = self.size_px.map(|n| n as f64 * self.pitch_um * 1e-3);
         let depth_far = 2.0 * self.distance_mm;
 

@@ -11,14 +11,14 @@ pub fn scene_prism(front: &PolynomialPatch, back: &PolynomialPatch, body: &Glass
 }
 
 /// The same tables for a prism of two surfaces of revolution.
-pub fn scene_revolved(prism: &RevolvedSpec) -> String {
+pub(crate) fn scene_revolved(prism: &RevolvedSpec) -> String {
     let RevolvedSpec { body, front, back } = prism;
     head("revolved", body) + &revolved("prism.front", front) + &revolved("prism.back", back)
 }
 
 /// A surface as a file of sag over a grid, y up and z from the vertex.
 #[derive(Debug, Clone, PartialEq)]
-pub struct GridSagText {
+pub(crate) struct GridSagText {
     /// The file, beside the scene.
     pub file: String,
     /// Total degree of the polynomial that is fitted to it.
@@ -28,7 +28,7 @@ pub struct GridSagText {
 }
 
 /// The same tables for a prism of two surfaces in such files.
-pub fn scene_grid_sag(front: &GridSagText, back: &GridSagText, body: &GlassSpec) -> String {
+pub(crate) fn scene_grid_sag(front: &GridSagText, back: &GridSagText, body: &GlassSpec) -> String {
     let cloud = |name: &str, GridSagText { file, degree, vertex_mm }: &GridSagText| {
         format!(
             "\n[prism.{name}]\nfile = {file:?}\ndegree = {degree}\nflip = \"y\"\noffset_mm = [0.0, 0.0, {vertex_mm:?}]\n"

@@ -30,7 +30,7 @@ impl Default for Quadrature {
 /// The purpose of the random shifts among the random numbers of a scene.
 const PURPOSE: u32 = 0x5AF7;
 /// Sets before a spread tells anything.
-pub const LEAST_REPLICATES: usize = 4;
+pub(crate) const LEAST_REPLICATES: usize = 4;
 
 /// Points that fill the unit cube of some dimensions evenly.
 ///

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// them, so it fails only by chance on the day on which the way of drawing changes.
 pub const FALSE_ALARM: f64 = 1e-6;
 /// Pictures to be drawn of a case.
-pub const REPLICATES: usize = 64;
+pub(crate) const REPLICATES: usize = 64;
 /// Regions are squares of this many pixels, cut off at the right and the lower border.
 const SIDE_PX: usize = 16;
 /// Where nothing is random, f32 keeps light of full scale 1 this well.
@@ -198,7 +198,7 @@ fn average(pictures: &[Raster<f32>]) -> Vec<f64> {
 }
 
 /// The mean picture, which is kept for inspection.
-pub fn mean_picture(pictures: &[Raster<f32>]) -> Raster<f32> {
+pub(crate) fn mean_picture(pictures: &[Raster<f32>]) -> Raster<f32> {
     let light = average(pictures).into_iter().map(|v| v as f32).collect();
     Raster::from_data(pictures[0].width(), pictures[0].height(), light)
 }

@@ -24,7 +24,7 @@ pub struct GoldenOutput {
 impl GoldenOutput {
     /// The output of a case that is drawn at random, from the pictures of its frames (at least three) and the one without
     /// noise.
-    pub fn of_random(pictures: &[Raster<f32>], quiet: &Raster<f32>, record: Value) -> Self {
+    pub(crate) fn of_random(pictures: &[Raster<f32>], quiet: &Raster<f32>, record: Value) -> Self {
         Self { picture: noise::mean_picture(pictures), record, noise: Some(Regions::of(pictures, quiet)) }
     }
 }
@@ -90,7 +90,7 @@ impl Mode {
     ///
     /// # Errors
     /// Where `CI` is set.
-    pub fn of_named(ci: Option<&str>) -> Result<Self, Error> {
+    pub(crate) fn of_named(ci: Option<&str>) -> Result<Self, Error> {
         match Self::of_variables(Some("1"), ci) {
             Err(problem) => Err(Error { place: "--bless".to_owned(), ..problem }),
             mode => mode,

@@ -7,7 +7,7 @@ use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 
 /// Linear light, 0 black to 1 white and clamped to that, as the nearest 8-bit levels of sRGB; what is not a number is black.
-pub fn srgb8(light: &Raster<f32>) -> Raster<u8> {
+pub(crate) fn srgb8(light: &Raster<f32>) -> Raster<u8> {
     let levels = srgb_levels16(light.data());
     let eight = |pair: &[u8]| (u32::from(u16::from_be_bytes([pair[0], pair[1]])) * 255 + 32767) / 65535;
     let data = levels.chunks_exact(2).map(|pair| eight(pair) as u8).collect();
@@ -15,13 +15,13 @@ pub fn srgb8(light: &Raster<f32>) -> Raster<u8> {
 }
 
 /// The bytes of a PNG of grey levels of sRGB; `None` of a picture without pixels, or of too many for the format.
-pub fn png_bytes(grey: &Raster<u8>) -> Option<Vec<u8>> {
+pub(crate) fn png_bytes(grey: &Raster<u8>) -> Option<Vec<u8>> {
     // Much of a picture of a board is of two levels in runs, and each row like the one above.
     encoded([grey.width(), grey.height()], ColorType::Grayscale, Filter::Up, grey.data())
 }
 
 /// The same of red, green and blue.
-pub fn rgb_png_bytes(colours: &Raster<[u8; 3]>) -> Option<Vec<u8>> {
+pub(crate) fn rgb_png_bytes(colours: &Raster<[u8; 3]>) -> Option<Vec<u8>> {
     // A figure is of a few colours in runs, which differences between pixels would break.
     let data = colours.data().as_flattened();
     encoded([colours.width(), colours.height()], ColorType::Rgb, Filter::NoFilter, data)
@@ -47,7 +47,7 @@ fn encoded(size_px: [usize; 2], color: ColorType, filter: Filter, samples: &[u8]
 
 /// The bytes of a JPEG of grey levels of sRGB, with a loss that `quality` (1 to 100) tells; `None` of a picture that the format
 /// does not hold.
-pub fn jpeg_bytes(grey: &Raster<u8>, quality: u8) -> Option<Vec<u8>> {
+pub(crate) fn jpeg_bytes(grey: &Raster<u8>, quality: u8) -> Option<Vec<u8>> {
     let size = [grey.width(), grey.height()].map(u32::try_from);
     let [Ok(width), Ok(height)] = size else { return None };
     let mut bytes = Vec::new();

@@ -64,7 +64,7 @@ impl SagGrid {
 ///
 /// # Errors
 /// Those of `out`.
-pub fn write_grid_sag(grid: &SagGrid, points: &[Option<SagPoint>], out: impl Write) -> io::Result<()> {
+pub(crate) fn write_grid_sag(grid: &SagGrid, points: &[Option<SagPoint>], out: impl Write) -> io::Result<()> {
     let mut out = BufWriter::new(out);
     let ([nx, ny], step, middle) = (grid.size, grid.step_mm, grid.middle_mm);
     writeln!(out, "{nx} {ny} {:?} {:?} 0 {:?} {:?}", step.x, step.y, middle.x, middle.y)?;

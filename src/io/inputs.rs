@@ -101,7 +101,7 @@ pub fn note(path: &Path, file: &File) -> io::Result<()> {
 }
 
 /// Whether `path`, also through links, is a file that was read.
-pub fn was_read(path: &Path) -> bool {
+pub(crate) fn was_read(path: &Path) -> bool {
     let identity = std::fs::metadata(path).ok().and_then(|metadata| FileIdentity::of(path, &metadata));
     identity.is_some_and(|identity| read().as_ref().is_some_and(|list| list.contains(&identity)))
 }
@@ -118,7 +118,7 @@ pub fn release(path: &Path) {
 ///
 /// # Errors
 /// The first such output.
-pub fn check_outputs(paths: &[PathBuf]) -> Result<(), Error> {
+pub(crate) fn check_outputs(paths: &[PathBuf]) -> Result<(), Error> {
     for (k, path) in paths.iter().enumerate() {
         check_output(path)?;
         let target = final_target(path);

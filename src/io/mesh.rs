@@ -146,9 +146,14 @@ impl RawMesh {
 
 /// Whether two corners are at the very same place.
 fn has_twins(points: &[DVec3]) -> bool {
-    let mut places: Vec<[u64; 3]> = points.iter().map(|p| p.to_array().map(f64::to_bits)).collect();
-    places.sort_unstable();
-    places.windows(2).any(|pair| pair[0] == pair[1])
+    fn any_alike<T: Ord>(mut all: Vec<T>) -> bool {
+        all.sort_unstable();
+        all.windows(2).any(|pair| pair[0] == pair[1])
+    }
+    // One number of each place is put in order sooner; those of different places hardly ever agree.
+    let bits = |p: &DVec3| p.to_array().map(f64::to_bits);
+    let mixed = |[x, y, z]: [u64; 3]| x ^ y.rotate_left(21) ^ z.rotate_left(42);
+    any_alike(points.iter().map(|p| mixed(bits(p))).collect()) && any_alike(points.iter().map(bits).collect())
 }
 
 /// Refuses corners beyond [`MAX_COORDINATE_MM`].

@@ -69,7 +69,7 @@ fn header_of(described: &str, shape: &[usize]) -> Vec<u8> {
 ///
 /// # Errors
 /// Those of [`write_atomically`], and parts that are not the whole table.
-pub fn write_parts(
+pub(crate) fn write_parts(
     path: &Path,
     fields: &[NpyField],
     shape: &[usize],
@@ -91,7 +91,7 @@ pub fn write_parts(
 ///
 /// # Errors
 /// Those of [`write_atomically`].
-pub fn write_plane(path: &Path, plane: &Raster<f32>) -> Result<(), Error> {
+pub(crate) fn write_plane(path: &Path, plane: &Raster<f32>) -> Result<(), Error> {
     write_atomically(path, |out| {
         out.write_all(&header_of("'<f4'", &[plane.height(), plane.width()]))?;
         (0..plane.height()).try_for_each(|j| {

@@ -15,7 +15,7 @@ const PIECE: usize = 1 << 13;
 /// # Errors
 /// A file that cannot be read or is no NPY, values that are no `<f8` in C order, another number of columns, more rows, a number that
 /// is not finite, and bytes that are not as many as the header says.
-pub fn read_table(path: &Path, columns: usize, most: usize) -> Result<Vec<f64>, Error> {
+pub(crate) fn read_table(path: &Path, columns: usize, most: usize) -> Result<Vec<f64>, Error> {
     let refuse = |rule: String, help: &str| Error::new(path.display(), rule, help);
     let unreadable = |error: io::Error| {
         let rule = match error.kind() {

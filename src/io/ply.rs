@@ -56,29 +56,53 @@ impl Scalar {
         }
     }
 
-    /// The number that begins `bytes`, which are little-endian.
-    fn value(self, bytes: [u8; 8]) -> f64 {
-        let [a, b, c, d, ..] = bytes;
+    /// Appends the numbers that `bytes` hold.
+    fn append(self, bytes: &[u8], encoding: PlyEncoding, out: &mut Vec<f64>) {
+        fn each<const N: usize>(bytes: &[u8], encoding: PlyEncoding, out: &mut Vec<f64>, value: fn([u8; N]) -> f64) {
+            out.extend(bytes.as_chunks().0.iter().map(|bytes| {
+                let mut bytes = *bytes;
+                if encoding == PlyEncoding::BigEndian {
+                    bytes.reverse();
+                }
+                value(bytes)
+            }));
+        }
         match self {
-            Self::I8 => f64::from(i8::from_le_bytes([a])),
-            Self::U8 => f64::from(a),
-            Self::I16 => f64::from(i16::from_le_bytes([a, b])),
-            Self::U16 => f64::from(u16::from_le_bytes([a, b])),
-            Self::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-            Self::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-            Self::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-            Self::F64 => f64::from_le_bytes(bytes),
+            Self::I8 => each(bytes, encoding, out, |bytes| f64::from(i8::from_le_bytes(bytes))),
+            Self::U8 => each(bytes, encoding, out, |[byte]| f64::from(byte)),
+            Self::I16 => each(bytes, encoding, out, |bytes| f64::from(i16::from_le_bytes(bytes))),
+            Self::U16 => each(bytes, encoding, out, |bytes| f64::from(u16::from_le_bytes(bytes))),
+            Self::I32 => each(bytes, encoding, out, |bytes| f64::from(i32::from_le_bytes(bytes))),
+            Self::U32 => each(bytes, encoding, out, |bytes| f64::from(u32::from_le_bytes(bytes))),
+            Self::F32 => each(bytes, encoding, out, |bytes| f64::from(f32::from_le_bytes(bytes))),
+            Self::F64 => each(bytes, encoding, out, f64::from_le_bytes),
         }
     }
 
-    fn read(self, input: &mut impl BufRead, encoding: PlyEncoding) -> std::io::Result<f64> {
+    /// Reads `count` numbers, and appends them.
+    fn read(
+        self,
+        count: usize,
+        input: &mut impl BufRead,
+        encoding: PlyEncoding,
+        out: &mut Vec<f64>,
+    ) -> std::io::Result<()> {
+        // Take them where they are buffered; a buffer that cannot be filled says why when it is read from.
+        let size = count * self.bytes();
+        if let Some(bytes) = input.fill_buf().unwrap_or_default().get(..size) {
+            self.append(bytes, encoding, out);
+            input.consume(size);
+            return Ok(());
+        }
+
+        // Read them one by one: what is not there ends the file, and takes no memory.
         let mut bytes = [0; 8];
         let own = &mut bytes[..self.bytes()];
-        input.read_exact(own)?;
-        if encoding == PlyEncoding::BigEndian {
-            own.reverse();
+        for _ in 0..count {
+            input.read_exact(own)?;
+            self.append(own, encoding, out);
         }
-        Ok(self.value(bytes))
+        Ok(())
     }
 }
 
@@ -246,20 +270,21 @@ impl<'a, 'b, R: BufRead> Ply<'a, 'b, R> {
     }
 
     fn binary_row(&mut self, kinds: &[PropertyKind], row: &mut PlyRow) -> std::io::Result<()> {
-        for kind in kinds {
-            match *kind {
-                PropertyKind::Scalar(scalar) => row.values.push(scalar.read(&mut self.lines.input, self.encoding)?),
+        let (input, encoding) = (&mut self.lines.input, self.encoding);
+        let are_alike = |a: &PropertyKind, b: &PropertyKind| a == b && matches!(a, PropertyKind::Scalar(_));
+        for alike in kinds.chunk_by(are_alike) {
+            match alike[0] {
+                PropertyKind::Scalar(scalar) => scalar.read(alike.len(), input, encoding, &mut row.values)?,
                 PropertyKind::List { count, item } => {
-                    let length = count.read(&mut self.lines.input, self.encoding)?;
-                    row.values.push(length);
+                    count.read(1, input, encoding, &mut row.values)?;
+                    let length = row.values.last().copied().unwrap_or_default();
                     if length > MAX_LIST {
                         let rule = format!("its list has {length} items, and may have {MAX_LIST}");
                         return Err(std::io::Error::new(std::io::ErrorKind::InvalidData, rule));
                     }
-                    // Read one by one: a length that is not there ends the file, and takes no memory.
-                    while (row.list.len() as f64) < length {
-                        row.list.push(item.read(&mut self.lines.input, self.encoding)?);
-                    }
+                    // A length may be any number of its type: as many as are below it.
+                    let items = length.max(0.0).ceil() as usize;
+                    item.read(items.saturating_sub(row.list.len()), input, encoding, &mut row.list)?;
                 }
             }
         }

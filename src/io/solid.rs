@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// How a body is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SolidFormat {
+pub(crate) enum SolidFormat {
     /// [`write_stl`].
     Stl,
     /// [`write_ply`].
@@ -22,7 +22,7 @@ impl SolidFormat {
     ///
     /// # Errors
     /// Another ending.
-    pub fn of(path: &Path) -> Result<Self, Error> {
+    pub(crate) fn of(path: &Path) -> Result<Self, Error> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
         match extension.as_str() {
             "stl" => Ok(Self::Stl),
@@ -40,7 +40,7 @@ impl SolidFormat {
     ///
     /// # Errors
     /// As [`write_atomically`].
-    pub fn write(self, path: &Path, solid: &Solid) -> Result<(), Error> {
+    pub(crate) fn write(self, path: &Path, solid: &Solid) -> Result<(), Error> {
         write_atomically(path, |out| match self {
             Self::Stl => write_stl(solid, out),
             Self::Ply => write_ply(solid, out),

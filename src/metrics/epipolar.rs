@@ -106,7 +106,7 @@ pub fn summary(curves: &[Vec<DVec2>], width_px: f64) -> Result<Summary, Unmeasur
 /// # Errors
 /// [`Unmeasurable::TooFew`] below [`POINTS_PER_CURVE`] depths, or when no corner is covered by all; what
 /// [`PixelMap::fit`] refuses.
-pub fn curves_from_depths(depths: &[Vec<Pair>], degree: usize) -> Result<Vec<Vec<DVec2>>, Unmeasurable> {
+pub(crate) fn curves_from_depths(depths: &[Vec<Pair>], degree: usize) -> Result<Vec<Vec<DVec2>>, Unmeasurable> {
     at_least("depths", depths.len(), POINTS_PER_CURVE)?;
     let map = |pairs: &Vec<Pair>| {
         let samples: Vec<_> = pairs.iter().map(|p| Correspondence { image_px: p.left_px, value: p.right_px }).collect();

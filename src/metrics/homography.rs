@@ -11,7 +11,7 @@ use glam::DVec2;
 use nalgebra::{DMatrix, DVector, SVector};
 
 /// What is free: all that a homography has but its scale.
-pub const FREE: [&str; 8] = ["h11", "h12", "h13", "h21", "h22", "h23", "h31", "h32"];
+pub(crate) const FREE: [&str; 8] = ["h11", "h12", "h13", "h21", "h22", "h23", "h31", "h32"];
 
 /// The eight numbers, of the tangents that `camera` sees: (h11 x + h12 y + h13) / (h31 x + h32 y + 1), and alike for y.
 type Numbers8 = SVector<f64, 8>;

@@ -98,7 +98,7 @@ pub struct CommonPoint {
 /// # Errors
 /// [`Unmeasurable::TooFew`] below 2 rays, [`Unmeasurable::NotFinite`], [`Unmeasurable::Degenerate`] when all are
 /// parallel.
-pub fn common_point(rays: &[Ray]) -> Result<CommonPoint, Unmeasurable> {
+pub(crate) fn common_point(rays: &[Ray]) -> Result<CommonPoint, Unmeasurable> {
     at_least("rays", rays.len(), 2)?;
     all_finite("ray", rays, finite)?;
     // Relative to the mean origin, so that a far world origin costs no digits.
@@ -125,7 +125,7 @@ pub fn common_point(rays: &[Ray]) -> Result<CommonPoint, Unmeasurable> {
 
 /// Where rays come nearest to an axis, measured along it (the design paper's Fig. 4b).
 #[derive(Debug, Clone, PartialEq)]
-pub struct AxisCrossings {
+pub(crate) struct AxisCrossings {
     /// For each ray the place on the axis, in mm from the axis' origin along its direction; `None` for a ray parallel
     /// to it, such as the central one.
     pub along_mm: Vec<Option<f64>>,
@@ -145,7 +145,7 @@ pub struct AxisCrossings {
 ///
 /// # Errors
 /// [`Unmeasurable::TooFew`] when no ray is oblique to the axis, [`Unmeasurable::NotFinite`].
-pub fn axis_crossings(rays: &[Ray], axis: &Ray) -> Result<AxisCrossings, Unmeasurable> {
+pub(crate) fn axis_crossings(rays: &[Ray], axis: &Ray) -> Result<AxisCrossings, Unmeasurable> {
     all_finite("ray", rays, |r| finite(r) && finite(axis))?;
     let crossing = |ray: &Ray| {
         // With both directions unit, minimise |axis(s) - ray(t)|^2.

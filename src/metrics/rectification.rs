@@ -13,7 +13,7 @@ use glam::{DMat3, DVec2, DVec3};
 ///
 /// # Errors
 /// [`Unmeasurable::Degenerate`] where both have one centre, or look along the line between the two.
-pub fn common_frame(apart_mm: DVec3, axes: DVec3) -> Result<DMat3, Unmeasurable> {
+pub(crate) fn common_frame(apart_mm: DVec3, axes: DVec3) -> Result<DMat3, Unmeasurable> {
     let x = apart_mm.try_normalize().ok_or(Unmeasurable::Degenerate("both cameras have one centre"))?;
     let x = if x.x < 0.0 { -x } else { x };
     let z = (axes - x * axes.dot(x))
@@ -24,7 +24,7 @@ pub fn common_frame(apart_mm: DVec3, axes: DVec3) -> Result<DMat3, Unmeasurable>
 
 /// The homographies of the left and of the right image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rectification {
+pub(crate) struct Rectification {
     /// From (x, y, 1) in px of the image to what is (x, y, 1) in px of the rectified image, but for a factor.
     maps: [DMat3; 2],
 }
@@ -34,7 +34,7 @@ impl Rectification {
     ///
     /// # Errors
     /// [`Unmeasurable::Degenerate`] where both have one centre, or look along the line between the two.
-    pub fn of(cameras: [&Pinhole; 2]) -> Result<Self, Unmeasurable> {
+    pub(crate) fn of(cameras: [&Pinhole; 2]) -> Result<Self, Unmeasurable> {
         let [left, right] = cameras;
         let axes: DVec3 = cameras.iter().map(|c| c.camera_from_world.rotation.transpose() * DVec3::Z).sum();
         let common_from_world = common_frame(right.centre_mm() - left.centre_mm(), axes)?;
@@ -57,7 +57,7 @@ impl Rectification {
     ///
     /// # Errors
     /// [`Unmeasurable::BehindCamera`] where one lies behind a rectified image.
-    pub fn pairs(&self, pairs: &[Pair]) -> Result<Vec<Pair>, Unmeasurable> {
+    pub(crate) fn pairs(&self, pairs: &[Pair]) -> Result<Vec<Pair>, Unmeasurable> {
         let seen = |map: &DMat3, px: DVec2, index: usize| {
             let mapped = *map * px.extend(1.0);
             if mapped.z > 0.0 { Ok(mapped.truncate() / mapped.z) } else { Err(Unmeasurable::BehindCamera { index }) }

@@ -75,11 +75,11 @@ impl RowDeviation {
 
 /// What is free in the law over several depths: X and Z of its centre, f_x, f_y and c_x. Nothing turns it or moves it up or down,
 /// so that what is left in v is what two images have of vertical disparity.
-pub const ROW_LAW: [Parameter; 5] =
+pub(crate) const ROW_LAW: [Parameter; 5] =
     [Parameter::ShiftX, Parameter::ShiftZ, Parameter::FocalX, Parameter::FocalY, Parameter::PrincipalX];
 
 /// What is free of it over one depth, which does not tell focal lengths from distances.
-pub const ROW_LAW_AT_ONE_DEPTH: [Parameter; 2] = [Parameter::ShiftX, Parameter::ShiftZ];
+pub(crate) const ROW_LAW_AT_ONE_DEPTH: [Parameter; 2] = [Parameter::ShiftX, Parameter::ShiftZ];
 
 /// The deviation of an image from the row law that fits it best, beginning at the centre and the focal lengths of `start`, of
 /// which `free` are fitted. `rows` is undone before; without it the rows are taken as they are.

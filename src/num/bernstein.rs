@@ -57,7 +57,7 @@ impl Bernstein {
 
     /// Plus a number.
     #[must_use]
-    pub fn plus_constant(mut self, c: f64) -> Self {
+    pub(crate) fn plus_constant(mut self, c: f64) -> Self {
         self.b[..=self.degree].iter_mut().for_each(|b| *b += c);
         self
     }

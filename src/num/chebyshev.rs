@@ -15,27 +15,27 @@ pub fn points(n: usize) -> Vec<f64> {
 
 /// sum over k, l of c_kl T_k(s) T_l(t).
 #[derive(Debug, Clone, PartialEq)]
-pub struct ChebyshevSeries {
+pub(crate) struct ChebyshevSeries {
     /// c_kl in row k, column l.
     c: DMatrix<f64>,
 }
 
 /// Interpolation through fixed points of the square.
 #[derive(Debug, Clone)]
-pub struct Interpolation {
+pub(crate) struct Interpolation {
     inverse_s: DMatrix<f64>,
     inverse_t: DMatrix<f64>,
 }
 
 impl Interpolation {
     /// Through the points (s, t) of all `s` and `t`, which should be near [`points`]; `None` where two coincide.
-    pub fn new(s: &[f64], t: &[f64]) -> Option<Self> {
+    pub(crate) fn new(s: &[f64], t: &[f64]) -> Option<Self> {
         let inverse = |p: &[f64]| DMatrix::from_fn(p.len(), p.len(), |i, k| chebyshev(k, p[i])).try_inverse();
         Some(Self { inverse_s: inverse(s)?, inverse_t: inverse(t)? })
     }
 
     /// The series that has `value(i, j)` at (s_i, t_j).
-    pub fn series(&self, value: impl FnMut(usize, usize) -> f64) -> ChebyshevSeries {
+    pub(crate) fn series(&self, value: impl FnMut(usize, usize) -> f64) -> ChebyshevSeries {
         let values = DMatrix::from_fn(self.inverse_s.ncols(), self.inverse_t.ncols(), value);
         ChebyshevSeries { c: &self.inverse_s * values * self.inverse_t.transpose() }
     }
@@ -53,19 +53,19 @@ fn chebyshev(k: usize, x: f64) -> f64 {
 impl ChebyshevSeries {
     /// The sum of the magnitudes of all coefficients of a degree above `s` in the first or above `t` in the second
     /// variable: what leaving them out changes nowhere by more.
-    pub fn beyond(&self, s: usize, t: usize) -> f64 {
+    pub(crate) fn beyond(&self, s: usize, t: usize) -> f64 {
         let (m, n) = self.c.shape();
         (0..m).flat_map(|k| (0..n).map(move |l| (k, l))).filter(|&(k, l)| k > s || l > t).map(|p| self.c[p].abs()).sum()
     }
 
     /// Degrees in the two variables.
-    pub fn degrees(&self) -> [usize; 2] {
+    pub(crate) fn degrees(&self) -> [usize; 2] {
         [self.c.nrows() - 1, self.c.ncols() - 1]
     }
 
     /// Bounds over the square of the magnitudes of the derivatives of orders (`s`, `t`), each up to 3: the sum of those
     /// of the terms, for |T_k'| <= k^2, |T_k''| <= k^2 (k^2 - 1)/3 and |T_k'''| <= k^2 (k^2 - 1)(k^2 - 4)/15.
-    pub fn bound(&self, s: usize, t: usize) -> f64 {
+    pub(crate) fn bound(&self, s: usize, t: usize) -> f64 {
         let most = |k: usize, order: usize| {
             let q = (k * k) as f64;
             [1.0, q, q * (q - 1.0) / 3.0, q * (q - 1.0) * (q - 4.0) / 15.0][order]
@@ -76,7 +76,7 @@ impl ChebyshevSeries {
     }
 
     /// The coefficients of s^k t^l, `[k][l]`, cut to the degrees `s` and `t`.
-    pub fn powers(&self, s: usize, t: usize) -> Vec<Vec<f64>> {
+    pub(crate) fn powers(&self, s: usize, t: usize) -> Vec<Vec<f64>> {
         let (to_s, to_t) = (power_table(s), power_table(t));
         let cut = self.c.view((0, 0), (s + 1, t + 1));
         let powers = to_s.transpose() * cut * to_t;

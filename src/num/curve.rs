@@ -3,7 +3,7 @@
 use super::chebyshev::points;
 
 /// Most coefficients of a series: degree 64.
-pub const MAX_COEFFICIENTS: usize = 65;
+pub(crate) const MAX_COEFFICIENTS: usize = 65;
 
 /// f(s) = sum over k of c_k T_k(x), x = (s - middle)/half, over |x| <= 1.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,16 +94,18 @@ impl ChebyshevCurve {
         self.c.iter().skip(1).map(|c| c.abs()).sum()
     }
 
-    /// A bound of the magnitude of the derivative of order `order`, 1 or 2, over the interval: that of T_k is k^2, or
-    /// k^2 (k^2 - 1)/3.
-    pub fn steepest(&self, order: usize) -> f64 {
+    /// Bounds of df/ds over the interval: that of T_1 is 1, and |d T_k/dx| is k^2 at most.
+    pub fn slopes(&self) -> [f64; 2] {
+        let even = self.c.get(1).copied().unwrap_or(0.0);
+        let beside: f64 = self.c.iter().enumerate().skip(2).map(|(k, c)| c.abs() * (k * k) as f64).sum();
+        [even - beside, even + beside].map(|slope| slope * self.inverse_half)
+    }
+
+    /// A bound of the magnitude of the second derivative over the interval: that of T_k is k^2 (k^2 - 1)/3 at most.
+    pub fn sharpest_bend(&self) -> f64 {
         let most = |k: usize| {
             let square = (k * k) as f64;
-            if order == 1 {
-                square * self.inverse_half
-            } else {
-                square * (square - 1.0) / 3.0 * self.inverse_half * self.inverse_half
-            }
+            square * (square - 1.0) / 3.0 * self.inverse_half * self.inverse_half
         };
         self.c.iter().enumerate().map(|(k, c)| c.abs() * most(k)).sum()
     }
@@ -150,11 +152,12 @@ mod tests {
         for k in 0..=50 {
             let [f, df, ddf] = curve.jet(-1.0 + 0.1 * f64::from(k));
             assert!((f - first).abs() <= curve.departure());
-            assert!(df.abs() <= curve.steepest(1) && ddf.abs() <= curve.steepest(2));
+            let [low, high] = curve.slopes();
+            assert!((low..=high).contains(&df) && ddf.abs() <= curve.sharpest_bend());
         }
-        // T_k' is k^2 at an end: the bound is reached there by a series of one term.
-        let one = ChebyshevCurve::new([-1.0, 1.0], vec![0.0, 0.0, 0.0, 2.0]);
-        assert!((one.jet(1.0)[1] - one.steepest(1)).abs() < 1e-12);
-        assert!((one.jet(1.0)[2] - one.steepest(2)).abs() < 1e-12);
+        // T_k' is k^2 at an end: the bound is reached there by a series of one term besides a straight line.
+        let one = ChebyshevCurve::new([-1.0, 1.0], vec![0.0, 5.0, 0.0, 2.0]);
+        assert!((one.jet(1.0)[1] - one.slopes()[1]).abs() < 1e-12);
+        assert!((one.jet(1.0)[2] - one.sharpest_bend()).abs() < 1e-12);
     }
 }

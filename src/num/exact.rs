@@ -4,7 +4,7 @@
 /// extending the available precision"). Without a fused multiply-add, it has the same bits on every machine. Valid while
 /// nothing overflows or underflows.
 #[inline]
-pub fn two_product(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn two_product(a: f64, b: f64) -> (f64, f64) {
     let p = a * b;
     let (ah, al) = split(a);
     let (bh, bl) = split(b);
@@ -13,7 +13,7 @@ pub fn two_product(a: f64, b: f64) -> (f64, f64) {
 
 /// a + b as its rounded value and the rounding error: their sum is exact (Knuth, TAOCP 2, 4.2.2).
 #[inline]
-pub fn two_sum(a: f64, b: f64) -> (f64, f64) {
+pub(crate) fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let s = a + b;
     let from_b = s - a;
     (s, (a - (s - from_b)) + (b - from_b))

@@ -30,7 +30,7 @@ pub trait Merit {
 
 /// When a search ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Patience {
+pub(crate) struct Patience {
     /// Steps, at most.
     pub steps: usize,
     /// The share of the merit that a step must gain for the search to go on.
@@ -39,7 +39,7 @@ pub struct Patience {
 
 /// Where a search ended.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Valley {
+pub(crate) struct Valley {
     /// The unknowns.
     pub x: DVector<f64>,
     /// Square root of the sum of squares of the residuals.
@@ -94,7 +94,7 @@ fn solved(damped: &nalgebra::linalg::QR<f64, nalgebra::Dyn, nalgebra::Dyn>, proj
 }
 
 /// Descends from `start`; `None` where the merit makes no sense there.
-pub fn descend(merit: &impl Merit, start: DVector<f64>, patience: Patience) -> Option<Valley> {
+pub(crate) fn descend(merit: &impl Merit, start: DVector<f64>, patience: Patience) -> Option<Valley> {
     let finite = |r: &DVector<f64>| r.iter().all(|v| v.is_finite());
     let (mut x, mut damping, mut poor, mut steps) = (start, FIRST_DAMPING, 0, 0);
     let (mut residuals, jacobian) = merit.jacobian(&x).filter(|(r, _)| finite(r))?;

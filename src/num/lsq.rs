@@ -15,7 +15,7 @@ const LARGEST_DAMPING: f64 = 1e15;
 
 /// When a search ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SearchSettings {
+pub(crate) struct SearchSettings {
     /// Done when the undamped step would change the residuals by less than this (root mean square, unit of a residual).
     pub tolerance: f64,
     /// Steps tried, accepted or not, before giving up.
@@ -31,7 +31,7 @@ impl Default for SearchSettings {
 
 /// The end of a search.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Minimum<S> {
+pub(crate) struct Minimum<S> {
     /// The state of least squares.
     pub state: S,
     /// Residuals there.
@@ -104,7 +104,7 @@ pub fn linear(a: &DMatrix<f64>, b: &DMatrix<f64>) -> Result<DMatrix<f64>, Failur
 /// # Errors
 /// See [`Failure`]. A minimum on which the data leave some direction free is [`Failure::Singular`], however small its
 /// residuals.
-pub fn levenberg_marquardt<S>(
+pub(crate) fn levenberg_marquardt<S>(
     start: S,
     settings: SearchSettings,
     evaluate: impl Fn(&S) -> Option<(DVector<f64>, DMatrix<f64>)>,

@@ -99,7 +99,7 @@ impl Poly2 {
     }
 
     /// (1/sx, 1/sy)
-    pub fn inverse_scale(&self) -> [f64; 2] {
+    pub(crate) fn inverse_scale(&self) -> [f64; 2] {
         self.inverse_scale
     }
 

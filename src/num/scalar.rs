@@ -58,7 +58,7 @@ pub struct Dual<const K: usize> {
 
 impl<const K: usize> Dual<K> {
     /// The variable `k` itself, at `value`.
-    pub fn variable(value: f64, k: usize) -> Self {
+    pub(crate) fn variable(value: f64, k: usize) -> Self {
         let mut by = [0.0; K];
         by[k] = 1.0;
         Self { value, by }

@@ -163,7 +163,7 @@ impl Lanes {
 
     /// The numbers with their signs turned where `mask`.
     #[inline(always)]
-    pub fn negated_where(mut self, mask: Mask) -> Self {
+    pub(crate) fn negated_where(mut self, mask: Mask) -> Self {
         for i in 0..LANES {
             self.0[i] = f64::from_bits(self.0[i].to_bits() ^ (mask.0[i] & (1 << 63)));
         }
@@ -187,7 +187,7 @@ impl Lanes {
 
     /// Where self < other; false for NaN.
     #[inline(always)]
-    pub fn lt(self, other: Self) -> Mask {
+    pub(crate) fn lt(self, other: Self) -> Mask {
         self.compare(other, |a, b| a < b)
     }
 

@@ -40,7 +40,7 @@ pub fn normal_beyond(probability: f64) -> f64 {
 
 /// The number that Student's t of `freedom` degrees exceeds as seldom as a standard normal one exceeds `z` (M.
 /// Abramowitz, I. Stegun, Handbook of Mathematical Functions, 26.7.5, to the third term).
-pub fn student_beyond(z: f64, freedom: f64) -> f64 {
+pub(crate) fn student_beyond(z: f64, freedom: f64) -> f64 {
     let s = z * z;
     let terms =
         [(s + 1.0) / 4.0, ((5.0 * s + 16.0) * s + 3.0) / 96.0, (((3.0 * s + 19.0) * s + 17.0) * s - 15.0) / 384.0];

@@ -31,7 +31,7 @@ pub fn nodes(degree: usize) -> Vec<DiscNode> {
 
 /// A function over the unit disc, as sum over n, m of polynomials up to a degree.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ZernikeSeries {
+pub(crate) struct ZernikeSeries {
     /// For each m, by rising n.
     orders: Vec<Vec<(RadialStep, Amplitudes)>>,
 }
@@ -42,7 +42,7 @@ type Amplitudes = DVec2;
 impl ZernikeSeries {
     /// The series of `degree` that is nearest, in the mean square over the disc, to the function with these values at
     /// [`nodes`]`(degree)`.
-    pub fn new(degree: usize, values: &[f64]) -> Self {
+    pub(crate) fn new(degree: usize, values: &[f64]) -> Self {
         let mut orders: Vec<Vec<(RadialStep, Amplitudes)>> =
             (0..=degree).map(|m| radial_steps(degree, m).map(|step| (step, DVec2::ZERO)).collect()).collect();
         for (node, value) in nodes(degree).iter().zip(values) {
@@ -59,7 +59,7 @@ impl ZernikeSeries {
     }
 
     /// Its value at a point.
-    pub fn at(&self, point: DVec2) -> f64 {
+    pub(crate) fn at(&self, point: DVec2) -> f64 {
         let (mut sum, mut power) = (0.0, DVec2::X);
         for order in &self.orders {
             let (mut radial, mut of_order) = (Radial::new(point), DVec2::ZERO);

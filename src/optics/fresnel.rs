@@ -193,7 +193,7 @@ impl Layer {
 
 /// The share of the light that is left after `length_mm` of a medium of absorption coefficient `per_mm`: Beer and
 /// Lambert's law.
-pub fn left_after(per_mm: f64, length_mm: f64) -> f64 {
+pub(crate) fn left_after(per_mm: f64, length_mm: f64) -> f64 {
     libm::exp(-per_mm * length_mm)
 }
 

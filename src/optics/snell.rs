@@ -54,7 +54,7 @@ pub fn refract(incoming: DVec3, normal: DVec3, eta: f64) -> Option<Refracted> {
 /// The tilt alpha of a facet, in rad, behind which light at `delta_rad` to the axis goes along it, in glass of
 /// `index_ratio` k to its surroundings: Snell's law k sin(alpha) = sin(alpha + delta), solved for alpha. `None` unless
 /// k cos(delta) > 1: at 1 the light grazes the facet, and below it would meet it from inside.
-pub fn straightening_facet_rad(index_ratio: f64, delta_rad: f64) -> Option<f64> {
+pub(crate) fn straightening_facet_rad(index_ratio: f64, delta_rad: f64) -> Option<f64> {
     let (sin, cos) = libm::sincos(delta_rad);
     (index_ratio.is_finite() && index_ratio * cos > 1.0).then(|| libm::atan2(sin, index_ratio - cos))
 }

@@ -136,7 +136,7 @@ fn signed(number: &str) -> String {
 }
 
 /// A power in words: ⁻¹².
-pub fn superscript(exponent: i32) -> String {
+pub(crate) fn superscript(exponent: i32) -> String {
     let raised = |c| match c {
         '-' => '⁻',
         digit => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize - '0' as usize],
@@ -152,13 +152,13 @@ fn decade(value: f64) -> i32 {
 }
 
 /// The largest of 1, 2 or 5 times a power of ten that is not above `value`, which is positive.
-pub fn round_below(value: f64) -> f64 {
+pub(crate) fn round_below(value: f64) -> f64 {
     let steps = [5, 2, 1].map(|mantissa| Round { mantissa, exponent: decade(value) }.value());
     steps.into_iter().find(|s| *s <= value).unwrap_or(value)
 }
 
 /// A number with so many significant digits: 0.0123, 1.20, 1234, 1.20×10⁻⁷; a dash for what is no number.
-pub fn significant(value: f64, digits: usize) -> String {
+pub(crate) fn significant(value: f64, digits: usize) -> String {
     let digits = digits.clamp(1, 17);
     if value == 0.0 {
         return "0".to_owned();

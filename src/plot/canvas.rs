@@ -12,7 +12,7 @@ use glam::DVec2;
 use tiny_skia::{Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, StrokeDash, Transform};
 
 /// Draws the figure on white paper.
-pub fn paint(drawing: &Drawing) -> Pixmap {
+pub(crate) fn paint(drawing: &Drawing) -> Pixmap {
     let mut pixmap = Pixmap::new(drawing.width_px(), drawing.height_px()).expect("a drawing's sides are bounded");
     pixmap.fill(Color::WHITE);
     for item in drawing.items() {

@@ -10,7 +10,7 @@ pub const INK: Rgb = [26, 26, 26];
 /// Text and lines of second rank.
 pub const GREY: Rgb = [100, 100, 100];
 /// Grid lines and frames.
-pub const PALE: Rgb = [218, 218, 218];
+pub(crate) const PALE: Rgb = [218, 218, 218];
 /// What has no value.
 pub const MISSING: Rgb = [235, 235, 235];
 /// What a reader shall find first: vermilion, which no colour-blind reader takes for [`INK`] or blue.
@@ -18,7 +18,7 @@ pub const ACCENT: Rgb = [213, 94, 0];
 
 /// Colours of series in a chart, most distinct first: the palette of Okabe and Ito (2008), without its yellow, which
 /// is too pale on white; then brown, grey, violet and olive.
-pub const SERIES: [Rgb; 11] = [
+pub(crate) const SERIES: [Rgb; 11] = [
     [0, 114, 178],
     ACCENT,
     [0, 158, 115],

@@ -30,7 +30,7 @@ impl Stroke {
     }
 
     /// A dashed line.
-    pub const fn dashed(colour: Rgb, width_px: f64, dash_px: [f64; 2]) -> Self {
+    pub(crate) const fn dashed(colour: Rgb, width_px: f64, dash_px: [f64; 2]) -> Self {
         Self { colour, width_px, dash_px: Some(dash_px) }
     }
 }
@@ -93,7 +93,7 @@ impl Drawing {
 
     /// The same shapes on a sheet of another height, held within 1..=[`LARGEST_SIDE_PX`].
     #[must_use]
-    pub fn with_height(self, height_px: u32) -> Self {
+    pub(crate) fn with_height(self, height_px: u32) -> Self {
         Self { items: self.items, ..Self::new(self.width_px, height_px) }
     }
 
@@ -128,7 +128,7 @@ impl Drawing {
     }
 
     /// Adds all that is on another sheet, its upper left corner at `at`.
-    pub fn embed(&mut self, other: &Self, at: DVec2) {
+    pub(crate) fn embed(&mut self, other: &Self, at: DVec2) {
         let rect = |r: &Rect| Rect { min: r.min + at, max: r.max + at };
         let points = |points: &[DVec2]| points.iter().map(|p| *p + at).collect();
         self.items.extend(other.items.iter().map(|item| match item {
@@ -142,7 +142,7 @@ impl Drawing {
     }
 
     /// Adds the part of the line through `points` that lies within `clip`.
-    pub fn line_within(&mut self, clip: &Rect, points: &[DVec2], stroke: Stroke) {
+    pub(crate) fn line_within(&mut self, clip: &Rect, points: &[DVec2], stroke: Stroke) {
         for part in clipped(clip, points) {
             self.push(Item::Line(part, stroke));
         }

@@ -17,7 +17,7 @@ const CHART_SHAPE: DVec2 = DVec2::new(3.0, 2.0);
 
 /// An error at a place of the image.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Arrow {
+pub(crate) struct Arrow {
     /// The place, in the unit of the axes.
     pub at: DVec2,
     /// The error, in the unit of the axes.
@@ -26,7 +26,7 @@ pub struct Arrow {
 
 /// The errors of one design.
 #[derive(Debug, Clone, PartialEq)]
-pub struct QuiverPanel {
+pub(crate) struct QuiverPanel {
     /// Name: "flat prism".
     pub name: String,
     /// The errors.
@@ -37,7 +37,7 @@ pub struct QuiverPanel {
 
 /// Error vectors over the image, one panel beside the other, with one colour scale.
 #[derive(Debug, Clone, PartialEq)]
-pub struct QuiverInput {
+pub(crate) struct QuiverInput {
     /// Heading.
     pub title: String,
     /// The area shown, in the unit of the axes, y down; the same in each panel.
@@ -52,7 +52,7 @@ pub struct QuiverInput {
 
 /// What a heat map lies over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HeatMapPlane {
+pub(crate) enum HeatMapPlane {
     /// A plane with one unit, y down: an image or a surface.
     Image,
     /// Two quantities, each with a unit of its own, y up.
@@ -61,7 +61,7 @@ pub enum HeatMapPlane {
 
 /// Values over a plane as colours.
 #[derive(Debug, Clone)]
-pub struct HeatMapInput<'a> {
+pub(crate) struct HeatMapInput<'a> {
     /// Heading.
     pub title: String,
     /// The values, row by row from the smallest y; NaN where there is none.
@@ -81,7 +81,7 @@ pub struct HeatMapInput<'a> {
 }
 
 /// Lays the error vectors out. Arrows that are not numbers or lie outside the area are left out and counted.
-pub fn draw_quiver(input: &QuiverInput) -> Drawing {
+pub(crate) fn draw_quiver(input: &QuiverInput) -> Drawing {
     let panels = &input.panels[..input.panels.len().min(4)];
     let width_px = input.width_px.clamp(400, 4000);
     let columns = panels.len().max(1);
@@ -107,7 +107,7 @@ pub fn draw_quiver(input: &QuiverInput) -> Drawing {
 }
 
 /// Lays the heat map out. Values that are not numbers are left pale and counted.
-pub fn draw_heat_map(input: &HeatMapInput) -> Drawing {
+pub(crate) fn draw_heat_map(input: &HeatMapInput) -> Drawing {
     let width_px = input.width_px.clamp(400, 4000);
     let em = f64::from(width_px) / 55.0;
     let mut page = Page::new(width_px, em, &input.title);

@@ -7,7 +7,7 @@ use crate::raster::Raster;
 ///
 /// Values that are not finite are left out of the mean; where nothing is left, the result is NaN. Averaging belongs
 /// before any gamma: the values are linear.
-pub fn area_averaged(picture: &Raster<f32>, width: usize, height: usize) -> Raster<f32> {
+pub(crate) fn area_averaged(picture: &Raster<f32>, width: usize, height: usize) -> Raster<f32> {
     let columns = spans(picture.width(), width);
     let rows = spans(picture.height(), height);
     let mean = |row: &Span, column: &Span| {

@@ -8,13 +8,13 @@ use glam::DVec2;
 use tiny_skia::{Path, PathBuilder};
 
 /// Height of a capital letter over the baseline, in em.
-pub const CAP_HEIGHT: f64 = 0.729;
+pub(crate) const CAP_HEIGHT: f64 = 0.729;
 /// What every glyph keeps within, above and below the baseline, in em (accented capitals, descenders).
 pub const ASCENT: f64 = 0.95;
 /// See [`ASCENT`].
-pub const DESCENT: f64 = 0.24;
+pub(crate) const DESCENT: f64 = 0.24;
 /// Distance between the baselines of two lines, in em.
-pub const LINE_HEIGHT: f64 = 1.35;
+pub(crate) const LINE_HEIGHT: f64 = 1.35;
 /// Width of the box that stands for a character without a glyph, in em.
 const BOX_WIDTH: f64 = 0.6;
 
@@ -95,7 +95,7 @@ pub fn outline(text: &str, font: Font, at: DVec2, align: Align, direction: Direc
 }
 
 /// The text, or as much of it as fits into `room_px`, then an ellipsis; empty when not even that fits.
-pub fn shortened(text: &str, font: Font, room_px: f64) -> String {
+pub(crate) fn shortened(text: &str, font: Font, room_px: f64) -> String {
     if width(text, font) <= room_px {
         return text.to_owned();
     }
@@ -113,7 +113,7 @@ pub fn shortened(text: &str, font: Font, room_px: f64) -> String {
 
 /// The text broken at spaces into lines of at most `room_px`, at most `lines` of them; what does not fit is cut off
 /// with an ellipsis.
-pub fn wrapped(text: &str, font: Font, room_px: f64, lines: usize) -> Vec<String> {
+pub(crate) fn wrapped(text: &str, font: Font, room_px: f64, lines: usize) -> Vec<String> {
     let mut broken: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match broken.last_mut() {

@@ -15,12 +15,12 @@ const MAX_STEPS: usize = 6;
 
 /// A [`RevolvedSurface`] for packets.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PackedRevolved {
+pub(crate) struct PackedRevolved {
     profile: ChebyshevCurve,
     point_mm: DVec3,
     frame: DMat3,
     azimuth: [f64; 3],
-    steepest: f64,
+    slopes: [f64; 2],
     radii: [f64; 2],
     tangent: [f64; 2],
     mirrored: bool,
@@ -28,13 +28,13 @@ pub struct PackedRevolved {
 
 impl PackedRevolved {
     /// The surface `part`.
-    pub fn new(part: &RevolvedSurface) -> Self {
+    pub(crate) fn new(part: &RevolvedSurface) -> Self {
         Self {
             profile: part.patch().profile.clone(),
             point_mm: part.patch().point_mm,
             frame: *part.frame(),
             azimuth: part.azimuth(),
-            steepest: part.steepest(),
+            slopes: part.slopes(),
             radii: part.radii(),
             tangent: part.tangent(),
             mirrored: part.is_mirrored(),
@@ -87,7 +87,9 @@ impl PacketSurface for PackedRevolved {
         // Step by Newton's method until every lane is done or needs care.
         let (mut t_mm, mut slope_met, mut y_met, mut z_met) = (t, t, t, t);
         let mut inside = Mask::splat(false);
-        let mut care = !(Lanes::splat(self.steepest) * d.x.abs()).lt(cos * d.y.abs() - sin * d.z.abs());
+        let outward = d.x.negated_where(d.y.lt(zero));
+        let [one, other] = self.slopes.map(|slope| Lanes::splat(slope) * outward);
+        let mut care = !one.max(other).lt(cos * d.y.abs() - sin * d.z.abs());
         let mut done = care;
         let mut previous = Lanes::splat(f64::INFINITY);
         for _ in 0..MAX_STEPS {

@@ -286,6 +286,8 @@ pub struct PackedBiprism<S> {
 pub struct Passed {
     /// In the world.
     pub rays: Rays,
+    /// The rays in the glass, in the world; without glass the same.
+    pub inside: Rays,
     /// Where they passed the right side.
     pub right: Mask,
     /// Lanes that did pass; nothing is said of the others.
@@ -302,7 +304,7 @@ pub trait Glass {
 impl Glass for () {
     #[inline(always)]
     fn pass(&self, rays: &Rays, _: f64) -> Passed {
-        Passed { rays: *rays, right: Lanes::splat(0.0).le(rays.direction.x), sure: Mask::splat(true) }
+        Passed { rays: *rays, inside: *rays, right: Lanes::splat(0.0).le(rays.direction.x), sure: Mask::splat(true) }
     }
 }
 
@@ -324,12 +326,13 @@ impl<S: PacketSurface> Glass for PackedBiprism<S> {
         } else {
             Mask::splat(true)
         };
-        let rays = match &self.poses {
-            None => out,
-            Some([world_from_prism, _]) => out.moved(world_from_prism),
+        let in_world = |rays: Rays| match &self.poses {
+            None => rays,
+            Some([world_from_prism, _]) => rays.moved(world_from_prism),
         };
         Passed {
-            rays,
+            rays: in_world(out),
+            inside: in_world(inside),
             right: Mask::splat(side == Side::Right),
             sure: front.met & in_glass & back.met & left_glass & own_half,
         }

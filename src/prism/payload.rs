@@ -162,7 +162,7 @@ impl Payload for Path {
 
 /// The facets of front and back, in the order of a ray's way through them, and the pieces of these; 0 of surfaces that are one.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct PartsPassed {
+pub(crate) struct PartsPassed {
     /// Of the first and the second surface, between which the way may jump.
     pub facets: [u32; 2],
     /// The same between which it may have a kink.
@@ -187,13 +187,13 @@ impl Payload for PartsPassed {
 /// The two refractions of a way through a prism; in the prism's frame on the way, in the world once the ray has left or
 /// ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Refractions {
+pub(crate) struct Refractions {
     crossings: [Option<Refraction>; 2],
 }
 
 impl Refractions {
     /// The crossings, from the camera on; none where the ray met no glass or ended in it.
-    pub fn crossings(&self) -> Option<[Refraction; 2]> {
+    pub(crate) fn crossings(&self) -> Option<[Refraction; 2]> {
         let [first, second] = self.crossings;
         first.zip(second).map(|(a, b)| [a, b])
     }

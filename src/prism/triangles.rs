@@ -18,7 +18,7 @@ pub struct BehindTriangle {
 
 /// The triangles that light passes; 0 of a surface that is no mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TrianglePair {
+pub(crate) struct TrianglePair {
     /// The side of the prism.
     pub side: Side,
     /// Numbers of triangles of the front and of the back.

@@ -8,6 +8,7 @@ use super::film::{AccuracyReport, Counts, Film, Outputs};
 use super::ghosts;
 use super::ground_truth::ground_truth;
 use super::plan::{BAND_ROWS, Plan};
+use super::sums::Sums;
 use super::work::Work;
 use crate::effect::quadrature::LEAST_REPLICATES;
 use crate::effect::{Variant, Variants};
@@ -193,56 +194,6 @@ fn sum(
 
 /// What became of a picture that was added: its operations, and its accuracy.
 type Done = (Counts, AccuracyReport);
-
-/// Weighted sums over a band of rows.
-struct Sums<'a> {
-    first_row: usize,
-    width: usize,
-    grey: &'a mut [f64],
-    colour: Option<&'a mut [[f64; 3]]>,
-}
-
-impl<'a> Sums<'a> {
-    /// The bands of a picture.
-    fn bands(grey: &'a mut Raster<f64>, colour: &'a mut Option<Raster<[f64; 3]>>) -> Vec<Self> {
-        let width = grey.width();
-        let size = width * BAND_ROWS;
-        let mut colours = colour.iter_mut().flat_map(|colour| colour.data_mut().chunks_mut(size));
-        let bands = grey.data_mut().chunks_mut(size).enumerate();
-        bands.map(|(k, grey)| Self { first_row: k * BAND_ROWS, width, grey, colour: colours.next() }).collect()
-    }
-
-    /// Adds the radiances of a variant by its weights, in the columns from `first` on.
-    fn add(&mut self, variant: &Variant, values: &[f32], first: usize) {
-        let values = || values.chunks(self.width).map(|row| &row[first..]);
-        for (sums, values) in self.grey.chunks_mut(self.width).zip(values()) {
-            sums[first..].iter_mut().zip(values).for_each(|(sum, value)| *sum += variant.grey * f64::from(*value));
-        }
-        if let (Some(colour), Some(shares)) = (&mut self.colour, variant.colour) {
-            for (sums, values) in colour.chunks_mut(self.width).zip(values()) {
-                sums[first..].iter_mut().zip(values).for_each(|(sums, value)| {
-                    sums.iter_mut().zip(shares).for_each(|(sum, share)| *sum += share * f64::from(*value));
-                });
-            }
-        }
-    }
-
-    /// Makes the left half the mirror image of the right one.
-    fn mirror(&mut self) {
-        mirror_rows(self.grey, self.width);
-        if let Some(colour) = &mut self.colour {
-            mirror_rows(colour, self.width);
-        }
-    }
-}
-
-/// Makes the left half of each row the mirror image of its right one.
-fn mirror_rows<T: Copy>(rows: &mut [T], width: usize) {
-    for row in rows.chunks_mut(width) {
-        let (left, right) = row.split_at_mut(width / 2);
-        left.iter_mut().zip(right.iter().rev()).for_each(|(to, from)| *to = *from);
-    }
-}
 
 /// Adds the pictures of these plans, which are those of `variants`, to the bands.
 fn band_by_band(plans: &[Plan], variants: &[Variant], bands: &mut [Sums], observer: &dyn Observer) -> Vec<Done> {

@@ -1,10 +1,11 @@
-//! The centre tracer: traces the centre rays of a run of pixels to the board, by packets where the glass allows.
+//! The centre tracer: traces the centre rays of a run of pixels, or those of any places, to the board, by packets where the glass allows.
 
 use super::film::Class;
+use crate::geom::Ray;
 use crate::num::poly2::Poly2;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use crate::prism::packed_revolved::PackedRevolved;
-use crate::prism::packet::{Glass, PackedBiprism, PackedPolynomial, Plane, Polynomial, Table};
+use crate::prism::packet::{Glass, PackedBiprism, PackedPolynomial, Passed, Plane, Polynomial, Table};
 use crate::surface::shape::{PolynomialSurface, Surface};
 use crate::system::{BoardHit, Prism, Side, System};
 use glam::DVec2;
@@ -54,22 +55,111 @@ impl<'a> CentreTracer<'a> {
 
     /// What `start` and the positions to its right see, one px apart, for as many as `out` holds.
     pub(super) fn trace(&self, start: DVec2, out: Run<'_>) {
+        self.trace_places(Places::Row(start), out, None);
+    }
+
+    /// What places see, in mm, which all are to see by one class, and how many of them were traced; `None` where one does not.
+    pub(super) fn of_class(&self, class: Class, places: &[DVec2]) -> (Option<Vec<DVec2>>, u64) {
+        let mut seen_mm = Vec::with_capacity(places.len());
+        for few in places.chunks(LANES) {
+            let (mut x_mm, mut y_mm, mut own) = ([0.0; LANES], [0.0; LANES], [class; LANES]);
+            let n = few.len();
+            let out = Run { x_mm: &mut x_mm[..n], y_mm: &mut y_mm[..n], class: &mut own[..n] };
+            self.trace_places(Places::Any(few), out, None);
+            if let Some(k) = own[..n].iter().position(|own| *own != class) {
+                return (None, (seen_mm.len() + k + 1) as u64);
+            }
+            seen_mm.extend((0..n).map(|k| DVec2::new(x_mm[k], y_mm[k])));
+        }
+        (Some(seen_mm), places.len() as u64)
+    }
+
+    /// The instrument.
+    pub(super) fn system(&self) -> &'a System {
+        self.system
+    }
+
+    /// What places see, and the last packet of their ways through glass.
+    fn trace_places(&self, places: Places<'_>, out: Run<'_>, way: Option<&mut Option<Passed>>) {
         let system = self.system;
         match &self.layout {
             GlassLayout::Scalar => {
                 for i in 0..out.class.len() {
-                    let (board_mm, class) = trace_scalar(system, start + DVec2::new(i as f64, 0.0));
+                    let (board_mm, class) = trace_scalar(system, places.at(i));
                     (out.x_mm[i], out.y_mm[i], out.class[i]) = (board_mm.x, board_mm.y, class);
                 }
             }
-            GlassLayout::Nothing => widest(RowTrace { system, glass: &(), start, out }),
-            GlassLayout::Planes(glass) => widest(RowTrace { system, glass, start, out }),
-            GlassLayout::Even5(glass) => widest(RowTrace { system, glass, start, out }),
-            GlassLayout::Even8(glass) => widest(RowTrace { system, glass, start, out }),
-            GlassLayout::Full5(glass) => widest(RowTrace { system, glass, start, out }),
-            GlassLayout::AnyDegree(glass) => widest(RowTrace { system, glass, start, out }),
-            GlassLayout::Revolved(glass) => widest(RowTrace { system, glass, start, out }),
+            GlassLayout::Nothing => widest(PlacesTrace { system, glass: &(), places, out, way: None }),
+            GlassLayout::Planes(glass) => widest(PlacesTrace { system, glass, places, out, way }),
+            GlassLayout::Even5(glass) => widest(PlacesTrace { system, glass, places, out, way }),
+            GlassLayout::Even8(glass) => widest(PlacesTrace { system, glass, places, out, way }),
+            GlassLayout::Full5(glass) => widest(PlacesTrace { system, glass, places, out, way }),
+            GlassLayout::AnyDegree(glass) => widest(PlacesTrace { system, glass, places, out, way }),
+            GlassLayout::Revolved(glass) => widest(PlacesTrace { system, glass, places, out, way }),
         }
+    }
+}
+
+/// Places that are traced.
+#[derive(Clone, Copy)]
+enum Places<'a> {
+    /// From this one on to the right, one px apart.
+    Row(DVec2),
+    /// These, of which the last stands for those beyond.
+    Any(&'a [DVec2]),
+}
+
+impl Places<'_> {
+    #[inline(always)]
+    fn at(&self, i: usize) -> DVec2 {
+        match self {
+            Self::Row(start) => DVec2::new(start.x + i as f64, start.y),
+            Self::Any(places) => places[i.min(places.len() - 1)],
+        }
+    }
+
+    /// A packet from number `first` on.
+    #[inline(always)]
+    fn packet(&self, first: usize) -> [Lanes; 2] {
+        match self {
+            Self::Row(start) => [Lanes::of(|k| start.x + (first + k) as f64), Lanes::splat(start.y)],
+            Self::Any(_) => [Lanes::of(|k| self.at(first + k).x), Lanes::of(|k| self.at(first + k).y)],
+        }
+    }
+}
+
+/// The way of a ray through the glass to the board.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WayToBoard {
+    /// The ray in the glass, from where it met the front, in the world.
+    pub inside: Ray,
+    /// The ray behind the glass, from where it left the back, in the world.
+    pub behind: Ray,
+    /// Where it meets the plane of the board.
+    pub hit: BoardHit,
+}
+
+/// Traces ways through the glass by packets, with the bits of [`System::path`] and [`System::trace`].
+#[derive(Debug)]
+pub struct WayTracer<'a>(CentreTracer<'a>);
+
+impl<'a> WayTracer<'a> {
+    /// Through the glass of `system`.
+    pub fn new(system: &'a System) -> Self {
+        Self(CentreTracer::new(system, true))
+    }
+
+    /// The ways of the rays of as many places as there are lanes; `None` of each of which single rays are to tell.
+    pub fn trace(&self, places: &[DVec2; LANES]) -> [Option<WayToBoard>; LANES] {
+        let (mut x_mm, mut y_mm, mut class) = ([0.0; LANES], [0.0; LANES], [Class::Missed; LANES]);
+        let mut way = None;
+        let out = Run { x_mm: &mut x_mm, y_mm: &mut y_mm, class: &mut class };
+        self.0.trace_places(Places::Any(places), out, Some(&mut way));
+        let Some(Passed { rays, inside, sure, .. }) = way else { return [None; LANES] };
+        std::array::from_fn(|k| {
+            let hit = BoardHit { board_mm: DVec2::new(x_mm[k], y_mm[k]), side: class[k].side()? };
+            (sure.0[k] != 0).then(|| WayToBoard { inside: inside.lane(k), behind: rays.lane(k), hit })
+        })
     }
 }
 
@@ -117,31 +207,35 @@ pub(super) fn trace_scalar(system: &System, px: DVec2) -> (DVec2, Class) {
     }
 }
 
-struct RowTrace<'a, 'b, G> {
+struct PlacesTrace<'a, 'b, G> {
     system: &'a System,
     glass: &'a G,
-    start: DVec2,
+    places: Places<'a>,
     out: Run<'b>,
+    /// What becomes of the last packet, of which only those are sure that meet the board.
+    way: Option<&'b mut Option<Passed>>,
 }
 
-impl<G: Glass> Kernel for RowTrace<'_, '_, G> {
+impl<G: Glass> Kernel for PlacesTrace<'_, '_, G> {
     type Out = ();
 
     #[inline(always)]
     fn run(self) {
-        let Self { system, glass, start, out } = self;
+        let Self { system, glass, places, out, mut way } = self;
         // A copy, of which the compiler knows that no row written here changes its kind.
         let camera = system.camera();
         let residual_mm = system.accuracy().surface_residual_mm;
-        let y = Lanes::splat(start.y);
         let count = out.class.len();
 
         // Trace a packet of centre rays through the glass to the board.
         for first in (0..count).step_by(LANES) {
-            let x = Lanes::of(|k| start.x + (first + k) as f64);
+            let [x, y] = places.packet(first);
             let passed = glass.pass(&camera.rays([x, y]), residual_mm);
             let (seen, met) = system.board().intersect_all(&passed.rays);
             let sure = passed.sure & met;
+            if let Some(way) = &mut way {
+                **way = Some(Passed { sure, ..passed });
+            }
 
             // Store its board points and sides.
             let n = LANES.min(count - first);
@@ -159,7 +253,7 @@ impl<G: Glass> Kernel for RowTrace<'_, '_, G> {
             // Trace the rays again, one by one, whose packet could not decide their end.
             if !sure.all() {
                 for k in (0..n).filter(|&k| sure.0[k] == 0) {
-                    let (board_mm, class) = trace_scalar(system, DVec2::new(x.0[k], start.y));
+                    let (board_mm, class) = trace_scalar(system, DVec2::new(x.0[k], y.0[k]));
                     let i = first + k;
                     (out.x_mm[i], out.y_mm[i], out.class[i]) = (board_mm.x, board_mm.y, class);
                 }

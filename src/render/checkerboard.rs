@@ -44,6 +44,25 @@ pub struct Squares {
     pub inside: Mask,
 }
 
+/// Where the places of a packet lie along one axis.
+#[derive(Debug, Clone, Copy)]
+pub struct Along {
+    /// From the middle of the square, in squares: within +-0.5.
+    pub offset: Lanes,
+    /// The highest bit of each is set in squares whose number is odd.
+    pub odd: Mask,
+    /// Where nothing but squares lies within the reach.
+    pub inside: Mask,
+}
+
+impl Along {
+    /// Where no line of the pattern lies within `r`.
+    #[inline(always)]
+    pub fn off_lines(&self, r: Lanes) -> Mask {
+        self.inside & (self.offset.abs() + r).lt(Lanes::splat(0.5))
+    }
+}
+
 /// The square that holds a place.
 #[derive(Debug, Clone, Copy)]
 pub struct Square {
@@ -143,19 +162,34 @@ impl Checkerboard {
         })
     }
 
+    /// Where the places `c` lie along an axis, within `r` of which only squares are to lie.
+    #[inline(always)]
+    pub fn along(&self, axis: usize, c: Lanes, r: Lanes) -> Along {
+        let (shift, units) = (Lanes::splat(self.shift[axis]), Lanes::splat(UNITS));
+        let marked = (c + shift) + units;
+        Along {
+            offset: c - (marked - units - shift),
+            odd: Mask(marked.0.map(|m| m.to_bits() << 63)),
+            inside: (c.abs() + r).le(Lanes::splat(self.half[axis])),
+        }
+    }
+
+    /// The radiance of squares, given where their numbers along either axis are odd.
+    #[inline(always)]
+    pub fn of_squares(&self, [column, row]: [Mask; 2]) -> Lanes {
+        Lanes::splat(self.mean) + Lanes::splat(self.amplitude).negated_where(column).negated_where(row)
+    }
+
     /// The squares that hold the places `c`.
     #[inline(always)]
     pub fn squares(&self, c: [Lanes; 2], r: [Lanes; 2]) -> Squares {
-        let mut contrast = Lanes::splat(self.amplitude);
-        let (mut offset, mut inside) = (c, Mask::splat(true));
-        for axis in 0..2 {
-            let shift = Lanes::splat(self.shift[axis]);
-            let marked = (c[axis] + shift) + Lanes::splat(UNITS);
-            offset[axis] = c[axis] - (marked - Lanes::splat(UNITS) - shift);
-            contrast = contrast.negated_where(Mask(marked.0.map(|m| m.to_bits() << 63)));
-            inside = inside & (c[axis].abs() + r[axis]).le(Lanes::splat(self.half[axis]));
+        let [x, y] = [0, 1].map(|axis| self.along(axis, c[axis], r[axis]));
+        Squares {
+            offset: [x.offset, y.offset],
+            mean: Lanes::splat(self.mean),
+            contrast: Lanes::splat(self.amplitude).negated_where(x.odd).negated_where(y.odd),
+            inside: x.inside & y.inside,
         }
-        Squares { offset, mean: Lanes::splat(self.mean), contrast, inside }
     }
 
     /// The radiance at a point of the board, in mm in the board's frame.

@@ -7,7 +7,7 @@
 //! and with them a missed surface or the ridge, show at the border first; and total reflection has a root in it that
 //! no polynomial follows, so that near it the coefficients do not fall.
 
-use super::centre_rays::trace_scalar;
+use super::centre_rays::{CentreTracer, trace_scalar};
 use super::film::Class;
 use super::region::Region;
 use super::truncation_error::in_px;
@@ -132,30 +132,36 @@ impl MapPatch {
     }
 
     /// Traces `region` and fits it; `None` where rays do not vouch for it. `rays` counts them.
-    pub(super) fn fit(system: &System, region: &Region, rays: &mut u64) -> Option<Self> {
+    pub(super) fn fit(tracer: &CentreTracer, region: &Region, rays: &mut u64) -> Option<Self> {
+        let system = tracer.system();
         let scale = 1.0 / system.board().pattern.square_mm;
         let flip = corners(region)[1].x <= axis(system) + 0.5;
         let mut patch = Self::over(system, region, Class::Missed, flip);
-        let mut trace_at = |px: DVec2| {
-            *rays += 1;
-            trace_scalar(system, px)
-        };
 
         // Trace the rays that check the patch: all must pass the side of its middle.
         let [low, high] = corners(region);
-        patch.class = trace_at(0.5 * (low + high)).1;
+        patch.class = trace_scalar(system, 0.5 * (low + high)).1;
+        *rays += 1;
         patch.class.side()?;
-        let checks = patch.trace_checks(&mut trace_at, scale)?;
-        patch.fitted(system.accuracy(), &checks, &mut trace_at, scale)
+        let class = patch.class;
+        let mut trace = |places: &[DVec2]| {
+            let (seen_mm, traced) = tracer.of_class(class, places);
+            *rays += traced;
+            seen_mm
+        };
+        let places = patch.check_places();
+        let seen_mm = trace(&places)?;
+        let checks: Vec<(DVec2, DVec2)> = places.into_iter().zip(seen_mm.into_iter().map(|mm| mm * scale)).collect();
+        patch.fitted(system.accuracy(), &checks, &mut trace, scale)
     }
 
     /// The patch by polynomials of rising degree, until coefficients and the rays that check it, two or more, vouch for it;
-    /// `trace_at` says what a place sees, in mm, and `scale` how many squares a mm is.
+    /// `trace` says what places see, in mm, where all are of the patch's class, and `scale` how many squares a mm is.
     pub(super) fn fitted(
         mut self,
         &Accuracy { map_px, map_degree, .. }: &Accuracy,
         checks: &[(DVec2, DVec2)],
-        trace_at: &mut impl FnMut(DVec2) -> (DVec2, Class),
+        trace: &mut impl FnMut(&[DVec2]) -> Option<Vec<DVec2>>,
         scale: f64,
     ) -> Option<Self> {
         let px_per_square = coarse_scale(checks)?;
@@ -164,37 +170,25 @@ impl MapPatch {
         degrees.iter().find_map(|&degree| {
             // A degree that is fixed stands, whatever its coefficients say; the rays still judge it.
             let error = if fixed.is_some() { None } else { Some(map_px / px_per_square) };
-            let bounds = self.interpolate(degree, error, trace_at, scale)?;
+            let bounds = self.interpolate(degree, error, trace, scale)?;
             self.agrees(checks, map_px, bounds).then(|| self.clone())
         })
     }
 
-    /// The rays that check the patch: along its border, its corners included, and inside it; each with what it sees, in
-    /// squares. `None` where one is not of the patch's class.
-    fn trace_checks(
-        &self,
-        trace_at: &mut impl FnMut(DVec2) -> (DVec2, Class),
-        scale: f64,
-    ) -> Option<Vec<(DVec2, DVec2)>> {
+    /// Where rays check the patch: along its border, its corners included, and inside it.
+    fn check_places(&self) -> Vec<DVec2> {
         let region = &self.region;
         let [low, high] = corners(region);
-        let mut border = Vec::new();
+        let mut places = Vec::new();
         for x in region.columns.clone().step_by(BORDER_STEP).chain([region.columns.end]) {
-            border.extend([low.y, high.y].map(|y| DVec2::new(x as f64, y)));
+            places.extend([low.y, high.y].map(|y| DVec2::new(x as f64, y)));
         }
         for y in region.rows.clone().step_by(BORDER_STEP) {
-            border.extend([low.x, high.x].map(|x| DVec2::new(x, y as f64)));
+            places.extend([low.x, high.x].map(|x| DVec2::new(x, y as f64)));
         }
-        let inset = |p: DVec2| p.clamp(low + INSET_PX, high - INSET_PX);
-        let mut checks = Vec::with_capacity(border.len() + INSIDE);
-        for px in border.into_iter().map(inset).chain((0..INSIDE).map(|k| self.inside(k))) {
-            let (seen_mm, class) = trace_at(px);
-            if class != self.class {
-                return None;
-            }
-            checks.push((px, seen_mm * scale));
-        }
-        Some(checks)
+        places.iter_mut().for_each(|px| *px = px.clamp(low + INSET_PX, high - INSET_PX));
+        places.extend((0..INSIDE).map(|k| self.inside(k)));
+        places
     }
 
     /// Whether the patch agrees with `checks` to `map_px`; its largest errors are then known, given how far it may
@@ -263,19 +257,13 @@ impl MapPatch {
         &mut self,
         degree: usize,
         error: Option<f64>,
-        trace_at: &mut impl FnMut(DVec2) -> (DVec2, Class),
+        trace: &mut impl FnMut(&[DVec2]) -> Option<Vec<DVec2>>,
         scale: f64,
     ) -> Option<[DVec2; 2]> {
         // Trace the rays at the interpolation's nodes.
         let (places, interpolation) = self.nodes(degree)?;
-        let mut seen = Vec::with_capacity((degree + 1) * (degree + 1));
-        for px in places.iter().flatten() {
-            let (seen_mm, class) = trace_at(*px);
-            if class != self.class {
-                return None;
-            }
-            seen.push(DVec2::new(if self.flip { -seen_mm.x } else { seen_mm.x }, seen_mm.y) * scale);
-        }
+        let mut seen = trace(&places.concat())?;
+        seen.iter_mut().for_each(|mm| *mm = DVec2::new(if self.flip { -mm.x } else { mm.x }, mm.y) * scale);
 
         // Interpolate u and v, keep the degrees that matter, and bound their derivatives by the coefficients.
         let [mut stray, mut truncation] = [DVec2::ZERO; 2];

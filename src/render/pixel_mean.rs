@@ -76,15 +76,14 @@ const MOST_BEND_PX: f64 = 1e-2;
 #[inline(always)]
 pub(super) fn pixel_means(pattern: &Checkerboard, pixels: &PackedTaylor2, accuracy: &Accuracy) -> [PixelMean; LANES] {
     let (value, constant, line, off_px) = at_most_one_line(pattern, pixels, accuracy.bend_px);
-    let mut means = [PixelMean::TooBent; LANES];
+    let one_line = |k: usize| PixelMean::Edge { value: value.0[k], parts: 1, off_px: off_px.0[k] };
+    let mut means: [PixelMean; LANES] = std::array::from_fn(one_line);
     for (k, mean) in means.iter_mut().enumerate() {
-        *mean = if constant.0[k] != 0 {
-            PixelMean::Constant(value.0[k])
-        } else if line.0[k] != 0 {
-            PixelMean::Edge { value: value.0[k], parts: 1, off_px: off_px.0[k] }
-        } else {
-            several_lines(pattern, &pixels.lane(k), accuracy)
-        };
+        if constant.0[k] != 0 {
+            *mean = PixelMean::Constant(value.0[k]);
+        } else if line.0[k] == 0 {
+            *mean = several_lines(pattern, &pixels.lane(k), accuracy);
+        }
     }
     means
 }

@@ -4,8 +4,7 @@
 //! Rays vouch for it as for a patch of the map (`map`): along the border of what is seen by each way, the seam being a part of it,
 //! and inside, they take the way that the curve tells and agree with its polynomial.
 
-use super::centre_rays::trace_scalar;
-use super::film::Class;
+use super::centre_rays::CentreTracer;
 use super::map::{BORDER_STEP, INSET_PX, INSIDE, MapPatch, corners};
 use super::region::Region;
 use crate::effect::Hook;
@@ -60,16 +59,15 @@ impl SeamMap {
         let patches = ways.map(|way| MapPatch::over(system, region, way.front.into(), way.front == Side::Left));
         let (curve, bend_px) = curve(&continued, region, ways, rays)?;
         let column = |y: f64| at(&curve, patches[0].t(y));
-        let mut checks = [Vec::new(), Vec::new()];
-        for px in places(system, region, &patches[0], column) {
-            let k = usize::from(px.x >= column(px.y));
-            let (seen_mm, class) = trace_scalar(system, px);
-            *rays += 1;
-            if class != ways[k].front.into() || !system.takes(px, ways[k]) {
-                return None;
-            }
-            checks[k].push((px, seen_mm * scale));
-        }
+        let (left, right) = places(system, region, &patches[0], column).into_iter().partition(|px| px.x < column(px.y));
+        let tracer = CentreTracer::new(system, true);
+        let mut check = |way: Way, places: Vec<DVec2>| {
+            let (seen_mm, traced) = tracer.of_class(way.front.into(), &places);
+            *rays += traced;
+            let seen = seen_mm?.into_iter().map(|mm| mm * scale);
+            places.iter().all(|px| system.takes(*px, way)).then(|| places.iter().copied().zip(seen).collect::<Vec<_>>())
+        };
+        let checks = [check(ways[0], left)?, check(ways[1], right)?];
 
         // Fit what is seen by either way, by rays that take it also beyond the ridge.
         let fit = |k: usize, patch: MapPatch, rays: &mut u64| {
@@ -77,11 +75,12 @@ impl SeamMap {
             // The scale is that between the first two.
             let last = checks.pop()?;
             checks.insert(1.min(checks.len()), last);
-            let mut through = |px: DVec2| {
+            let mut one = |px: &DVec2| {
                 *rays += 1;
-                let seen = continued.exit_ray_by(px, ways[k]).and_then(|(ray, _)| continued.board().intersect(&ray));
-                seen.map_or_else(|fate| (DVec2::ZERO, Class::from(fate)), |(mm, _)| (mm, ways[k].front.into()))
+                let (ray, _) = continued.exit_ray_by(*px, ways[k]).ok()?;
+                continued.board().intersect(&ray).ok().map(|(mm, _)| mm)
             };
+            let mut through = |places: &[DVec2]| places.iter().map(&mut one).collect();
             patch.fitted(system.accuracy(), checks, &mut through, scale)
         };
         let [left, right] = patches;

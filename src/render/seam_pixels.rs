@@ -3,10 +3,11 @@
 
 use super::band::Band;
 use super::map::MapPatch;
-use super::mapped::{RowMap, board, edge_means, packed_taylor2};
+use super::mapped::{board, edge_means, packed_taylor2};
 use super::pixel::square;
 use super::pixel_mean::{PackedTaylor2, Taylor2, mean_of_points};
 use super::plan::Plan;
+use super::row_map::RowMap;
 use super::seam_map::SeamMap;
 use super::work::Work;
 use crate::num::simd::{Kernel, LANES, Lanes, widest};
@@ -52,7 +53,12 @@ impl Kernel for SeamRows<'_, '_, '_> {
         let columns = sides[0].region.columns.clone();
         let mut listed = [Vec::new(), Vec::new()];
         let mut cut = Vec::new();
-        for j in sides[0].region.rows.clone() {
+        let mut maps = [[RowMap::none(); LANES]; 2];
+        for (r, j) in sides[0].region.rows.clone().enumerate() {
+            if r.is_multiple_of(LANES) {
+                (0..2).for_each(|k| RowMap::fill(&mut maps[k], &sides[k], j, plan.active));
+            }
+
             // Tell the pixels of either side from those under the seam.
             let y = j as f64 + 0.5;
             let (upper, lower) = (seam.column(y - half), seam.column(y + half));
@@ -71,16 +77,16 @@ impl Kernel for SeamRows<'_, '_, '_> {
             }
 
             // Integrate each.
-            let rows = [RowMap::new(&sides[0], y, plan.active), RowMap::new(&sides[1], y, plan.active)];
+            let rows = [&maps[0][r % LANES], &maps[1][r % LANES]];
             let start = band.at(columns.start, j);
             let span = start..start + columns.len();
             let out = &mut band.radiance[span.clone()];
             for k in 0..2 {
-                edge_means(plan, &sides[k], &rows[k], y, out, &listed[k], &mut work);
+                edge_means(plan, &sides[k], rows[k], y, out, &listed[k], &mut work);
             }
             for few in cut.chunks(LANES) {
                 let at = |k: usize| columns.start as f64 + 0.5 + f64::from(few[k.min(few.len() - 1)]);
-                let maps = [expansions(plan, &sides[0], &rows[0], at), expansions(plan, &sides[1], &rows[1], at)];
+                let maps = [expansions(plan, &sides[0], rows[0], at), expansions(plan, &sides[1], rows[1], at)];
                 for (k, &i) in few.iter().enumerate() {
                     let maps = [maps[0].lane(k), maps[1].lane(k)];
                     out[i as usize] = cut_pixel(plan, seam, DVec2::new(at(k), y), &maps, &mut work) as f32;
@@ -94,7 +100,7 @@ impl Kernel for SeamRows<'_, '_, '_> {
                 let right = columns.clone().position(|x| x as f64 + 0.5 >= middle).unwrap_or(columns.len());
                 let mut seen = vec![[0.0f32; 2]; columns.len()];
                 for (side, part) in [(0, 0..right), (1, right..columns.len())] {
-                    board(plan, &sides[side], &rows[side], &mut seen);
+                    board(plan, &sides[side], rows[side], &mut seen);
                     truth.board_mm[span.clone()][part.clone()].copy_from_slice(&seen[part.clone()]);
                     truth.class[span.clone()][part].fill(sides[side].class);
                 }

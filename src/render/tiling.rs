@@ -1,6 +1,6 @@
 //! The tiling of the sensor: rectangles that the certified map stands for, and the rest, whose every pixel is traced.
 
-use super::centre_rays::trace_scalar;
+use super::centre_rays::{CentreTracer, trace_scalar};
 use super::film::Class;
 use super::map::{BORDER_STEP, INSET_PX, MapPatch};
 use super::region::Region;
@@ -37,6 +37,7 @@ const ROWS_OF_A_BENT_SEAM: usize = 16;
 /// them are `grain` times as large as in a plain picture.
 pub(super) fn certify(system: &System, first: usize, grain: usize) -> Tiling {
     let [width, height] = system.camera().size_px();
+    let tracer = CentreTracer::new(system, true);
     let mut tiling = Tiling { smallest_px: SMALLEST_PX * grain, ..Tiling::default() };
     let rows = 0..height;
     let creased = system.most_parts() != [1; 2];
@@ -55,11 +56,11 @@ pub(super) fn certify(system: &System, first: usize, grain: usize) -> Tiling {
                 match k {
                     1 if creased => tiling.cross_solid(system, &seam, region),
                     1 => tiling.cross(system, region, SIDES, false),
-                    _ => tiling.divide(system, region),
+                    _ => tiling.divide(&tracer, region),
                 }
             }
         }
-        _ => tiling.divide(system, Region { columns: first..width, rows }),
+        _ => tiling.divide(&tracer, Region { columns: first..width, rows }),
     }
     tiling
 }
@@ -114,7 +115,8 @@ impl Tiling {
     }
 
     /// Fits the region, or divides it along its longer side, counted from the picture's axis outward, until it can be.
-    fn divide(&mut self, system: &System, region: Region) {
+    fn divide(&mut self, tracer: &CentreTracer, region: Region) {
+        let system = tracer.system();
         // Leave small regions to be traced.
         let (columns, rows) = (region.columns.len(), region.rows.len());
         if columns < self.smallest_px || rows < self.smallest_px {
@@ -124,7 +126,7 @@ impl Tiling {
         // Fit a region that is small enough, whose border nothing clips.
         if columns.max(rows) <= system.accuracy().patch_px
             && passes_all_along(system, &region, &mut self.rays)
-            && let Some(mut patch) = MapPatch::fit(system, &region, &mut self.rays)
+            && let Some(mut patch) = MapPatch::fit(tracer, &region, &mut self.rays)
         {
             if system.effects().act_by(Hook::Transport) {
                 patch.throughput = patch.fit_throughput(system, &mut self.rays);
@@ -146,7 +148,7 @@ impl Tiling {
 
         // Go on with both halves.
         for (columns, rows) in halves {
-            self.divide(system, Region { columns, rows });
+            self.divide(tracer, Region { columns, rows });
         }
     }
 }

@@ -11,9 +11,11 @@ use super::pixel_mean::{Taylor2, mean_of_points};
 use super::plan::Plan;
 use super::truncation_error::in_px;
 use super::work::Work;
+use crate::num::simd::{Kernel, LANES, Lanes, widest};
+use crate::prism::lanes::Rays;
 use crate::prism::triangles::TrianglePair;
 use crate::surface::face::Face;
-use crate::system::{NineRays, Side};
+use crate::system::{EightWithin, Side};
 use crate::texture::Convex;
 use glam::{DMat2, DVec2};
 
@@ -69,7 +71,8 @@ fn pieces(plan: &Plan, px: DVec2, area: [DVec2; 2], seen: TrianglePair, work: &m
     while let Some(&TrianglePair { side, triangles: [triangle, seen_by] }) = fronts.get(next) {
         next += 1;
         let front = FrontView::new(plan, px, (side, triangle), area, work)?;
-        let on_front = cut(&outline, &front.sides);
+        let beyond_front = crossed(&outline, &front.sides);
+        let on_front = cut(&outline, &front.sides, beyond_front);
         if on_front.area() <= 0.0 {
             continue;
         }
@@ -80,7 +83,8 @@ fn pieces(plan: &Plan, px: DVec2, area: [DVec2; 2], seen: TrianglePair, work: &m
         while let Some(&back) = backs.get(next_back) {
             next_back += 1;
             let view = View::new(plan, &front, back, area, work)?;
-            let piece = cut(&on_front, &view.sides);
+            let beyond_back = crossed(&on_front, &view.sides);
+            let piece = cut(&on_front, &view.sides, beyond_back);
             let go_on = |of: usize| {
                 let beyond = plan.system.beyond(side, Face::Back, back, of);
                 backs.extend(beyond.filter(|beyond| !backs.contains(beyond)));
@@ -89,7 +93,7 @@ fn pieces(plan: &Plan, px: DVec2, area: [DVec2; 2], seen: TrianglePair, work: &m
                 last_seen = back;
                 covered += piece.area();
                 light += view.light(plan, &piece, MOST_HALVINGS, work) * plan.throughput(px + middle(&piece));
-                crossed(&on_front, &view.sides).for_each(go_on);
+                (0..4).filter(|&of| beyond_back[of]).for_each(go_on);
             } else {
                 farthest_out(middle(&on_front), &view.sides).into_iter().for_each(go_on);
             }
@@ -99,7 +103,7 @@ fn pieces(plan: &Plan, px: DVec2, area: [DVec2; 2], seen: TrianglePair, work: &m
         }
 
         // Go on to the triangles of the front beyond its sides, and beyond the ridge to that of the same number.
-        for of in crossed(&outline, &front.sides) {
+        for of in (0..4).filter(|&of| beyond_front[of]) {
             let (side, triangle) = match of {
                 RIDGE => (side.other(), triangle),
                 _ => match plan.system.beyond(side, Face::Front, triangle, of) {
@@ -124,20 +128,18 @@ fn middle(polygon: &Convex) -> DVec2 {
     0.5 * (low + high)
 }
 
-/// What of a polygon is within these sides.
-fn cut(polygon: &Convex, sides: &[Linear; 4]) -> Convex {
+/// What of a polygon is within these sides, of which it is within all but those that are told.
+fn cut(polygon: &Convex, sides: &[Linear; 4], crossed: [bool; 4]) -> Convex {
     let mut kept = *polygon;
-    for side in sides {
-        if kept.vertices().iter().any(|p| side.at(*p) < 0.0) {
-            kept = kept.cut(|p| side.at(p));
-        }
+    for (side, _) in sides.iter().zip(crossed).filter(|(_, crossed)| *crossed) {
+        kept = kept.cut(|p| side.at(p));
     }
     kept
 }
 
-/// The sides beyond which a part of the polygon is.
-fn crossed(polygon: &Convex, sides: &[Linear; 4]) -> impl Iterator<Item = usize> {
-    (0..4).filter(|&k| polygon.vertices().iter().any(|p| sides[k].at(*p) < 0.0))
+/// Beyond which sides a part of the polygon is.
+fn crossed(polygon: &Convex, sides: &[Linear; 4]) -> [bool; 4] {
+    sides.map(|side| polygon.vertices().iter().any(|p| side.at(*p) < 0.0))
 }
 
 /// The side of a triangle beyond which a place is farthest.
@@ -146,9 +148,14 @@ fn farthest_out(place: DVec2, sides: &[Linear; 4]) -> Option<usize> {
     (0..RIDGE).min_by(|a, b| out(a).total_cmp(&out(b))).filter(|side| out(side) < 0.0)
 }
 
-/// The places of nine rays in a part of a pixel, row by row, about the pixel's centre.
-fn places([centre, half]: [DVec2; 2]) -> [DVec2; 9] {
-    std::array::from_fn(|k| centre + half * DVec2::new((k % 3) as f64 - 1.0, (k / 3) as f64 - 1.0))
+/// The places of eight rays around a part of a pixel, row by row, by steps of half its sides from its middle.
+const AROUND: [[f64; 2]; LANES] =
+    [[-1.0, -1.0], [0.0, -1.0], [1.0, -1.0], [-1.0, 0.0], [1.0, 0.0], [-1.0, 1.0], [0.0, 1.0], [1.0, 1.0]];
+
+/// What a smooth function is in the middle of eight places around a square, row by row, given what it is there: that of a polynomial
+/// of them (the serendipity element of quadratic order), from which it strays by its term of fourth order in x^2 y^2 alone.
+fn in_the_middle([nw, n, ne, w, e, sw, s, se]: [f64; LANES]) -> f64 {
+    0.5 * ((n + s) + (w + e)) - 0.25 * ((nw + se) + (ne + sw))
 }
 
 /// What a part of a pixel sees in a triangle of the front.
@@ -157,16 +164,17 @@ struct FrontView {
     /// How far within its sides, and right of the ridge or left of it, as linear functions of the place about the pixel's centre.
     sides: [Linear; 4],
     /// The rays in the glass behind it.
-    inside: NineRays,
+    inside: Rays,
 }
 
 impl FrontView {
-    /// By nine rays; `None` where one of them does not pass it, or something is not straight enough.
+    /// By eight rays; `None` where one of them does not pass it, or something is not straight enough.
     fn new(plan: &Plan, px: DVec2, (side, triangle): (Side, u32), area: [DVec2; 2], work: &mut Work) -> Option<Self> {
-        work.counts.rays += 9;
-        let places = places(area).map(|place| px + place);
-        let (inside, within) = plan.system.nine_behind_front(&places, side, triangle)?;
-        Some(Self { side, sides: Linear::sides(&within, area, stray_px(plan))?, inside })
+        work.counts.rays += LANES as u64;
+        let [centre, half] = area;
+        let places = AROUND.map(|around| px + (centre + half * DVec2::from_array(around)));
+        let (inside, within) = plan.system.eight_behind_front(&places, side, triangle)?;
+        Some(Self { side, sides: widest(Sides { within: &within, area, stray_px: stray_px(plan) })?, inside })
     }
 }
 
@@ -187,17 +195,18 @@ struct View {
 }
 
 impl View {
-    /// By the nine rays behind the front's; `None` where one of them does not pass the back's, or something is not straight enough.
+    /// By the eight rays behind the front's; `None` where one of them does not pass the back's, or something is not straight enough.
     fn new(plan: &Plan, front: &FrontView, back: u32, area: [DVec2; 2], work: &mut Work) -> Option<Self> {
         // Trace them, row by row.
-        work.counts.rays += 9;
-        let (seen_mm, within) = plan.system.nine_behind_back(&front.inside, front.side, back)?;
-        let seen = seen_mm.map(|mm| mm * plan.pattern.squares_per_mm());
-        let sides = Linear::sides(&within, area, stray_px(plan))?;
+        work.counts.rays += LANES as u64;
+        let (seen_mm, within) = plan.system.eight_behind_back(&front.inside, front.side, back)?;
+        let seen = seen_mm.map(|mm| mm * Lanes::splat(plan.pattern.squares_per_mm()));
+        let sides = widest(Sides { within: &within, area, stray_px: stray_px(plan) })?;
 
         // Take the map by differences, and compare its expansion with the corners.
         let [centre, half] = area;
-        let [nw, n, ne, w, c, e, sw, s, se] = seen;
+        let [nw, n, ne, w, e, sw, s, se] = std::array::from_fn(|k| DVec2::new(seen[0].0[k], seen[1].0[k]));
+        let c = DVec2::from_array(seen.map(|of| in_the_middle(of.0)));
         let map = Taylor2 {
             seen: c,
             dx: (e - w) / (2.0 * half.x),
@@ -269,28 +278,54 @@ struct Linear {
 }
 
 impl Linear {
-    /// Through values at each of [`places`]; `None` where the zero of one would stray by more than `stray_px` from theirs.
-    fn sides(values: &[[f64; 9]; 4], area: [DVec2; 2], stray_px: f64) -> Option<[Self; 4]> {
-        let mut sides = [Self { value: 0.0, slope: DVec2::ZERO }; 4];
-        for (side, values) in sides.iter_mut().zip(values) {
-            *side = Self::through(values, area, stray_px)?;
-        }
-        Some(sides)
-    }
-
-    fn through(values: &[f64; 9], area: [DVec2; 2], stray_px: f64) -> Option<Self> {
-        let [centre, half] = area;
-        let slope = DVec2::new(values[5] - values[3], values[7] - values[1]) / (2.0 * half);
-        let linear = Self { value: values[4] - slope.dot(centre), slope };
-        let stray =
-            places(area).into_iter().zip(values).map(|(p, value)| (linear.at(p) - value).abs()).fold(0.0, f64::max);
-        // Where all is well within, or well beyond it, nothing is cut.
-        let off = |sign: f64| values.iter().all(|value| sign * value > 2.0 * stray);
-        (stray <= stray_px * slope.length() || off(1.0) || off(-1.0)).then_some(linear)
-    }
-
     #[inline(always)]
     fn at(&self, place: DVec2) -> f64 {
         self.value + self.slope.dot(place)
+    }
+}
+
+/// Linear functions through values at the eight places around a part of a pixel; `None` where the zero of one would stray by more than
+/// `stray_px` from theirs.
+struct Sides<'a> {
+    within: &'a EightWithin,
+    area: [DVec2; 2],
+    stray_px: f64,
+}
+
+impl Kernel for Sides<'_> {
+    type Out = Option<[Linear; 4]>;
+
+    #[inline(always)]
+    fn run(self) -> Self::Out {
+        let Self { within, area: [centre, half], stray_px } = self;
+        let places = [0, 1].map(|axis| Lanes::of(|k| centre[axis] + half[axis] * AROUND[k][axis]));
+        let mut sides = [Linear { value: 0.0, slope: DVec2::ZERO }; 4];
+        for (side, values) in sides.iter_mut().zip(within) {
+            let [_, n, _, w, e, _, s, _] = values.0;
+            let slope = DVec2::new(e - w, s - n) / (2.0 * half);
+            *side = Linear { value: in_the_middle(values.0) - slope.dot(centre), slope };
+            let [x, y] = [0, 1].map(|axis| Lanes::splat(slope[axis]) * places[axis]);
+            let stray = (Lanes::splat(side.value) + (x + y) - *values).abs().0.into_iter().fold(0.0, f64::max);
+            // Where all is well within, or well beyond it, nothing is cut.
+            let off = |sign: f64| values.0.iter().all(|value| sign * value > 2.0 * stray);
+            if !(stray <= stray_px * slope.length() || off(1.0) || off(-1.0)) {
+                return None;
+            }
+        }
+        Some(sides)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of a polynomial of third order it is the value there.
+    #[test]
+    fn the_middle_follows_from_what_is_around_it() {
+        let cubic = |[x, y]: [f64; 2]| {
+            0.3 + 2.0 * x - y + 0.7 * x * x + 1.1 * x * y - 0.4 * y * y + x * x * x - 3.0 * x * x * y + 0.5 * x * y * y
+        };
+        assert!((in_the_middle(AROUND.map(cubic)) - 0.3).abs() < 1e-15);
     }
 }

@@ -62,7 +62,7 @@ fn rows(m: &DMat3) -> [[f64; 3]; 3] {
 
 /// `cameras.yml`: for each judged prism a map by its name, with the names of OpenCV's `stereoCalibrate`: `M1`, `D1` of the left
 /// half, `M2`, `D2` of the right one, `R`, `T` from the left to the right camera; and what they came from.
-pub fn opencv_text(designs: &[(String, Cameras)]) -> String {
+pub(crate) fn opencv_text(designs: &[(String, Cameras)]) -> String {
     let mut file = YamlMap::default();
     file.string("pixel_centre", "(i, j)");
     file.string("lengths", "mm");

@@ -306,7 +306,7 @@ pub struct Written {
 ///
 /// # Errors
 /// As [`write()`].
-pub fn render_to_files<'env>(
+pub(crate) fn render_to_files<'env>(
     files: &'env [PictureFile],
     scene: &'env Scene,
     system: &'env System,

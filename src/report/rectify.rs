@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 /// A map counts as exact where no point is farther off than this, in px: the spacing of f32 at columns beyond 1024, which no file
 /// of maps is finer than.
-pub const EXACT_PX: f64 = 1e-4;
+pub(crate) const EXACT_PX: f64 = 1e-4;
 
 /// What was made of a scene.
 #[derive(Debug)]
@@ -30,7 +30,7 @@ pub struct RectifiedScene<'a> {
 
 impl RectifiedScene<'_> {
     /// Whether the maps are exact at every depth from the nearest of the residuals on.
-    pub fn is_exact(&self) -> bool {
+    pub(crate) fn is_exact(&self) -> bool {
         let exact = |r: &DepthResidual| r.deviation.as_ref().is_ok_and(|deviation| deviation.max <= EXACT_PX);
         self.residuals.iter().all(exact)
     }

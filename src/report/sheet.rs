@@ -79,7 +79,7 @@ impl StudySheet {
 
     /// The same for programs alone.
     #[must_use]
-    pub fn detailed(self) -> Self {
+    pub(crate) fn detailed(self) -> Self {
         Self { detail: true, ..self }
     }
 

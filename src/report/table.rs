@@ -186,7 +186,7 @@ pub fn text(designs: &[Design]) -> String {
 
 /// What a reader of the figures must know: why some are missing, what the marks say, where the boards stand, and how the corners
 /// of a picture were matched and placed.
-pub fn remarks(designs: &[Design]) -> Vec<String> {
+pub(crate) fn remarks(designs: &[Design]) -> Vec<String> {
     let missing = reasons(designs).into_iter().map(|reason| format!("-: {reason}"));
     let marked = designs.iter().any(|d| ROWS.iter().filter_map(|row| (row.of)(d)).any(differs)).then(|| {
         "!: the two differ by over 10 %: the measured one holds over the corners found, the true one over all rays"
@@ -375,7 +375,7 @@ fn sentence(words: &str) -> String {
 }
 
 /// The budget of a design in a line.
-pub fn budget_words(name: &str, entry: &ErrorBudget) -> String {
+pub(crate) fn budget_words(name: &str, entry: &ErrorBudget) -> String {
     let any = !entry.corners.is_empty();
     let px = |term: &BudgetTerm| number(any.then_some(term.rms_px));
     let steps = [

@@ -1,10 +1,11 @@
 //! What is found of a pixel position that is traced, or of a board point that is aimed at, as text, as JSON and as a record of a table.
 
 use crate::io::npy::NpyField;
+use crate::num::simd::LANES;
 use crate::optics::fate::Fate;
-use crate::render::Class;
+use crate::render::{Class, WayToBoard, WayTracer};
 use crate::system::aim::Aimer;
-use crate::system::{InLight, Side};
+use crate::system::{BoardHit, InLight, Side};
 use glam::{DVec2, DVec3};
 use serde_json::json;
 use std::fmt::Write as _;
@@ -34,7 +35,7 @@ pub struct AimedPoint {
 
 impl TracedRay {
     /// The first line of the text.
-    pub const COLUMNS: &str = "x_px,y_px,side,fate,u_mm,v_mm,world_x_mm,world_y_mm,world_z_mm,\
+    pub(crate) const COLUMNS: &str = "x_px,y_px,side,fate,u_mm,v_mm,world_x_mm,world_y_mm,world_z_mm,\
 front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,back_z_mm,exit_dx,exit_dy,exit_dz";
 
     /// The fields of a record: NaN where there is nothing, the side as 0 left, 1 right, 2 not known, the class as in the EXR.
@@ -75,6 +76,35 @@ front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,
         let way = [point(0), path.directions.first().copied(), point(1), exit];
         let landed = landed.map(|(mm, _)| (mm, system.board().world(mm)));
         Self { px, side, landed, way, reflected_at }
+    }
+
+    /// Traces pixel positions, by packets where `ways` has them, with the same bits; gives each with its number, in any order.
+    pub fn each(light: &InLight<'_>, ways: &WayTracer<'_>, places: &[DVec2], mut give: impl FnMut(usize, Self)) {
+        // Light of several wavelengths is a mean of rays.
+        if light.lights().len() > 1 {
+            return places.iter().enumerate().for_each(|(k, px)| give(k, Self::new(light, *px)));
+        }
+
+        // A packet is of rays through one side, which mostly is that of their half of the picture.
+        let board = light.main().board();
+        let middle_px = 0.5 * light.main().camera().size_px()[0] as f64;
+        let halves: [Vec<usize>; 2] = (0..places.len()).partition(|k| places[*k].x < middle_px).into();
+        for numbers in halves.iter().flat_map(|half| half.chunks(LANES)) {
+            let packet = std::array::from_fn(|k| places[numbers[k.min(numbers.len() - 1)]]);
+            for ((k, px), way) in numbers.iter().zip(packet).zip(ways.trace(&packet)) {
+                let ray = match way {
+                    Some(WayToBoard { inside, behind, hit: BoardHit { board_mm, side } }) => Self {
+                        px,
+                        side: Some(side),
+                        landed: Ok((board_mm, board.world(board_mm))),
+                        way: [inside.origin, inside.direction, behind.origin, behind.direction].map(Some),
+                        reflected_at: None,
+                    },
+                    None => Self::new(light, px),
+                };
+                give(*k, ray);
+            }
+        }
     }
 
     fn fate(&self) -> &'static str {
@@ -138,7 +168,7 @@ front_x_mm,front_y_mm,front_z_mm,inner_dx,inner_dy,inner_dz,back_x_mm,back_y_mm,
 
 impl AimedPoint {
     /// The first line of the text.
-    pub const COLUMNS: &str = "side,u_mm,v_mm,fate,x_px,y_px,seen";
+    pub(crate) const COLUMNS: &str = "side,u_mm,v_mm,fate,x_px,y_px,seen";
 
     /// The fields of a record: NaN where no pixel sees the point, the side as 0 left and 1 right, the class as in the EXR, and 1 where
     /// the pixel is on the sensor and looks through that side.
@@ -228,6 +258,36 @@ fn append(line: &mut String, value: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Packets through sheets and planes, turned and not, of one light and of several, on the sensor and beside it, have the bits of
+    /// single rays, and fill all but a few.
+    #[test]
+    fn each_ray_is_as_it_is_alone() {
+        for (case, packed) in [
+            ("prism_flat", true),
+            ("prism_freeform", true),
+            ("prism_tilted", true),
+            ("prism_revolved", true),
+            ("effect_dispersion", false),
+        ] {
+            let path = format!("{}/scenes/cases/{case}.toml", env!("CARGO_MANIFEST_DIR"));
+            let system = crate::system::build(&crate::scene::load(path.as_ref()).unwrap()).unwrap();
+            let light = InLight::new(&system);
+            let ways = WayTracer::new(light.main());
+            let place = |k: usize| {
+                let part = |alpha: f64| 1.1 * (alpha * k as f64).fract() - 0.05;
+                let size = system.camera().size_px().map(|n| n as f64);
+                DVec2::from(size) * DVec2::new(part(0.754_877_666), part(0.569_840_291))
+            };
+            let places: Vec<DVec2> = (0..403).map(place).collect();
+            let mut together = vec![None; places.len()];
+            TracedRay::each(&light, &ways, &places, |k, ray| together[k] = Some(ray));
+            let alone: Vec<Option<TracedRay>> = places.iter().map(|px| Some(TracedRay::new(&light, *px))).collect();
+            assert_eq!(format!("{together:?}"), format!("{alone:?}"), "{case}");
+            let by_packets = places.iter().filter(|px| ways.trace(&[**px; LANES])[0].is_some()).count();
+            assert!(!packed || by_packets > 300, "{case}: {by_packets}");
+        }
+    }
 
     /// Numbers of every size, and those at which the notation changes.
     #[test]

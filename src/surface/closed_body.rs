@@ -66,7 +66,7 @@ pub fn sheets(points_mm: &[DVec3], triangles: &[[u32; 3]]) -> Result<Sheets, (St
 }
 
 /// Whether triangles close a volume: every edge belongs to two of them.
-pub fn is_closed(points_mm: &[DVec3], triangles: &[[u32; 3]]) -> bool {
+pub(crate) fn is_closed(points_mm: &[DVec3], triangles: &[[u32; 3]]) -> bool {
     let corners: Vec<DVec3> = triangles.iter().flatten().map(|k| points_mm[*k as usize]).collect();
     let (_, triangles) = weld(&corners);
     let mut edges: BTreeMap<(u32, u32), usize> = BTreeMap::new();

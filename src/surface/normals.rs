@@ -103,13 +103,15 @@ pub(super) fn by_edge(edges: &[EdgeOf]) -> impl Iterator<Item = &[EdgeOf]> {
 }
 
 /// Unit normals of the triangles, towards +z; 0 of those without area.
-pub(super) fn normals(points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
-    let normal = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|k| points[k as usize]);
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        if normal.z < 0.0 { -normal } else { normal }
-    };
-    triangles.iter().map(normal).collect()
+fn normals(points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+    triangles.iter().map(|triangle| normal(points, triangle)).collect()
+}
+
+/// The unit normal of a triangle, towards +z; 0 of one without area.
+pub(super) fn normal(points: &[DVec3], triangle: &[u32; 3]) -> DVec3 {
+    let [a, b, c] = triangle.map(|k| points[k as usize]);
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    if normal.z < 0.0 { -normal } else { normal }
 }
 
 /// Whether two vectors surely make an angle of less than [`LEAST_CREASE_RAD`], by its sine, which is less: without an arc tangent.
@@ -125,7 +127,24 @@ fn angle(a: DVec3, b: DVec3) -> f64 {
 /// [`corner_normals`] of a surface that is parted at its creases; the number of a corner without one is the error.
 pub(crate) fn normals_with_creases(points: &mut Vec<DVec3>, triangles: &mut [[u32; 3]]) -> Result<Vec<DVec3>, usize> {
     let smooth = corner_normals(points, triangles)?;
-    if part_at_creases(points, triangles) { corner_normals(points, triangles) } else { Ok(smooth) }
+    let creased = !is_even(points, triangles, &smooth) && part_at_creases(points, triangles);
+    if creased { corner_normals(points, triangles) } else { Ok(smooth) }
+}
+
+/// Whether surely no two triangles that share a corner make an angle of [`LEAST_CREASE_RAD`], given unit normals at the corners: each
+/// makes less than half of it with those of its own.
+fn is_even(points: &[DVec3], triangles: &[[u32; 3]], at_corners: &[DVec3]) -> bool {
+    const SINE: f64 = 0.99 * 0.5 * LEAST_CREASE_RAD;
+    triangles.iter().all(|triangle| {
+        let [a, b, c] = triangle.map(|k| points[k as usize]);
+        let normal = (b - a).cross(c - a);
+        let towards_z = if normal.z < 0.0 { -normal } else { normal };
+        let least = (1.0 - SINE * SINE) * normal.length_squared();
+        triangle.iter().all(|k| {
+            let along = towards_z.dot(at_corners[*k as usize]);
+            along > 0.0 && along * along > least
+        })
+    })
 }
 
 /// Parts a surface, a graph over (x, y), at its creases, so that no corner has a normal of both sides: a corner on a crease
@@ -317,6 +336,25 @@ pub(super) mod tests {
         let (edges, normals) = (edges(triangles), normals(points, triangles));
         let pairs = by_edge(&edges).filter(|group| group.len() == 2);
         pairs.map(|g| angle(normals[g[0].1 as usize], normals[g[1].1 as usize])).fold(0.0, f64::max)
+    }
+
+    /// What is told to be even without its edges has no crease: domes and ridges of every slope, of which some are.
+    #[test]
+    fn even_surfaces_have_no_angle_of_a_crease() {
+        let mut told = [0, 0];
+        for k in 0..60 {
+            let bend = 1e-3 * f64::from(k);
+            type Height<'a> = &'a dyn Fn(DVec2) -> f64;
+            let heights: [Height<'_>; 2] = [&|p| 0.1 * bend * p.length_squared(), &|p| bend * p.x.abs()];
+            for height in heights {
+                let (points, triangles) = grid(10, 0.2, height);
+                let smooth = corner_normals(&points, &triangles).expect("it is a graph");
+                let even = is_even(&points, &triangles, &smooth);
+                told[usize::from(even)] += 1;
+                assert!(!even || sharpest(&points, &triangles) < LEAST_CREASE_RAD, "{bend}");
+            }
+        }
+        assert!(told.iter().all(|told| *told > 10), "{told:?}");
     }
 
     /// Shapes of all kinds, over even grids and over some whose corners are shaken by a quarter of their distance.

@@ -1,7 +1,7 @@
 //! Parts of a surface of triangles: facets, between which the normal that refracts may jump, and their pieces, between which
 //! it may have a kink.
 
-use super::normals::{EdgeOf, Normals, Sets, by_edge, normals};
+use super::normals::{EdgeOf, Normals, Sets, by_edge, normal};
 use glam::DVec3;
 
 /// Triangles whose unit normals differ by less than this lie in one plane.
@@ -37,14 +37,15 @@ impl Parts {
 /// The pieces of a surface by smooth normals, given its edges and the normals of its corners: what lies in one plane and refracts by one normal,
 /// and each other triangle by itself. At its sides the normal that refracts has a kink.
 pub(super) fn pieces(points: &[DVec3], triangles: &[[u32; 3]], edges: &[EdgeOf], at_corners: &[DVec3]) -> Parts {
-    let (own, mut sets) = (normals(points, triangles), Sets::of_one(triangles.len()));
+    let mut sets = Sets::of_one(triangles.len());
     let same = |a: DVec3, b: DVec3| (a - b).length() < SAME_PLANE;
     let corners = |id: u32| triangles[id as usize].map(|k| at_corners[k as usize]);
+    let own = |id: u32| normal(points, &triangles[id as usize]);
     for group in by_edge(edges) {
         for pair in group.windows(2) {
             let [a, b] = [pair[0].1, pair[1].1];
             let alike = corners(a).into_iter().chain(corners(b)).all(|normal| same(normal, corners(a)[0]));
-            if alike && same(own[a as usize], own[b as usize]) {
+            if alike && same(own(a), own(b)) {
                 sets.unite(a, b);
             }
         }
@@ -65,7 +66,8 @@ pub(super) fn facets(points: &[DVec3], triangles: &[[u32; 3]], edges: &[EdgeOf],
             triangles.iter().map(|t| sets.name(t[0])).collect()
         }
         Normals::Flat => {
-            let (normals, mut sets) = (normals(points, triangles), Sets::of_one(triangles.len()));
+            let mut sets = Sets::of_one(triangles.len());
+            let normals: Vec<DVec3> = triangles.iter().map(|triangle| normal(points, triangle)).collect();
             for group in by_edge(edges) {
                 for pair in group.windows(2) {
                     let [a, b] = [pair[0].1, pair[1].1];

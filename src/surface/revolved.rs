@@ -31,8 +31,10 @@ pub struct RevolvedSurface {
     frame: DMat3,
     /// Sine, cosine and tangent of the azimuth.
     azimuth: [f64; 3],
-    /// |rho'| and |rho''| are nowhere above these.
-    steepest: [f64; 2],
+    /// rho' is nowhere below the first or above the second.
+    slopes: [f64; 2],
+    /// |rho''| is nowhere above this.
+    sharpest_bend: f64,
     /// rho is nowhere below the first or above the second, in mm.
     radii: [f64; 2],
     /// rho and its slope in the middle of the profile: the plane where solvers start.
@@ -82,7 +84,8 @@ impl RevolvedSurface {
             mirrored,
             frame: DMat3::from_cols(along, towards, towards.cross(along)),
             azimuth: [sin, cos, sin / cos],
-            steepest: [profile.steepest(1), profile.steepest(2)],
+            slopes: profile.slopes(),
+            sharpest_bend: profile.sharpest_bend(),
             radii: [mean - departure, mean + departure],
             tangent: profile.gradient(profile.scale()[0]),
             patch: patch.clone(),
@@ -109,9 +112,9 @@ impl RevolvedSurface {
         self.azimuth
     }
 
-    /// A bound of |d rho/ds|.
-    pub fn steepest(&self) -> f64 {
-        self.steepest[0]
+    /// Bounds of d rho/ds.
+    pub fn slopes(&self) -> [f64; 2] {
+        self.slopes
     }
 
     /// Bounds of rho, in mm.
@@ -191,17 +194,23 @@ impl RevolvedSurface {
 
     pub(super) fn intersect(&self, ray: &Ray, residual_mm: f64) -> Result<Hit, Fate> {
         let ray = self.axial_ray(ray);
-        // Along the part the radius changes by the ray at least so fast; where that is faster than the profile can follow, the
-        // ray crosses the part once at the most, and a root there is the root.
-        let d = ray.direction;
-        let [sin, cos, _] = self.azimuth;
-        if self.steepest[0] * d.x.abs() < cos * d.y.abs() - sin * d.z.abs()
+        if self.is_crossed_once(ray.direction)
             && let Ok(hit) = self.newton(&ray, residual_mm)
         {
             return Ok(hit);
         }
         let ends = self.first_crossing(&ray)?;
         self.between(&ray, ends, residual_mm)
+    }
+
+    /// Whether a ray of this direction crosses the part once at the most, so that a root there is the root: along it the radius changes
+    /// faster than the profile can follow.
+    #[inline(always)]
+    fn is_crossed_once(&self, d: DVec3) -> bool {
+        let [sin, cos, _] = self.azimuth;
+        let outward = if d.y < 0.0 { -d.x } else { d.x };
+        let [one, other] = self.slopes.map(|slope| slope * outward);
+        one.max(other) < cos * d.y.abs() - sin * d.z.abs()
     }
 
     /// Newton's method on the gap along the radius, from where the ray meets the plane that touches the part in its middle.
@@ -234,7 +243,7 @@ impl RevolvedSurface {
         let [near, far] = self.clipped(ray)?;
         let (d, radius) = (ray.direction, self.radii[0] * self.azimuth[1]);
         // r'' <= |d across the axis|^2 / r.
-        let bend = (d.y * d.y + d.z * d.z) / radius + self.steepest[1] * d.x * d.x;
+        let bend = (d.y * d.y + d.z * d.z) / radius + self.sharpest_bend * d.x * d.x;
         let floor = self.floor(ray, far);
         let mut waiting = [[0.0; 2]; WAITING];
         waiting[0] = [near, far];

@@ -131,6 +131,34 @@ fn the_first_of_many_crossings_is_met() {
     }
 }
 
+/// Rays through random points of a bent cone that are said to cross it once do, by the gap in many places on their way; among them are many
+/// that go too fast along the axis for one that rises as steeply as this one falls.
+#[test]
+fn what_is_said_to_be_crossed_once_is() {
+    let patch = patch(DVec3::X, [-1.0, 1.0], |s| 10.0 - 0.5 * s + 0.1 * s * s);
+    let surface = RevolvedSurface::new(&patch, false);
+    let steepest = 0.7;
+    let [sin, cos, _] = surface.azimuth();
+    let (mut told, mut falling) = ([[0; 3]; 2], 0);
+    for k in 0..1000 {
+        let [s, azimuth] = [even(k, 0.754_877_666), 0.9 * FRAC_PI_3 * even(k, 0.569_840_291)];
+        let rho = patch.profile.gradient(s)[0];
+        let at = DVec3::new(s, rho * libm::cos(azimuth), rho * libm::sin(azimuth));
+        let direction = DVec3::new(1.0, even(k, 0.819_172_513), 0.3 * even(k, 0.671_043_606)).normalize();
+        let ray = AxialRay { origin: at - 5.0 * direction, direction };
+
+        // Count the crossings where the ray is within the part.
+        let gaps = (1..2500).map(|i| 4e-3 * f64::from(i)).filter(|t| surface.holds(&ray, *t));
+        let signs: Vec<bool> = gaps.map(|t| surface.gap(&ray, t).value < 0.0).collect();
+        let crossings = signs.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        let once = surface.is_crossed_once(direction);
+        told[usize::from(once)][crossings.min(2)] += 1;
+        let towards = cos * direction.y.abs() - sin * direction.z.abs();
+        falling += usize::from(once && steepest * direction.x.abs() >= towards);
+    }
+    assert!(told[1][2] == 0 && told[1][1] > 100 && told[0][2] > 20 && falling > 20, "{told:?} {falling}");
+}
+
 /// Normals are at right angles to the surface, and turn as their differences say; heights have the derivatives of theirs.
 #[test]
 fn normals_and_heights_are_those_of_the_surface() {

@@ -133,7 +133,7 @@ impl<'a> InLight<'a> {
 
 /// The light in which `system`, the instrument of `scene`, sees what is true of its picture, in words for a report: that of
 /// the scene's own index, one line, or a band.
-pub fn light_name(scene: &Scene, system: &System) -> String {
+pub(crate) fn light_name(scene: &Scene, system: &System) -> String {
     let waves = system.effects().dispersion.as_ref().filter(|dispersion| !dispersion.is_nothing());
     let nm: Vec<f64> = waves.map_or_else(Vec::new, |d| d.waves.iter().map(|wave| wave.wavelength_nm).collect());
     match (&nm[..], scene.prism.body()) {

@@ -14,7 +14,7 @@ pub mod camera;
 pub mod clip;
 mod throughput;
 mod facets;
-mod nine_rays;
+mod eight_rays;
 pub mod tessellated;
 pub mod solid;
 pub mod crossing;
@@ -34,10 +34,10 @@ pub use build::{
 };
 pub use design_store::DesignStore;
 pub use doubts::doubts;
+pub(crate) use eight_rays::EightWithin;
 pub(crate) use facets::Way;
 pub use instrument::{BoardHit, Footprint, System};
 pub use light::require_light;
-pub(crate) use nine_rays::NineRays;
 
 pub use crate::prism::biprism::Prism;
 pub use crate::prism::side::Side;

@@ -56,7 +56,7 @@ pub fn solid(system: &System, cells: usize) -> Result<Solid, Error> {
 ///
 /// # Errors
 /// As [`solid`], and where it would have more than [`MOST_TRIANGLES`].
-pub fn solid_within(system: &System, tolerance_mm: f64) -> Result<CutBody, Error> {
+pub(crate) fn solid_within(system: &System, tolerance_mm: f64) -> Result<CutBody, Error> {
     let blank = Blank::of(system)?;
     let (mut cells, mut coarser) = (1, f64::NAN);
     loop {

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 
 /// The right side of an instrument's prism as triangles.
 #[derive(Debug)]
-pub struct Tessellated<'a> {
+pub(crate) struct Tessellated<'a> {
     system: &'a System,
     /// Front and back.
     meshes: [Mesh; 2],
@@ -27,7 +27,7 @@ impl<'a> Tessellated<'a> {
     /// Tessellates the part of the right side that the right half of the sensor sees, with about `triangles` on front and
     /// back together. `None` without a prism, of one that is a mesh already or out of shape, or where a ray on the way of
     /// the right half ends.
-    pub fn new(system: &'a System, triangles: usize, normals: Normals) -> Option<Self> {
+    pub(crate) fn new(system: &'a System, triangles: usize, normals: Normals) -> Option<Self> {
         let prism = system.prism()?;
         let cells = ((triangles as f64 / 4.0).sqrt().round() as usize).max(1);
         let used = used_part(system)?;
@@ -68,13 +68,13 @@ impl<'a> Tessellated<'a> {
     }
 
     /// The prism of these triangles as a scene gives it, of the glass and in the place of `body`.
-    pub fn spec(&self, body: &GlassSpec) -> MeshSpec {
+    pub(crate) fn spec(&self, body: &GlassSpec) -> MeshSpec {
         let [front, back] = self.meshes.each_ref().map(|mesh| mesh.own().clone());
         MeshSpec { body: *body, front, back, normals: self.meshes[0].normals(), left: None, told: None }
     }
 
     /// Count of triangles on front and back together.
-    pub fn triangles(&self) -> usize {
+    pub(crate) fn triangles(&self) -> usize {
         self.meshes.iter().map(Mesh::triangles).sum()
     }
 
@@ -82,7 +82,7 @@ impl<'a> Tessellated<'a> {
     ///
     /// # Errors
     /// The fate of a ray that never reaches the board.
-    pub fn trace(&self, px: DVec2) -> Result<DVec2, Fate> {
+    pub(crate) fn trace(&self, px: DVec2) -> Result<DVec2, Fate> {
         let ray = self.system.camera().ray(px);
         let prism = self.system.prism().ok_or(Fate::Missed)?;
         let out = prism.pass_shapes(&ray, Side::Right, |face, ray| self.meshes[face as usize].intersect(ray))?;

@@ -6,7 +6,7 @@ use crate::raster::Raster;
 use rayon::prelude::*;
 
 /// Texels to the shortest wavelength.
-pub const TEXELS_A_WAVE: f64 = 4.0;
+pub(crate) const TEXELS_A_WAVE: f64 = 4.0;
 /// Octaves, each twice as coarse as the one before, of the same variance.
 const OCTAVES: u32 = 3;
 /// Standard deviation of the finest Gaussian, in texels: half the shortest wavelength, at which it leaves exp(-pi^2) = 5e-5 of

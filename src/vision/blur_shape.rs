@@ -20,6 +20,8 @@
 //! which is even. Where another edge crosses it bright and dark change sides, so that the corner's two sides stay alike and it does
 //! not move.
 
+use glam::DVec2;
+
 /// Pairs of bumps.
 pub(super) const BUMPS: usize = 10;
 /// Their spacing is this share of the Gaussian's standard deviation and at least so many px: a pixel shows nothing finer.
@@ -46,13 +48,36 @@ pub(super) struct PictureBlur {
     pub(super) sigma_px: [f64; 2],
     /// What it is beside them.
     pub(super) shapes: [BlurShape; 2],
+    /// Half the way on which the picture moved under that blur, in px; 0 of none.
+    pub(super) half_way_px: DVec2,
 }
 
 impl PictureBlur {
     /// Gaussians of these standard deviations, in px.
     pub(super) fn gaussian(sigma_px: [f64; 2]) -> Self {
-        Self { sigma_px, shapes: sigma_px.map(BlurShape::gaussian) }
+        Self { sigma_px, shapes: sigma_px.map(BlurShape::gaussian), half_way_px: DVec2::ZERO }
     }
+
+    /// One Gaussian for both families of edges, of these unit normals, and motion by `half_way_px` to both sides.
+    pub(super) fn moved(sigma_px: f64, half_way_px: DVec2, normals: [DVec2; 2]) -> Self {
+        let shapes = normals.map(|n| BlurShape::gaussian(moved_width_px(sigma_px, n.dot(half_way_px))));
+        Self { sigma_px: [sigma_px; 2], shapes, half_way_px }
+    }
+
+    /// Whether the picture moved.
+    pub(super) fn is_moved(&self) -> bool {
+        self.half_way_px != DVec2::ZERO
+    }
+
+    /// The standard deviation of the whole across any edge, at most, in px.
+    pub(super) fn widest_px(&self) -> f64 {
+        moved_width_px(self.sigma_px[0].max(self.sigma_px[1]), self.half_way_px.length())
+    }
+}
+
+/// The standard deviation of a Gaussian of this one after a motion by `way` to both sides.
+pub(super) fn moved_width_px(sigma_px: f64, way: f64) -> f64 {
+    if way == 0.0 { sigma_px } else { (sigma_px * sigma_px + way * way / 3.0).sqrt() }
 }
 
 impl BlurShape {

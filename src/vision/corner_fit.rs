@@ -13,16 +13,15 @@
 //! solved over the corner, the two directions, the six numbers of the light and, where they are free, the two blurs.
 //! The curvatures come from the lattice: left free they would cost half as much error again.
 
-use super::corner_model::{Effort, LIGHT, Model, PARAMETERS, Right};
-use super::corner_pixel_model::CornerPixelModel;
+use super::corner_model::{Effort, LIGHT, Model, PARAMETERS, Right, WITHOUT_BLUR};
+use super::crossing::CrossingResponse;
+use super::edge_spread::EdgeShape;
 use super::equation_sums::Equations;
 use super::equations::equations;
 use super::profile::Profile;
 use super::window::Window;
 use glam::{DMat2, DVec2};
 
-/// How many of the parameters are solved for when the blurs are held.
-const WITHOUT_BLUR: usize = 10;
 /// A fit that takes more steps than these may go to and fro between two places, as where a mosaic of colours lies over the edges:
 /// from then on half of each step is taken.
 const WHOLE_STEPS: usize = 12;
@@ -44,7 +43,8 @@ pub(super) struct CornerFit {
 pub(super) fn profiles(model: &Model) -> [Profile; 2] {
     [0, 1].map(|k| {
         let (sin, cos) = libm::sincos(model.normal_rad[k]);
-        Profile::shaped(DVec2::new(cos, sin), model.sigma_px[k], &model.shapes[k])
+        let shape = EdgeShape::moved(DVec2::new(cos, sin), model.sigma_px[k], model.half_way_px);
+        Profile::shaped(shape, &model.shapes[k])
     })
 }
 
@@ -54,7 +54,7 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Cor
     let mut model = *start;
     let active = if effort.free_blur { PARAMETERS } else { WITHOUT_BLUR };
     let mut ready = profiles(&model);
-    let mut crossing = CornerPixelModel::of(&model);
+    let mut crossing = CrossingResponse::of(&model);
     if model.light[3] == 0.0 {
         model.light = first_light(window, &model, &ready, &crossing)?;
     }
@@ -87,7 +87,7 @@ pub(super) fn fit(window: &Window, start: &Model, effort: &Effort) -> Option<Cor
         // the direction of an edge along the pixels.
         if effort.free_blur || matches!(ready, [Profile::Sharp(_), Profile::Sharp(_)]) {
             ready = profiles(&model);
-            crossing = CornerPixelModel::of(&model);
+            crossing = CrossingResponse::of(&model);
         }
     }
     None
@@ -98,7 +98,7 @@ fn first_light(
     window: &Window,
     model: &Model,
     profiles: &[Profile; 2],
-    crossing: &CornerPixelModel,
+    crossing: &CrossingResponse,
 ) -> Option<[f64; LIGHT]> {
     let [bright, dark] = [0, 1].map(|k| (window.flat[k].light[0], window.flat[k].moments[0]));
     if bright.1.min(dark.1) > 0.1 * window.weight {

@@ -1,12 +1,14 @@
 //! The model of a corner: two edges under a blur, in light that varies linearly.
 
-use super::blur_shape::BlurShape;
+use super::blur_shape::{BlurShape, moved_width_px};
 use super::edge_spread::SHARP_PX;
 use glam::DVec2;
 use nalgebra::SVector;
 
 /// Light, corner, directions, squares of the blurs: dE/ds = s E'' vanishes for a sharp picture, dE/ds^2 does not.
 pub(super) const PARAMETERS: usize = 12;
+/// How many of them are solved for when the blurs are held.
+pub(super) const WITHOUT_BLUR: usize = 10;
 /// How many of them are the light's.
 pub(super) const LIGHT: usize = 6;
 /// Where along an edge its turning is judged, in px from the corner.
@@ -28,6 +30,8 @@ pub(super) struct Model {
     pub(super) skew: f64,
     /// What the blur is beside a Gaussian.
     pub(super) shapes: [BlurShape; 2],
+    /// Half the way on which the picture moved under that blur, in px; 0 of none.
+    pub(super) half_way_px: DVec2,
     /// By how many px each edge lies towards dark, both to one side: it is a step where the other one crosses it.
     pub(super) leans_px: [f64; 2],
     /// By what share of it this grows with each px along the edge.
@@ -43,6 +47,15 @@ impl Model {
     /// opposite.
     pub(super) fn steps_px(&self) -> [f64; 2] {
         self.leans_px.map(|lean| if lean == 0.0 { 0.0 } else { lean * self.light[3].signum() })
+    }
+
+    /// The larger standard deviation of the whole blur across both edges, in px.
+    pub(super) fn widest_px(&self) -> f64 {
+        let width = |k: usize| {
+            let (sin, cos) = libm::sincos(self.normal_rad[k]);
+            moved_width_px(self.sigma_px[k], self.half_way_px.dot(DVec2::new(cos, sin)))
+        };
+        width(0).max(width(1))
     }
 
     /// The same model, with positions from its corner.

@@ -47,8 +47,8 @@ impl CornerSite {
     }
 
     /// Half the window, in steps: the share that is asked for, but no more px than are of use.
-    pub(super) fn half(&self, share: f64, sigma_px: [f64; 2]) -> f64 {
-        let most_px = MOST_HALF_PX.max(MOST_HALF_BLURS * sigma_px[0].max(sigma_px[1]));
+    pub(super) fn half(&self, share: f64, blur: &PictureBlur) -> f64 {
+        let most_px = MOST_HALF_PX.max(MOST_HALF_BLURS * blur.widest_px());
         share.min(most_px / self.steps.determinant().abs().sqrt())
     }
 
@@ -75,7 +75,9 @@ impl CornerSite {
             curvature: self.lines.map(|l| l.curvature),
             sigma_px: blur.sigma_px,
             shapes: blur.shapes,
-            skew: self.skew,
+            // The motion holds how both blurs go together.
+            skew: if blur.is_moved() { 0.0 } else { self.skew },
+            half_way_px: blur.half_way_px,
             leans_px: self.leans_px,
             lean_rates: self.lean_rates,
             light: self.light,
@@ -108,7 +110,7 @@ impl CornerSite {
             let bend = 0.5 * self.lines[k].curvature.abs() * far * far;
             // A line without corners on both sides may point a few degrees off.
             let turn = if self.lines[k].corners < 3 { 0.15 * far } else { 0.0 };
-            let reach = EdgeShape::new(normals[k], blur.sigma_px[k]).reach_under(beside_px[k]);
+            let reach = EdgeShape::moved(normals[k], blur.sigma_px[k], blur.half_way_px).reach_under(beside_px[k]);
             reach + bend + turn + self.leans_px[k].abs() + margin_px
         });
         WindowFrame { centre: self.centre, steps: self.steps, normals, bands_px, half }

@@ -6,6 +6,7 @@
 //! is taken where it leaves clearly less than that of a blur that is even all around.
 
 use super::blur::free_fits;
+use super::blur_shape::moved_width_px;
 use super::candidates::Candidates;
 use super::corner_site::CornerSite;
 use super::detection::ElongatedBlur;
@@ -69,6 +70,22 @@ pub(super) fn skew(
 /// The blur as an ellipse, from those across edges of two normals and their correlation beyond an even blur's; `None` where it is
 /// nearly round.
 pub(super) fn elongation(normals: [DVec2; 2], sigma_px: [f64; 2], skew: f64) -> Option<ElongatedBlur> {
+    told(ellipse(normals, sigma_px, skew))
+}
+
+/// The same of a Gaussian and a motion by `half_way_px` to both sides.
+pub(super) fn elongation_by_motion(sigma_px: f64, half_way_px: DVec2) -> Option<ElongatedBlur> {
+    let along_px = moved_width_px(sigma_px, half_way_px.length());
+    told(ElongatedBlur { along_px, across_px: sigma_px, direction_rad: libm::atan(half_way_px.y / half_way_px.x) })
+}
+
+/// Where it is worth telling.
+fn told(blur: ElongatedBlur) -> Option<ElongatedBlur> {
+    (blur.along_px >= LEAST_BLUR_PX && blur.along_px >= LEAST_RATIO * blur.across_px).then_some(blur)
+}
+
+/// The blur as an ellipse, however round.
+pub(super) fn ellipse(normals: [DVec2; 2], sigma_px: [f64; 2], skew: f64) -> ElongatedBlur {
     // Solve N^T B N = S for the covariance B.
     let [s0, s1] = sigma_px;
     let both = (normals[0].dot(normals[1]) + skew).clamp(-1.0, 1.0) * s0 * s1;
@@ -80,8 +97,7 @@ pub(super) fn elongation(normals: [DVec2; 2], sigma_px: [f64; 2], skew: f64) -> 
     let (mean, spread) = (0.5 * (xx + yy), libm::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy));
     let (along_px, across_px) = ((mean + spread).sqrt(), (mean - spread).max(0.0).sqrt());
     let direction_rad = 0.5 * libm::atan2(2.0 * xy, xx - yy);
-    let told = along_px >= LEAST_BLUR_PX && along_px >= LEAST_RATIO * across_px;
-    told.then_some(ElongatedBlur { along_px, across_px, direction_rad })
+    ElongatedBlur { along_px, across_px, direction_rad }
 }
 
 #[cfg(test)]

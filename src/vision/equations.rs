@@ -1,7 +1,7 @@
 //! The normal equations of the corner fit: pixels near both edges one by one, strips and flat parts by their sums.
 
 use super::corner_model::{LIGHT, Model, PARAMETERS, Right};
-use super::corner_pixel_model::CornerPixelModel;
+use super::crossing::CrossingResponse;
 use super::equation_sums::{Equations, Normal};
 use super::listed::{ListedSums, Ready};
 use super::pixel_sums::PixelSums;
@@ -14,7 +14,7 @@ use crate::num::simd::widest;
 pub(super) fn equations(
     window: &Window,
     model: &Model,
-    (profiles, crossing): (&[Profile; 2], &CornerPixelModel),
+    (profiles, crossing): (&[Profile; 2], &CrossingResponse),
     active: usize,
 ) -> Equations {
     // Clear the sums; parameters that stand still keep the identity.

@@ -1,14 +1,14 @@
 //! Corner measurement on a lattice of candidates: estimate the blur, fit, prune, and fit again.
 
 use super::blur::{self, FIRST_MARGIN_PX, FIRST_SIGMA_PX, FirstFits, MAYBE_SHARP_PX};
-use super::blur_shape::PictureBlur;
+use super::blur_shape::{PictureBlur, moved_width_px};
 use super::candidate::Candidate;
 use super::candidates::Candidates;
 use super::corner_fit::{CornerFit, fit};
 use super::corner_model::{Effort, Model};
 use super::corner_site::CornerSite;
 use super::detection::{Corner, Detection, Polarity, Reason, Rejected};
-use super::elongation::{elongation, skew};
+use super::elongation::{elongation, elongation_by_motion, skew};
 use super::kinks::prune_kinks;
 use super::lattice_growth::{Lattice, is_broad};
 use super::lattice_lines::Grid;
@@ -126,8 +126,13 @@ fn measure_upright(
 
     // Take the blur's shape at a corner in the middle of those that told it.
     let some = grid.pilots();
-    let elongated_blur =
-        sigma_px.and_then(|sigma_px| elongation(some.get(some.len() / 2)?.normals(), sigma_px, grid.skew));
+    let normals = some.get(some.len() / 2).map(CornerSite::normals);
+    let elongated_blur = if blur.is_moved() {
+        sigma_px = normals.map(|n| n.map(|n| moved_width_px(blur.sigma_px[0], n.dot(blur.half_way_px))));
+        elongation_by_motion(blur.sigma_px[0], blur.half_way_px)
+    } else {
+        sigma_px.and_then(|sigma_px| elongation(normals?, sigma_px, grid.skew))
+    };
     let (lean_px, marked_squares) = (grid.lean_px(), grid.marked);
     Detection { corners, rejected, sigma_px, elongated_blur, lean_px, marked_squares }
 }
@@ -212,7 +217,7 @@ fn first_fits(
         let due = |[shift, sigma]: [f64; 2]| shift > DUE.0.max(DUE.1 * sigma);
         let first = fit_all(candidates, grid, |site| {
             let half = settings.window.min(FIRST_HALF.0.max(FIRST_HALF.1 / site.step_px()));
-            let half = site.half(half, blur.sigma_px);
+            let half = site.half(half, blur);
             site.due_px
                 .is_none_or(due)
                 .then(|| (site.frame(blur, half, FIRST_MARGIN_PX), site.model(blur, settings.light), effort))
@@ -261,7 +266,7 @@ fn last_fits(
         let fitted = fit_all(candidates, grid, |site| {
             let effort = Effort { free_blur, steps, tolerance_px, most_sigma_px: 0.5 * site.step_px() };
             ((all && round == 0) || site.due_px.is_none_or(due)).then(|| {
-                let half = site.half(settings.window, blur.sigma_px);
+                let half = site.half(settings.window, blur);
                 (site.frame(blur, half, LAST_MARGIN_PX), site.model(blur, settings.light), effort)
             })
         });
@@ -326,7 +331,7 @@ fn fit_one(
     model: &Model,
     effort: &Effort,
 ) -> Result<CornerFit, Reason> {
-    if site.spacing_px() < LEAST_SPACING * model.sigma_px[0].max(model.sigma_px[1]) {
+    if site.spacing_px() < LEAST_SPACING * model.widest_px() {
         return Err(Reason::Blurred);
     }
     let window = site.window(candidates, frame);

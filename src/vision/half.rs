@@ -56,7 +56,7 @@ impl<T: Copy> HalfImage<T> {
 }
 
 /// The columns of one half of a picture of `width` columns, as [`HalfImage::cut`] takes them.
-pub fn columns_of(width: usize, half: Half) -> Range<usize> {
+pub(crate) fn columns_of(width: usize, half: Half) -> Range<usize> {
     if half == Half::Left { 0..width / 2 } else { width.div_ceil(2)..width }
 }
 

@@ -1,12 +1,13 @@
 //! The pixels near both edges of a corner, some at a time: what the model says of them, and its derivatives.
 
 use super::column::{CHUNK, Column};
-use super::corner_model::{Model, PARAMETERS};
-use super::corner_pixel_model::{CornerPixelModel, Patterns, SeenEdges};
+use super::corner_model::{Model, PARAMETERS, Right};
+use super::corner_pixel_model::{Patterns, SeenEdges};
+use super::crossing::CrossingResponse;
 use super::edge_spread::PIXEL_VARIANCE;
 use super::equation_sums::Equations;
 use super::profile::Profile;
-use super::window::ListedPixel;
+use super::window::{ListedPixel, Window};
 use crate::num::simd::Kernel;
 use glam::DVec2;
 
@@ -40,7 +41,13 @@ impl Ready {
         let shifts_px = [0, 1].map(|k| {
             let blur = model.sigma_px[k] * model.sigma_px[k];
             let spread = PIXEL_VARIANCE + if model.light_is_blurred { blur } else { 0.0 };
-            0.5 * model.curvature[k] * (blur + PIXEL_VARIANCE) + spread * share.dot(normals[k])
+            // Of motion the way along the edge counts for the bend, and the light on it for the shift.
+            let way = model.half_way_px;
+            let (along, across) = (normals[k].perp().dot(way), normals[k].dot(way));
+            let lit = if model.light_is_blurred { across * way.dot(share) / 3.0 } else { 0.0 };
+            0.5 * model.curvature[k] * (blur + PIXEL_VARIANCE + along * along / 3.0)
+                + spread * share.dot(normals[k])
+                + lit
         });
         let uneven = profiles.iter().any(|profile| !profile.is_even());
         let smaller = -model.leans_px[0].signum();
@@ -128,7 +135,7 @@ pub(super) struct ListedSums<'a> {
     pub(super) model: &'a Model,
     pub(super) ready: &'a Ready,
     pub(super) profiles: &'a [Profile; 2],
-    pub(super) crossing: &'a CornerPixelModel,
+    pub(super) crossing: &'a CrossingResponse,
     pub(super) active: usize,
 }
 
@@ -153,6 +160,52 @@ impl Kernel for ListedSums<'_> {
             sum.squares += dot(difference, difference);
         }
     }
+}
+
+/// What a model leaves of the pixels near both edges, each times the root of its weight.
+pub(super) fn differences(
+    window: &Window,
+    model: &Model,
+    profiles: &[Profile; 2],
+    crossing: &CrossingResponse,
+) -> Vec<f64> {
+    let ready = Ready::new(model, profiles);
+    let bent = ready.couplings(model);
+    let chunk = |pixels| differentiate(pixels, model, &ready, profiles, crossing, bent)[PARAMETERS];
+    window.listed.chunks(CHUNK).flat_map(chunk).collect()
+}
+
+/// How the blurs across both edges go together beyond what a model says, by least squares over its own parameters as well: the equations
+/// of that number alone, its square and its right side, from a fit of at most so many parameters.
+pub(super) fn skew_equation(
+    window: &Window,
+    model: &Model,
+    (profiles, crossing): (&[Profile; 2], &CrossingResponse),
+    Equations { normal, right, .. }: &Equations,
+) -> Option<[f64; 2]> {
+    // Sum up the products of its column, which is there near both edges only.
+    let ready = Ready::new(model, profiles);
+    let bent = ready.couplings(model);
+    let scale = model.sigma_px[0] * model.sigma_px[1];
+    let [_, _, _, a0, ax, ay] = model.light;
+    let (mut by, mut square, mut own) = (Right::zeros(), 0.0, 0.0);
+    for pixels in window.listed.chunks(CHUNK) {
+        let columns = differentiate(pixels, model, &ready, profiles, crossing, bent);
+        let [mut x, mut y] = [[0.0; CHUNK]; 2];
+        pixels.iter().enumerate().for_each(|(i, pixel)| (x[i], y[i]) = (pixel.x, pixel.y));
+        let (seen, _, _) = measured([&x, &y], model, &ready, profiles);
+        let [[_, slope0, _], [_, slope1, _]] = &seen.edges;
+        for i in 0..CHUNK {
+            let skewed = columns[0][i] * (a0 + ax * x[i] + ay * y[i]) * scale * slope0[i] * slope1[i];
+            (0..PARAMETERS).for_each(|k| by[k] += skewed * columns[k][i]);
+            square += skewed * skewed;
+            own += skewed * columns[PARAMETERS][i];
+        }
+    }
+
+    // Take away what the other parameters explain.
+    let explained = normal.cholesky()?.solve(&by);
+    Some([square - by.dot(&explained), own - right.dot(&explained)])
 }
 
 /// Four lanes, summed in a fixed order.
@@ -205,7 +258,7 @@ fn differentiate(
     model: &Model,
     ready: &Ready,
     profiles: &[Profile; 2],
-    crossing: &CornerPixelModel,
+    crossing: &CrossingResponse,
     bent: [f64; 2],
 ) -> [Column; PARAMETERS + 1] {
     // Spread the pixels out; beyond the last all weigh nothing.

@@ -26,7 +26,7 @@ const LEAST_SHARE: f64 = 0.1;
 /// Whether the squares of one colour hold marks, as most corners at `sites` show it in their windows.
 pub(super) fn holds_marks(candidates: &Candidates<'_>, sites: &[CornerSite], settings: &Settings) -> bool {
     let blur = PictureBlur::gaussian([FIRST_SIGMA_PX; 2]);
-    let frame = |site: &CornerSite| site.frame(&blur, site.half(settings.window, blur.sigma_px), FIRST_MARGIN_PX);
+    let frame = |site: &CornerSite| site.frame(&blur, site.half(settings.window, &blur), FIRST_MARGIN_PX);
     let marked = |site: &CornerSite| is_marked(&site.window(candidates, &frame(site)));
     let some: Vec<&CornerSite> = sites.iter().step_by(ONE_OF).collect();
     2 * some.par_iter().filter(|site| marked(site)).count() > some.len()

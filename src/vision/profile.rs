@@ -77,7 +77,6 @@ pub(super) fn pairs(
 struct ShapedNodes<'a> {
     beside: &'a BlurShape,
     plain: &'a EdgeShape,
-    normal: DVec2,
     half: usize,
     cells: usize,
 }
@@ -95,11 +94,11 @@ impl Kernel for ShapedNodes<'_> {
 
     #[inline(always)]
     fn run(self) -> [Vec<f64>; 2] {
-        let Self { beside, plain, normal, half, cells } = self;
+        let Self { beside, plain, half, cells } = self;
         let density = cells as f64 / beside.spacing_px;
-        let plain = both_sides(&responses(plain, density, half));
         let last = half + BUMPS * cells;
-        let bump = both_sides(&responses(&EdgeShape::new(normal, beside.bump_px()), density, last));
+        let bump = both_sides(&responses(&plain.under(beside.bump_px()), density, last));
+        let plain = both_sides(&responses(plain, density, half));
         let mut sums = plain.clone();
         for (sum, (plain, bump)) in sums.iter_mut().zip(plain.iter().zip(&bump)) {
             for j in 0..=BUMPS {
@@ -140,13 +139,13 @@ pub(super) enum Profile {
 impl Profile {
     /// The profile for a unit normal and a Gaussian blur in px.
     pub(super) fn new(normal: DVec2, sigma_px: f64) -> Self {
-        Self::shaped(normal, sigma_px, &PictureBlur::gaussian([sigma_px; 2]).shapes[0])
+        Self::shaped(EdgeShape::new(normal, sigma_px), &PictureBlur::gaussian([sigma_px; 2]).shapes[0])
     }
 
-    /// The profile for a unit normal and a blur: the standard deviation of a Gaussian, in px, and what it is beside that.
-    pub(super) fn shaped(normal: DVec2, sigma_px: f64, beside: &BlurShape) -> Self {
+    /// The profile of an edge under a Gaussian and motion, and what the blur is beside them.
+    pub(super) fn shaped(shape: EdgeShape, beside: &BlurShape) -> Self {
         // Take the closed form of a sharp edge.
-        let shape = EdgeShape::new(normal, sigma_px);
+        let sigma_px = shape.sigma_px();
         if sigma_px < SHARP_PX {
             return Self::Sharp(shape);
         }
@@ -162,7 +161,7 @@ impl Profile {
             let nodes = responses(&shape, density, half);
             return Self::even(density, half, |i| (nodes[i][0], nodes[i][1] / density));
         }
-        let [values, slopes] = widest(ShapedNodes { beside, plain: &shape, normal, half, cells: cells as usize });
+        let [values, slopes] = widest(ShapedNodes { beside, plain: &shape, half, cells: cells as usize });
         let node = |i: i64| {
             let place = (i + half as i64) as usize;
             (values[place], slopes[place] / density)
@@ -330,7 +329,7 @@ mod tests {
         // Bumps of one weight from -4 to 4 spacings: a square of nine spacings with soft ends.
         shape.weights[..5].copy_from_slice(&[1.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0, 2.0 / 9.0]);
         let (n, half) = (normal(20.0), 4.5 * shape.spacing_px);
-        let profile = Profile::shaped(n, 1.0, &shape);
+        let profile = Profile::shaped(EdgeShape::new(n, 1.0), &shape);
         for i in -40..=40 {
             let d = f64::from(i) * 0.13;
             // The mean of the edge under one bump's Gaussian over the square, by the midpoint rule.
@@ -349,7 +348,9 @@ mod tests {
         let mut uneven = PictureBlur::gaussian([0.7; 2]).shapes[0];
         uneven.uneven[1] = -0.3;
         let profiles = [0.0, 0.03, 0.7, 2.0].map(|s| (s, Profile::new(normal(20.0), s)));
-        for (s, profile) in profiles.into_iter().chain([(0.7, Profile::shaped(normal(20.0), 0.7, &uneven))]) {
+        for (s, profile) in
+            profiles.into_iter().chain([(0.7, Profile::shaped(EdgeShape::new(normal(20.0), 0.7), &uneven))])
+        {
             // Within the reach, at its ends, and far beyond.
             let distances: [f64; 64] = std::array::from_fn(|i| (i as f64 - 32.0) * 0.05 * (1.0 + 4.0 * s));
             let far = [0.0, -0.0, 1e9, -1e9, 1e300, -1e300, 7.0, -7.0];

@@ -4,19 +4,19 @@
 //! An Airy pattern, the disc of a lens out of focus, a square and motion along a line come out so, each family of lines with its own.
 //! A picture whose Gaussian leaves no more than chance, or no more than the model's own error, keeps it.
 
-use super::blur::FIRST_MARGIN_PX;
 use super::blur_shape::{BUMPS, BlurShape, PictureBlur};
 use super::candidates::Candidates;
 use super::column::{CHUNK, Column};
-use super::corner_fit::{CornerFit, fit, profiles};
-use super::corner_model::{Effort, Model};
+use super::corner_fit::{CornerFit, profiles};
+use super::corner_model::Model;
 use super::corner_site::CornerSite;
 use super::edge_spread::{EdgeShape, SHARP_PX};
 use super::equations::edge_models;
+use super::motion::find_motion;
+use super::pilot_fits::{EFFORT, PilotFit, fit_again, fit_pilots, squares};
 use super::profile::{Profile, pairs};
 use super::settings::Settings;
-use super::strip::{EdgeModel, EdgeStrip, product};
-use super::window::{Window, gather};
+use super::strip::{EdgeModel, EdgeStrip, left_of, product};
 use crate::num::simd::{Kernel, widest};
 use nalgebra::{SMatrix, SVector};
 use rayon::prelude::*;
@@ -56,12 +56,11 @@ impl Seen {
     #[inline(always)]
     fn new([x, y, value, weight, sign]: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) -> Self {
         let [_, distance] = edge.along_and_distances([x, y, sign], model.corner);
-        let [response, _, _] = edge.responses(&distance, sign);
-        let [m0, mx, my, a0, ax, ay] = model.light;
-        let (mut contrast, mut left, mut bright) = ([0.0; CHUNK], [0.0; CHUNK], [0.0; CHUNK]);
+        let left = left_of(&[*x, *y, *value, *weight, *sign], model, edge);
+        let [_, _, _, a0, ax, ay] = model.light;
+        let (mut contrast, mut bright) = ([0.0; CHUNK], [0.0; CHUNK]);
         for i in 0..CHUNK {
             contrast[i] = (a0 + ax * x[i] + ay * y[i]) * sign[i];
-            left[i] = value[i] - (m0 + mx * x[i] + my * y[i]) - contrast[i] * response[i];
             bright[i] = sign[i] * a0.signum();
         }
         Self { distance, contrast, weight: *weight, left, bright }
@@ -254,21 +253,50 @@ pub(super) fn find_shapes(
     leaning: bool,
 ) -> PictureBlur {
     // See whether the Gaussians leave more than chance.
-    let plain = PictureBlur::gaussian(sigma_px);
+    let mut plain = PictureBlur::gaussian(sigma_px);
     let sites: Vec<CornerSite> = sites.iter().copied().step_by(sites.len().div_ceil(PILOTS).max(1)).collect();
-    let fits = fit_sites(candidates, &sites, settings, &plain, plain.shapes.map(|shape| shape.reach_px()));
     let weights = if leaning { WEIGHTS } else { BUMPS };
-    let misfit = left(&fits, (weights, false)).map(|l| l.is_misfit());
-    let mut shaped = [0, 1].map(|k| misfit[k] && sigma_px[k] >= SHARP_PX);
+    let misfits = |plain: &PictureBlur, fits: &[PilotFit]| {
+        let misfit = left(fits, (weights, false)).map(|l| l.is_misfit());
+        [0, 1].map(|k| misfit[k] && plain.sigma_px[k] >= SHARP_PX)
+    };
+    let mut fits = fit_pilots(candidates, &sites, settings, &plain, plain.shapes.map(|shape| shape.reach_px()));
+    let mut shaped = misfits(&plain, &fits);
+    let elongated = sites.first().is_some_and(|site| site.skew != 0.0);
+    if shaped == [false; 2] && !elongated {
+        return plain;
+    }
+
+    // See whether the picture moved, and whether that leaves more than chance.
+    if let Some(moved) = find_motion(candidates, &sites, settings, &fits) {
+        plain = moved;
+        fits = fit_pilots(candidates, &sites, settings, &plain, [0.0; 2]);
+        shaped = misfits(&plain, &fits);
+    }
     if shaped == [false; 2] {
         return plain;
     }
 
-    // Find the weights, where they explain enough, from the pixels that bumps may reach, and fit again.
+    find_weights(candidates, &sites, settings, (plain, shaped), leaning)
+}
+
+/// The weights of the bumps beside a blur, of the families for which they are sought (`shaped`) and where they explain enough.
+fn find_weights(
+    candidates: &Candidates<'_>,
+    sites: &[CornerSite],
+    settings: &Settings,
+    (plain, mut shaped): (PictureBlur, [bool; 2]),
+    leaning: bool,
+) -> PictureBlur {
+    // Fit the pilots with the pixels that bumps may reach.
+    let weights = if leaning { WEIGHTS } else { BUMPS };
     let mut blur = plain;
     let reach_px = [0, 1].map(|k| if shaped[k] { plain.shapes[k].most_reach_px(!leaning) } else { 0.0 });
-    let mut fits = fit_sites(candidates, &sites, settings, &plain, reach_px);
-    let before = squares(&fits);
+    let mut fits = fit_pilots(candidates, sites, settings, &plain, reach_px);
+    let models = |fits: &[PilotFit]| squares(fits.iter().flatten().map(|(_, fit)| fit));
+    let before = models(&fits);
+
+    // Find the weights, and fit again.
     for round in 0..ROUNDS {
         let left = left(&fits, (weights, true));
         for k in 0..2 {
@@ -282,60 +310,25 @@ pub(super) fn find_shapes(
         if shaped == [false; 2] {
             return plain;
         }
-        fits = fit_again(fits, &blur);
+        let again = fit_again(&fits, &blur, &EFFORT);
+        fits = fits.into_iter().zip(again).map(|(before, fit)| Some((before?.0, fit?))).collect();
     }
-    if squares(&fits) < before { blur } else { plain }
-}
-
-type SiteFit = Option<(Window, CornerFit)>;
-
-const EFFORT: Effort = Effort { free_blur: false, steps: 8, tolerance_px: 1e-3, most_sigma_px: f64::INFINITY };
-
-/// Fits corners in full windows under a blur, the pixels near an edge chosen for so many px beside its Gaussian.
-fn fit_sites(
-    candidates: &Candidates<'_>,
-    sites: &[CornerSite],
-    settings: &Settings,
-    blur: &PictureBlur,
-    reach_px: [f64; 2],
-) -> Vec<SiteFit> {
-    let one = |site: &CornerSite| {
-        let half = site.half(settings.window, blur.sigma_px);
-        let frame = site.frame_reaching(blur, half, FIRST_MARGIN_PX, reach_px);
-        let window = gather(candidates.image, candidates.valid.as_ref(), &frame);
-        let fit = fit(&window, &site.model(blur, settings.light), &EFFORT)?;
-        Some((window, fit))
-    };
-    sites.par_iter().map(one).collect()
-}
-
-/// Fits them again under a blur of other shapes, from where they ended.
-fn fit_again(fits: Vec<SiteFit>, blur: &PictureBlur) -> Vec<SiteFit> {
-    let one = |before: SiteFit| {
-        let (window, CornerFit { model, .. }) = before?;
-        let fit = fit(&window, &Model { shapes: blur.shapes, ..model }, &EFFORT)?;
-        Some((window, fit))
-    };
-    fits.into_par_iter().map(one).collect()
-}
-
-/// The sum of the squares that fits leave, in units of their contrasts.
-fn squares(fits: &[SiteFit]) -> f64 {
-    let share = |fit: &CornerFit| fit.residual / fit.model.light[3];
-    fits.iter().flatten().map(|(_, fit)| share(fit) * share(fit)).sum()
+    if models(&fits) < before { blur } else { plain }
 }
 
 /// What fits leave near the edges of both families, for so many weights and with or without their equations.
-fn left(fits: &[SiteFit], weights: (usize, bool)) -> [Left; 2] {
-    let one = |fit: &SiteFit| {
+fn left(fits: &[PilotFit], weights: (usize, bool)) -> [Left; 2] {
+    let one = |fit: &PilotFit| {
         let mut own = [Left::none(); 2];
         if let Some((window, CornerFit { model, .. })) = fit {
             let seen_as = profiles(model);
+            let gaussian = PictureBlur::gaussian([1.0; 2]).shapes[0];
             for (k, edge) in edge_models(model, &seen_as, false).iter().enumerate() {
                 let shape = &model.shapes[k];
                 let beside_px = if weights.1 { shape.most_reach_px(weights.0 == BUMPS) } else { shape.reach_px() };
-                let reach = EdgeShape::new(edge.normal, model.sigma_px[k]).reach_under(beside_px);
-                let profiles = [model.sigma_px[k], shape.bump_px()].map(|sigma_px| Profile::new(edge.normal, sigma_px));
+                let plain = EdgeShape::moved(edge.normal, model.sigma_px[k], model.half_way_px);
+                let reach = plain.reach_under(beside_px);
+                let profiles = [plain, plain.under(shape.bump_px())].map(|plain| Profile::shaped(plain, &gaussian));
                 let sum = &mut own[k];
                 let strip = &window.strips[k];
                 widest(Leaving { sum, strip, model, edge, shape, profiles: &profiles, reach, weights });
@@ -357,7 +350,7 @@ mod tests {
         let mut shape = PictureBlur::gaussian([1.0; 2]).shapes[0];
         shape.uneven[1] = -0.3;
         let normal = DVec2::from_angle(0.4);
-        let (plain, shaped) = (Profile::new(normal, 1.0), Profile::shaped(normal, 1.0, &shape));
+        let (plain, shaped) = (Profile::new(normal, 1.0), Profile::shaped(EdgeShape::new(normal, 1.0), &shape));
         let bump = Profile::new(normal, shape.bump_px());
         for i in -40..=40 {
             let d = f64::from(i) * 0.13;

@@ -7,7 +7,7 @@
 use super::column::{CHUNK, Column};
 use super::corner_model::Model;
 #[cfg(test)]
-use super::edge_spread::Edge;
+use super::edge_spread::{Edge, EdgeShape};
 use super::pixel_sums::PixelSums;
 use super::profile::Profile;
 use crate::num::simd::{Kernel, widest};
@@ -166,6 +166,20 @@ impl EdgeModel<'_> {
     }
 }
 
+/// What a model leaves of some pixels near one edge only: picture less model.
+#[inline(always)]
+pub(super) fn left_of([x, y, value, _, sign]: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) -> Column {
+    let [_, distance] = edge.along_and_distances([x, y, sign], model.corner);
+    let [response, _, _] = edge.responses(&distance, sign);
+    let [m0, mx, my, a0, ax, ay] = model.light;
+    let mut left = [0.0; CHUNK];
+    for i in 0..CHUNK {
+        let contrast = (a0 + ax * x[i] + ay * y[i]) * sign[i];
+        left[i] = value[i] - (m0 + mx * x[i] + my * y[i]) - contrast * response[i];
+    }
+    left
+}
+
 /// Weighted sums over a strip: E with its sign; T = A sign E', T t, and A sign E'' / 2 for the square of the blur; g = 1,
 /// x, y.
 #[derive(Debug, Clone, Copy, Default)]
@@ -319,7 +333,7 @@ mod tests {
         let mut shape = PictureBlur::gaussian([1.0; 2]).shapes[0];
         shape.uneven[1] = -0.3;
         let normal = DVec2::new(0.8, 0.6);
-        let profile = Profile::shaped(normal, 1.0, &shape);
+        let profile = Profile::shaped(EdgeShape::new(normal, 1.0), &shape);
         let distances: Column = std::array::from_fn(|i| (i as f64 - 15.5) * 0.21);
         let signs: Column = std::array::from_fn(|i| if i % 3 == 0 { 1.0 } else { -1.0 });
         for bright in [-1.0, 0.0, 1.0] {

@@ -17,7 +17,7 @@ use std::fmt::{self, Display};
 /// The first scene by default: faults that were found stand soon after it.
 const FIRST: u64 = 850;
 /// Scenes by default: what takes some seconds of one processor.
-const SCENES: u64 = 40;
+const SCENES: u64 = 24;
 /// The reference is divided until the map strays from a linear one by less than this, in px: a tenth of the finest promise.
 const JUDGE_PX: f64 = 1e-6;
 /// Two radiances, each rounded to f32 by half of this.

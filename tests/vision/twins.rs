@@ -2,6 +2,7 @@
 
 use super::judge::judge;
 use crate::common::board::Noise;
+use crate::common::long_run::each;
 use crate::common::twin::{Kernel, Tone, Twin, photographed};
 use biprism::raster::Raster;
 use biprism::vision::{Corner, Detection, Settings, detect};
@@ -79,20 +80,21 @@ struct Measured {
     found: Detection,
 }
 
-/// Every view with everything done to it, and as it is at eight bits: what two tests judge.
+/// Every view with what was done to it, and as it is at eight bits: what two tests judge. Of all that is done each board has a third,
+/// boards of other sizes another.
 fn measured() -> &'static [Measured] {
     static ALL: OnceLock<Vec<Measured>> = OnceLock::new();
     ALL.get_or_init(|| {
-        let of_view = |(view, board, twin): (String, [usize; 2], Twin)| {
+        let of_view = |(number, (view, board, twin)): (usize, (String, [usize; 2], Twin))| {
             let plain = photographed(&twin.render(), 1.0, 0.0, Tone::Srgb, Tone::Srgb);
-            let pictures = wrongs(&twin).into_iter().chain([("8 bits".to_owned(), twin, plain)]);
+            let pictures = each(3, number / 2, wrongs(&twin)).chain([("8 bits".to_owned(), twin, plain)]);
             let of = |(done, twin, picture): (String, Twin, Raster<f32>)| {
                 let found = detect(&picture, None, &Settings::default());
                 Measured { view: view.clone(), board, done, twin, found }
             };
             pictures.map(of).collect::<Vec<_>>()
         };
-        views().into_par_iter().flat_map_iter(of_view).collect()
+        views().into_par_iter().enumerate().flat_map_iter(of_view).collect()
     })
 }
 
@@ -231,13 +233,13 @@ fn the_lean_is_the_shift_of_an_edge() {
 }
 
 /// A blur that is alike to both sides of every edge moves no corner, whatever its kind: a perfect lens, one out of focus, a square,
-/// motion along a line. As many corners are found as under a Gaussian.
+/// motion along a line. As many corners are found as under a Gaussian. Each board has a third of the kinds, another one the next.
 #[test]
 fn a_blur_of_any_symmetric_kind_is_measured() {
     let turned = |degrees: f64| degrees.to_radians();
     let mut failed = Vec::new();
-    for (board, step) in [([5, 4], 32.0), ([9, 6], 32.0), ([7, 5], 45.0)] {
-        for kernel in [
+    for (number, (board, step)) in [([5, 4], 32.0), ([9, 6], 32.0), ([7, 5], 45.0)].into_iter().enumerate() {
+        let kernels = vec![
             Kernel::Gaussian(1.0),
             Kernel::Airy(1.0),
             Kernel::Airy(2.0),
@@ -251,7 +253,9 @@ fn a_blur_of_any_symmetric_kind_is_measured() {
             Kernel::Line(2.0, 0.0),
             Kernel::Line(4.0, turned(30.0)),
             Kernel::Line(6.0, turned(93.0)),
-        ] {
+            Kernel::Line(8.0, 0.0),
+        ];
+        for kernel in each(3, number, kernels) {
             let twin = Twin { kernel, ..Twin::board(board, step) };
             let e = judge(&twin.scene, &detect(&twin.render(), None, &Settings::default()));
             println!("{board:?} {kernel:?}: found {} rms {:.5} max {:.5}", e.found, e.rms, e.max);

@@ -38,7 +38,7 @@ pub fn disc(rings: usize) -> Vec<DVec2> {
 }
 
 /// The contrast of a perfect lens at `shift`, the frequency over half that of the cut-off: 0 to 2.
-pub fn perfect_contrast(shift: f64) -> f64 {
+pub(crate) fn perfect_contrast(shift: f64) -> f64 {
     if shift >= 2.0 {
         return 0.0;
     }

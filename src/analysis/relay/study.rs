@@ -48,7 +48,7 @@ pub const PAPER: RelaySettings = RelaySettings {
 
 /// A half of an instrument, ready to be studied.
 #[derive(Debug, Clone)]
-pub struct RelayHalf<'a> {
+pub(crate) struct RelayHalf<'a> {
     system: &'a System,
     /// The glass as made, its surfaces continued beyond where they were given.
     prism: Prism,
@@ -113,7 +113,7 @@ impl<'a> RelayHalf<'a> {
     ///
     /// # Errors
     /// Where there is no prism, no plane of O', or the lens cannot be.
-    pub fn new(system: &'a System, side: Side, settings: RelaySettings) -> Result<Self, Error> {
+    pub(crate) fn new(system: &'a System, side: Side, settings: RelaySettings) -> Result<Self, Error> {
         let half = if side == Side::Left { Half::Left } else { Half::Right };
         let focus_mm = match settings.focus_mm {
             Some(focus) => focus,
@@ -181,7 +181,7 @@ impl<'a> RelayHalf<'a> {
     ///
     /// # Errors
     /// Where a ray of the pupil does not pass.
-    pub fn spot(&self) -> Result<SpotStudy, Error> {
+    pub(crate) fn spot(&self) -> Result<SpotStudy, Error> {
         let pencil = self.pencil(DVec2::ZERO);
         let (rays, chief) = self.rays(&pencil)?;
         let best_mm = best_focus_mm(&rays).ok_or_else(parallel)?;
@@ -212,7 +212,7 @@ impl<'a> RelayHalf<'a> {
     ///
     /// # Errors
     /// Where a ray does not pass, or the camera is no pinhole.
-    pub fn foci(&self) -> Result<[Vec<Foci>; 2], Error> {
+    pub(crate) fn foci(&self) -> Result<[Vec<Foci>; 2], Error> {
         let pencil = self.pencil(DVec2::ZERO);
         let camera = self.system.camera();
         let tangent_per_px = camera.tangent_per_px().ok_or_else(|| {
@@ -237,7 +237,7 @@ impl<'a> RelayHalf<'a> {
     ///
     /// # Errors
     /// Where a ray of the pupil does not pass, or the wave error is no smooth function of the pupil.
-    pub fn mtf(&self) -> Result<MtfStudy, Error> {
+    pub(crate) fn mtf(&self) -> Result<MtfStudy, Error> {
         let lens = &self.settings.lens;
         let at = |beside: DVec2| -> Result<(WaveError, Vec<PencilRay>), Error> {
             let pencil = self.pencil(beside);

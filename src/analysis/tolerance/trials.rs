@@ -106,7 +106,7 @@ pub fn quantiles(values: &[f64], shares: &[f64]) -> Vec<TrialQuantile> {
 }
 
 /// The share of trials that keep a budget, with its interval of 95 of 100 cases (Wilson's).
-pub fn yield_of(good: usize, trials: usize) -> [f64; 3] {
+pub(crate) fn yield_of(good: usize, trials: usize) -> [f64; 3] {
     let (n, p, z) = (trials as f64, good as f64 / trials.max(1) as f64, normal_beyond(0.025));
     let middle = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);
     let spread = z / (1.0 + z * z / n) * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();

@@ -9,6 +9,8 @@ const LARGEST: u16 = u16::MAX;
 const LEAST_FOR_TABLE: usize = 1 << 18;
 /// Bits of an f32 below those by which the table is entered: a part is a thousandth of its values long.
 const PART_BITS: u32 = 13;
+/// The curve and its inverse are rounded by far less than this share of the light.
+const ROUNDING: f64 = 1e-12;
 
 /// The nearest level of a linear light, clamped to [0, 1].
 pub(super) fn level16(light: f32, transfer: Transfer) -> u16 {
@@ -53,11 +55,17 @@ impl SrgbLevels {
         // Find where each level begins: close to where the curve is halfway from the one below.
         let from = (0..=LARGEST).map(|k| {
             let halfway = (f64::from(k) - 0.5) / f64::from(LARGEST);
-            let mut bits = (Transfer::Srgb.decode(halfway.max(0.0)) as f32).to_bits().min(one);
-            while level(bits) < k {
+            let begins = Transfer::Srgb.decode(halfway.max(0.0));
+            let mut bits = (begins as f32).to_bits().min(one);
+            // What rounding can make of the curve decides only close to where it is halfway.
+            let has = |bits: u32| {
+                let off = f64::from(f32::from_bits(bits)) - begins;
+                if off.abs() > ROUNDING * begins { off > 0.0 } else { level(bits) >= k }
+            };
+            while !has(bits) {
                 bits += 1;
             }
-            while bits > 0 && level(bits - 1) >= k {
+            while bits > 0 && has(bits - 1) {
                 bits -= 1;
             }
             f32::from_bits(bits)

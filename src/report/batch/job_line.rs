@@ -9,7 +9,7 @@ pub const BATCH_SCHEMA: &str = "biprism-batch/1";
 
 /// What became of a job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct JobLine {
+pub(crate) struct JobLine {
     /// Where it belongs.
     #[serde(flatten)]
     pub head: JobHead,
@@ -32,7 +32,7 @@ pub struct JobLine {
 
 /// Where a job belongs: the beginning of its line.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct JobHead {
+pub(crate) struct JobHead {
     /// [`BATCH_SCHEMA`].
     pub schema: String,
     /// What tells the run from others: of the verb with its options, the scenes and all jobs.
@@ -50,7 +50,7 @@ pub struct JobHead {
 /// An error as data.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct JobError {
+pub(crate) struct JobError {
     /// Where: a file, or how a value was given.
     pub place: String,
     /// The line in the file, from 1.
@@ -77,7 +77,7 @@ impl From<&Error> for JobError {
 
 impl JobHead {
     /// The first key whose values differ in two runs, so that they are not one; the job itself may differ.
-    pub fn difference(&self, other: &Self) -> Option<&'static str> {
+    pub(crate) fn difference(&self, other: &Self) -> Option<&'static str> {
         let pairs = [
             ("schema", self.schema == other.schema),
             ("verb", self.verb == other.verb),
@@ -93,7 +93,7 @@ impl JobLine {
     ///
     /// # Errors
     /// When it is no JSON, which no line is.
-    pub fn text(&self) -> Result<String, Error> {
+    pub(crate) fn text(&self) -> Result<String, Error> {
         let text = serde_json::to_string(self);
         text.map(|text| text + "\n").map_err(|error| {
             Error::new(format!("job {}", self.head.job), format!("its line is no JSON: {error}"), "report it")
@@ -101,7 +101,7 @@ impl JobLine {
     }
 
     /// Whether both say the same of the same job, whatever time it took.
-    pub fn says_the_same(&self, other: &Self) -> bool {
+    pub(crate) fn says_the_same(&self, other: &Self) -> bool {
         Self { seconds: 0.0, ..self.clone() } == Self { seconds: 0.0, ..other.clone() }
     }
 }

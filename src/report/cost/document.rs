@@ -86,7 +86,7 @@ impl<'a> CostReport<'a> {
     }
 
     /// As JSON: indented, a newline at the end.
-    pub fn to_json(&self) -> String {
+    pub(crate) fn to_json(&self) -> String {
         let mut text = serde_json::to_string_pretty(self).expect("a study holds only strings, numbers and lists");
         text.push('\n');
         text

@@ -63,7 +63,7 @@ impl SetFiles {
     }
 
     /// The truth of it, where it is asked for.
-    pub fn truths(&self, number: u32) -> Vec<String> {
+    pub(crate) fn truths(&self, number: u32) -> Vec<String> {
         if self.truth { self.by_half(number, "exr") } else { Vec::new() }
     }
 

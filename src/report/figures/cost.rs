@@ -16,17 +16,17 @@ pub fn title(scene: &str, study: &CostStudy) -> String {
 }
 
 /// The title of [`designs`].
-pub fn design_title(scene: &str) -> String {
+pub(crate) fn design_title(scene: &str) -> String {
     format!("What the design costs: scene {scene}, method and step")
 }
 
 /// The title of [`meshes`].
-pub fn mesh_title(scene: &str) -> String {
+pub(crate) fn mesh_title(scene: &str) -> String {
     format!("What a mesh costs: scene {scene}, one ray a pixel")
 }
 
 /// The title of [`effects`].
-pub fn effect_title(scene: &str) -> String {
+pub(crate) fn effect_title(scene: &str) -> String {
     format!("What lenses and triangles cost: scene {scene}")
 }
 

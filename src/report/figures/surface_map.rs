@@ -55,7 +55,7 @@ pub fn draw(input: &SurfaceMapInput) -> Drawing {
 
 /// The unit of small values with a power of ten before it, which leaves room between the numbers of a colour bar, and what the
 /// values are multiplied by.
-pub fn unit_for(unit: &str, values: &[f64]) -> (String, f64) {
+pub(crate) fn unit_for(unit: &str, values: &[f64]) -> (String, f64) {
     let largest = stats::max_abs(values);
     let power = if largest > 0.0 && largest < 0.01 { libm::floor(libm::log10(largest)) } else { 0.0 };
     let named = if power == 0.0 { unit.to_owned() } else { format!("10{} {unit}", superscript(power as i32)) };

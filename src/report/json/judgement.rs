@@ -53,13 +53,13 @@ pub fn stereo(
 /// Against the designed virtual camera on its virtual image plane, by rays beyond the glass: Table 1 of the design
 /// paper. Measured rays come from corners at several depths
 /// ([`rays_from_depths`](crate::metrics::ray_bundle::rays_from_depths)).
-pub fn designed_by_rays(found: &MeasuredAndTrue<PlaneDeviation>) -> Designed {
+pub(crate) fn designed_by_rays(found: &MeasuredAndTrue<PlaneDeviation>) -> Designed {
     designed(Frame::VirtualImagePlane, None, &found.then(|d| Ok(d.mm)), &found.then(|d| Ok(d.px)))
 }
 
 /// Against the designed virtual camera at the depth of a board: corners minus projected corners, in px and, by the
 /// pixel pitch, in mm on the sensor. A ray that misses the centre but meets the board where it should is no error here.
-pub fn designed_by_corners(found_px: &MeasuredAndTrue<Deviation>, pitch_mm: f64, board_mm: Depths) -> Designed {
+pub(crate) fn designed_by_corners(found_px: &MeasuredAndTrue<Deviation>, pitch_mm: f64, board_mm: Depths) -> Designed {
     designed(Frame::RawHalf, board_mm, &found_px.then(|d| Ok(d.scaled(pitch_mm))), found_px)
 }
 
@@ -128,7 +128,7 @@ pub fn rectified(found: &MeasuredAndTrue<Disparity>, depths_mm: Depths) -> [Figu
 }
 
 /// `stereo` with the error of depth by the designed pair on the raw halves, at the depth of the board.
-pub fn with_depth_error(stereo: Stereo, found: &MeasuredAndTrue<DepthError>, depths_mm: Depths) -> Stereo {
+pub(crate) fn with_depth_error(stereo: Stereo, found: &MeasuredAndTrue<DepthError>, depths_mm: Depths) -> Stereo {
     let figure = |unit, normaliser, pick: fn(&DepthError) -> f64| {
         let definition = Definition { unit, depths_mm, ..Definition::px(normaliser) };
         Some(definition.figure(found, |error| (pick(error), error.n)))

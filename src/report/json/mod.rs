@@ -52,7 +52,7 @@ pub fn schema_json() -> String {
 ///
 /// # Errors
 /// A sentence that says where the path leaves the report and which keys there are, or why the figure has no value.
-pub fn number_at(report: &Report, path: &str) -> Result<f64, String> {
+pub(crate) fn number_at(report: &Report, path: &str) -> Result<f64, String> {
     let mut steps = path.split('/');
     let name = steps.next().unwrap_or_default();
     let design = report.designs.iter().find(|d| d.name == name).ok_or_else(|| {

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 /// A page of a study before it is written.
 #[derive(Debug)]
-pub struct StudyPage<'a> {
+pub(crate) struct StudyPage<'a> {
     /// Its title.
     pub title: &'a str,
     /// What a reader must know first.
@@ -68,7 +68,7 @@ struct PageFigure<'a> {
 
 impl StudyPage<'_> {
     /// The page.
-    pub fn html(&self, origin: &PageOrigin) -> String {
+    pub(crate) fn html(&self, origin: &PageOrigin) -> String {
         let figure = |figure: &'_ StudyFigure| Value::from_safe_string(svg::write(&figure.drawing, &figure.title));
         let parts = self.figures.iter().map(|(heading, figures)| FigurePart {
             heading,

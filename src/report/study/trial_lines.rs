@@ -62,7 +62,7 @@ pub struct TrialLine {
 
 impl TrialRun {
     /// Whether a file of this version can hold it.
-    pub fn is_known(&self) -> bool {
+    pub(crate) fn is_known(&self) -> bool {
         let operands = self.operands.iter().all(|(name, _)| Operand::named(name).is_some());
         let criteria = self.criteria.iter().all(|key| Criterion::named(key).is_some());
         self.schema == TRIALS_SCHEMA && operands && criteria && self.shard.is_none_or(|[i, n]| 1 <= i && i <= n)

@@ -1,5 +1,5 @@
-//! Rays of several places at once through prisms of triangles: nine of a part of a pixel behind one triangle of the front and one of the
-//! back, and a packet in a row of pixels, each through its own.
+//! Rays of several places at once through prisms of triangles: eight of a part of a pixel behind one triangle of the front and one of
+//! the back, and a packet in a row of pixels, each through its own.
 
 use super::instrument::System;
 use crate::geom::Ray;
@@ -7,64 +7,51 @@ use crate::num::simd::{Kernel, LANES, Lanes, widest};
 use crate::prism::lanes::Rays;
 use crate::prism::packed_triangles::PacketBehindTriangle;
 use crate::prism::side::Side;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-/// Nine rays: a packet, and the one that it leaves over.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct NineRays {
-    packet: Rays,
-    last: Ray,
-}
-
-/// Of each of nine rays, how far within the sides of a triangle and on the half that its surface bounds it passed.
-pub(crate) type NineWithin = [[f64; NINE]; 4];
-
-const NINE: usize = LANES + 1;
+/// Of each of eight rays, how far within the sides of a triangle and on the half that its surface bounds it passed.
+pub(crate) type EightWithin = [Lanes; 4];
 
 impl System {
-    /// [`System::behind_front`] of nine places, with the same bits.
-    pub(crate) fn nine_behind_front(
+    /// [`System::behind_front`] of eight places, with the same bits.
+    pub(crate) fn eight_behind_front(
         &self,
-        px: &[DVec2; NINE],
+        px: &[DVec2; LANES],
         side: Side,
         triangle: u32,
-    ) -> Option<(NineRays, NineWithin)> {
-        let last = self.behind_front(px[LANES], side, triangle)?;
+    ) -> Option<(Rays, EightWithin)> {
         if let Some(behind) = widest(BehindFront { system: self, px, side, triangle }) {
-            return Some((NineRays { packet: behind.rays, last: last.ray }, nine(behind.within, last.within)));
+            return Some((behind.rays, behind.within));
         }
 
         // Rays that need care are traced one by one.
-        let mut rays = [last.ray; LANES];
-        let mut within = [last.within; LANES];
+        let nothing = Ray { origin: DVec3::ZERO, direction: DVec3::ZERO };
+        let (mut rays, mut within) = ([nothing; LANES], [[0.0; 4]; LANES]);
         for k in 0..LANES {
             let behind = self.behind_front(px[k], side, triangle)?;
             (rays[k], within[k]) = (behind.ray, behind.within);
         }
-        let within = std::array::from_fn(|of| Lanes::of(|k| within[k][of]));
-        Some((NineRays { packet: Rays::packed(&rays), last: last.ray }, nine(within, last.within)))
+        Some((Rays::packed(&rays), std::array::from_fn(|of| Lanes::of(|k| within[k][of]))))
     }
 
-    /// [`System::seen_behind_back`] of nine rays, with the same bits.
-    pub(crate) fn nine_behind_back(
+    /// [`System::seen_behind_back`] of eight rays, with the same bits: what they see along x and along y, and how far within.
+    pub(crate) fn eight_behind_back(
         &self,
-        inside: &NineRays,
+        inside: &Rays,
         side: Side,
         triangle: u32,
-    ) -> Option<([DVec2; NINE], NineWithin)> {
-        let (last_mm, last_within) = self.seen_behind_back(&inside.last, side, triangle)?;
-        if let Some(([x, y], within)) = widest(BehindBack { system: self, inside: &inside.packet, side, triangle }) {
-            let seen_mm = |k: usize| if k < LANES { DVec2::new(x.0[k], y.0[k]) } else { last_mm };
-            return Some((std::array::from_fn(seen_mm), nine(within, last_within)));
+    ) -> Option<([Lanes; 2], EightWithin)> {
+        if let Some(seen) = widest(BehindBack { system: self, inside, side, triangle }) {
+            return Some(seen);
         }
 
         // Rays that need care are traced one by one.
-        let mut seen_mm = [last_mm; NINE];
-        let mut within = [last_within; LANES];
-        for (k, seen_mm) in seen_mm.iter_mut().take(LANES).enumerate() {
-            (*seen_mm, within[k]) = self.seen_behind_back(&inside.packet.lane(k), side, triangle)?;
+        let (mut seen_mm, mut within) = ([DVec2::ZERO; LANES], [[0.0; 4]; LANES]);
+        for k in 0..LANES {
+            (seen_mm[k], within[k]) = self.seen_behind_back(&inside.lane(k), side, triangle)?;
         }
-        Some((seen_mm, nine(std::array::from_fn(|of| Lanes::of(|k| within[k][of])), last_within)))
+        let seen_mm = [Lanes::of(|k| seen_mm[k].x), Lanes::of(|k| seen_mm[k].y)];
+        Some((seen_mm, std::array::from_fn(|of| Lanes::of(|k| within[k][of]))))
     }
 }
 
@@ -103,15 +90,9 @@ impl Kernel for ThroughTriangles<'_> {
     }
 }
 
-/// The values of a packet and of the last ray.
-#[inline(always)]
-fn nine(packet: [Lanes; 4], last: [f64; 4]) -> NineWithin {
-    std::array::from_fn(|of| std::array::from_fn(|k| if k < LANES { packet[of].0[k] } else { last[of] }))
-}
-
 struct BehindFront<'a> {
     system: &'a System,
-    px: &'a [DVec2; NINE],
+    px: &'a [DVec2; LANES],
     side: Side,
     triangle: u32,
 }
@@ -137,7 +118,7 @@ struct BehindBack<'a> {
 
 impl Kernel for BehindBack<'_> {
     /// What they see of the board, in mm, and how far within they passed.
-    type Out = Option<([Lanes; 2], [Lanes; 4])>;
+    type Out = Option<([Lanes; 2], EightWithin)>;
 
     #[inline(always)]
     fn run(self) -> Self::Out {
@@ -202,7 +183,7 @@ mod tests {
 
     /// Packets have the bits of single rays, through one pair of triangles and through those around it, which they miss.
     #[test]
-    fn nine_rays_are_nine_single_ones() {
+    fn eight_rays_are_eight_single_ones() {
         for normals in [Normals::Flat, Normals::Smooth] {
             let system = uneven(normals, Face::Front);
             let mut packets = 0;
@@ -218,17 +199,16 @@ mod tests {
     }
 
     /// Whether there are such rays; panics where they are not those of the scalar code.
-    fn is_as_single(system: &System, px: &[DVec2; NINE], pair: TrianglePair) -> bool {
+    fn is_as_single(system: &System, px: &[DVec2; LANES], pair: TrianglePair) -> bool {
         let TrianglePair { side, triangles: [front, back] } = pair;
-        let Some((inside, within)) = system.nine_behind_front(px, side, front) else { return false };
-        let Some((seen_mm, behind)) = system.nine_behind_back(&inside, side, back) else { return false };
+        let Some((inside, within)) = system.eight_behind_front(px, side, front) else { return false };
+        let Some((seen_mm, behind)) = system.eight_behind_back(&inside, side, back) else { return false };
         let by_packet = widest(BehindFront { system, px, side, triangle: front }).is_some();
-        for k in 0..NINE {
+        for k in 0..LANES {
             let single = system.behind_front(px[k], side, front).unwrap();
-            let own = if k < LANES { inside.packet.lane(k) } else { inside.last };
-            assert_eq!((own, within.map(|of| of[k])), (single.ray, single.within));
+            assert_eq!((inside.lane(k), within.map(|of| of.0[k])), (single.ray, single.within));
             let seen = system.seen_behind_back(&single.ray, side, back).unwrap();
-            assert_eq!((seen_mm[k], behind.map(|of| of[k])), seen);
+            assert_eq!((DVec2::from_array(seen_mm.map(|of| of.0[k])), behind.map(|of| of.0[k])), seen);
         }
         by_packet
     }
