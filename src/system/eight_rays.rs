@@ -204,8 +204,8 @@ mod tests {
         let Some((inside, within)) = system.eight_behind_front(px, side, front) else { return false };
         let Some((seen_mm, behind)) = system.eight_behind_back(&inside, side, back) else { return false };
         let by_packet = widest(BehindFront { system, px, side, triangle: front }).is_some();
-        for k in 0..LANES {
-            let single = system.behind_front(px[k], side, front).unwrap();
+        for (k, px) in px.iter().enumerate() {
+            let single = system.behind_front(*px, side, front).unwrap();
             assert_eq!((inside.lane(k), within.map(|of| of.0[k])), (single.ray, single.within));
             let seen = system.seen_behind_back(&single.ray, side, back).unwrap();
             assert_eq!((DVec2::from_array(seen_mm.map(|of| of.0[k])), behind.map(|of| of.0[k])), seen);

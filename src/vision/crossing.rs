@@ -88,10 +88,10 @@ impl Motion {
             let moved = self.moved(seen, at);
             let here = still.patterns(&moved, count);
             add(&mut sum.values, weight, &here.values);
-            for k in 0..2 {
+            for (k, [value, slope]) in alone.iter_mut().enumerate() {
                 add(&mut sum.by_distance[k], weight, &here.by_distance[k]);
-                add(&mut alone[k][0], weight, &moved.edges[k][0]);
-                add(&mut alone[k][1], weight, &moved.edges[k][1]);
+                add(value, weight, &moved.edges[k][0]);
+                add(slope, weight, &moved.edges[k][1]);
             }
         }
 
