@@ -58,8 +58,8 @@ impl<'a> CentreTracer<'a> {
         self.trace_places(Places::Row(start), out, None);
     }
 
-    /// What places see, in mm, which all are to see by one class, and how many of them were traced; `None` where one does not.
-    pub(super) fn of_class(&self, class: Class, places: &[DVec2]) -> (Option<Vec<DVec2>>, u64) {
+    /// What places see, in mm, which all are to see by one class; `None` where one does not. `rays` counts those up to that one.
+    pub(super) fn of_class(&self, class: Class, places: &[DVec2], rays: &mut u64) -> Option<Vec<DVec2>> {
         let mut seen_mm = Vec::with_capacity(places.len());
         for few in places.chunks(LANES) {
             let (mut x_mm, mut y_mm, mut own) = ([0.0; LANES], [0.0; LANES], [class; LANES]);
@@ -67,11 +67,13 @@ impl<'a> CentreTracer<'a> {
             let out = Run { x_mm: &mut x_mm[..n], y_mm: &mut y_mm[..n], class: &mut own[..n] };
             self.trace_places(Places::Any(few), out, None);
             if let Some(k) = own[..n].iter().position(|own| *own != class) {
-                return (None, (seen_mm.len() + k + 1) as u64);
+                *rays += k as u64 + 1;
+                return None;
             }
+            *rays += n as u64;
             seen_mm.extend((0..n).map(|k| DVec2::new(x_mm[k], y_mm[k])));
         }
-        (Some(seen_mm), places.len() as u64)
+        Some(seen_mm)
     }
 
     /// The instrument.

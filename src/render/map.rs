@@ -144,11 +144,7 @@ impl MapPatch {
         *rays += 1;
         patch.class.side()?;
         let class = patch.class;
-        let mut trace = |places: &[DVec2]| {
-            let (seen_mm, traced) = tracer.of_class(class, places);
-            *rays += traced;
-            seen_mm
-        };
+        let mut trace = |places: &[DVec2]| tracer.of_class(class, places, rays);
         let places = patch.check_places();
         let seen_mm = trace(&places)?;
         let checks: Vec<(DVec2, DVec2)> = places.into_iter().zip(seen_mm.into_iter().map(|mm| mm * scale)).collect();

@@ -45,8 +45,15 @@ const ALONG_BORDER: usize = 8;
 impl SeamMap {
     /// Traces and fits `region`, left and right of whose seam light takes these ways; `None` where rays do not vouch for it, or where
     /// something besides that ridge is to be seen there, or mirror images that are not `copied`. `rays` counts them.
-    pub(super) fn fit(system: &System, region: &Region, ways: [Way; 2], copied: bool, rays: &mut u64) -> Option<Self> {
+    pub(super) fn fit(
+        tracer: &CentreTracer,
+        region: &Region,
+        ways: [Way; 2],
+        copied: bool,
+        rays: &mut u64,
+    ) -> Option<Self> {
         // Pixels on the axis itself are not copied.
+        let system = tracer.system();
         let mirrored = system.is_mirror_symmetric() && !copied;
         let other_ways = system.clips() || system.effects().act_by(Hook::Transport) || mirrored;
         if other_ways || region.rows.len() < LEAST_ROWS || region.columns.is_empty() {
@@ -60,11 +67,9 @@ impl SeamMap {
         let (curve, bend_px) = curve(&continued, region, ways, rays)?;
         let column = |y: f64| at(&curve, patches[0].t(y));
         let (left, right) = places(system, region, &patches[0], column).into_iter().partition(|px| px.x < column(px.y));
-        let tracer = CentreTracer::new(system, true);
         let mut check = |way: Way, places: Vec<DVec2>| {
-            let (seen_mm, traced) = tracer.of_class(way.front.into(), &places);
-            *rays += traced;
-            let seen = seen_mm?.into_iter().map(|mm| mm * scale);
+            let seen_mm = tracer.of_class(way.front.into(), &places, rays)?;
+            let seen = seen_mm.into_iter().map(|mm| mm * scale);
             places.iter().all(|px| system.takes(*px, way)).then(|| places.iter().copied().zip(seen).collect::<Vec<_>>())
         };
         let checks = [check(ways[0], left)?, check(ways[1], right)?];

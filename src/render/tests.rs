@@ -325,9 +325,8 @@ fn the_map_of_gains_gains_what_is_traced() {
     let lamp = Lamp::new(DVec3::new(-400.0, 300.0, 200.0), 0.9, DVec3::new(0.0, 0.0, 1000.0), DVec3::Z);
     let effects = Effects { cos4: Some(Cos4 { exponent: 4.0 }), lamp: Some(lamp), ..Effects::default() };
     let mut fitted = 0;
-    // Both kinds of boards and all kinds of prisms, but not each with each.
     let exact = instruments(Accuracy::exact(), 2);
-    for ((name, exact), (_, mapped)) in exact.into_iter().zip(instruments(Accuracy::standard(), 2)).step_by(3) {
+    for ((name, exact), (_, mapped)) in exact.into_iter().zip(instruments(Accuracy::standard(), 2)) {
         let [exact, mapped] = [exact, mapped].map(|system| system.with_effects(&effects));
         let plan = Plan::new(&mapped);
         fitted += plan.patches.iter().filter(|patch| patch.throughput.is_some()).count();
@@ -337,7 +336,7 @@ fn the_map_of_gains_gains_what_is_traced() {
             assert!((a - b).abs() <= 3e-6, "{k}: {a} {b}\n{name}");
         }
     }
-    assert!(fitted >= 6, "only {fitted} patches have a polynomial of gains");
+    assert!(fitted >= 12, "only {fitted} patches have a polynomial of gains");
 }
 
 /// The instrument of a shipped case.

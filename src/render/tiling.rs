@@ -54,8 +54,8 @@ pub(super) fn certify(system: &System, first: usize, grain: usize) -> Tiling {
             for (k, columns) in regions.into_iter().enumerate() {
                 let region = Region { columns, rows: rows.clone() };
                 match k {
-                    1 if creased => tiling.cross_solid(system, &seam, region),
-                    1 => tiling.cross(system, region, SIDES, false),
+                    1 if creased => tiling.cross_solid(&tracer, &seam, region),
+                    1 => tiling.cross(&tracer, region, SIDES, false),
                     _ => tiling.divide(&tracer, region),
                 }
             }
@@ -73,8 +73,8 @@ impl Tiling {
     }
 
     /// Fits the region that a seam between these ways passes through, or leaves it to be traced.
-    fn cross(&mut self, system: &System, region: Region, ways: [Way; 2], copied: bool) {
-        match SeamMap::fit(system, &region, ways, copied, &mut self.rays) {
+    fn cross(&mut self, tracer: &CentreTracer, region: Region, ways: [Way; 2], copied: bool) {
+        match SeamMap::fit(tracer, &region, ways, copied, &mut self.rays) {
             Some(seam) => self.seams.push(seam),
             None => self.trace(region),
         }
@@ -82,7 +82,8 @@ impl Tiling {
 
     /// The same of the region, a part of `columns`, in which light looks through the other half's glass of a solid prism: on both sides
     /// of the ridge of its front it leaves through the backs of both halves.
-    fn cross_solid(&mut self, system: &System, columns: &Range<usize>, region: Region) {
+    fn cross_solid(&mut self, tracer: &CentreTracer, columns: &Range<usize>, region: Region) {
+        let system = tracer.system();
         // Surfaces of revolution do not go on beyond the ridge.
         let goes_on = |surface: &Surface| !matches!(surface, Surface::Revolved(_));
         let all_go_on = |prism: &Prism| prism.sides.iter().flatten().all(goes_on);
@@ -109,7 +110,7 @@ impl Tiling {
             let start = columns.start.max(region.columns.start);
             let part = Region { columns: start..columns.end.max(start), rows: region.rows.clone() };
             if !part.columns.is_empty() {
-                self.cross(system, part, ways, copied);
+                self.cross(tracer, part, ways, copied);
             }
         }
     }

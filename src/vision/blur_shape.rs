@@ -69,6 +69,11 @@ impl PictureBlur {
         self.half_way_px != DVec2::ZERO
     }
 
+    /// How both blurs go together beyond an even one, given that of Gaussians: motion holds it itself.
+    pub(super) fn skew(&self, of_gaussians: f64) -> f64 {
+        if self.is_moved() { 0.0 } else { of_gaussians }
+    }
+
     /// The standard deviation of the whole across any edge, at most, in px.
     pub(super) fn widest_px(&self) -> f64 {
         moved_width_px(self.sigma_px[0].max(self.sigma_px[1]), self.half_way_px.length())

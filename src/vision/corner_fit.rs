@@ -20,7 +20,7 @@ use super::equation_sums::Equations;
 use super::equations::equations;
 use super::profile::Profile;
 use super::window::Window;
-use glam::{DMat2, DVec2};
+use glam::DMat2;
 
 /// A fit that takes more steps than these may go to and fro between two places, as where a mosaic of colours lies over the edges:
 /// from then on half of each step is taken.
@@ -41,9 +41,9 @@ pub(super) struct CornerFit {
 
 /// The profiles of both edges.
 pub(super) fn profiles(model: &Model) -> [Profile; 2] {
+    let normals = model.normals();
     [0, 1].map(|k| {
-        let (sin, cos) = libm::sincos(model.normal_rad[k]);
-        let shape = EdgeShape::moved(DVec2::new(cos, sin), model.sigma_px[k], model.half_way_px);
+        let shape = EdgeShape::moved(normals[k], model.sigma_px[k], model.half_way_px);
         Profile::shaped(shape, &model.shapes[k])
     })
 }

@@ -43,6 +43,14 @@ pub(super) struct Model {
 }
 
 impl Model {
+    /// The unit normals of both edges.
+    pub(super) fn normals(&self) -> [DVec2; 2] {
+        self.normal_rad.map(|angle| {
+            let (sin, cos) = libm::sincos(angle);
+            DVec2::new(cos, sin)
+        })
+    }
+
     /// What each edge's lean adds to the distance from it on the positive side of the other edge, in px; behind that it is the
     /// opposite.
     pub(super) fn steps_px(&self) -> [f64; 2] {
@@ -51,10 +59,8 @@ impl Model {
 
     /// The larger standard deviation of the whole blur across both edges, in px.
     pub(super) fn widest_px(&self) -> f64 {
-        let width = |k: usize| {
-            let (sin, cos) = libm::sincos(self.normal_rad[k]);
-            moved_width_px(self.sigma_px[k], self.half_way_px.dot(DVec2::new(cos, sin)))
-        };
+        let normals = self.normals();
+        let width = |k: usize| moved_width_px(self.sigma_px[k], self.half_way_px.dot(normals[k]));
         width(0).max(width(1))
     }
 

@@ -98,11 +98,7 @@ struct ExcessLattice {
 impl CornerPixelModel {
     /// The crossing of a model's edges.
     pub(super) fn of(model: &Model) -> Self {
-        let normals = model.normal_rad.map(|angle| {
-            let (sin, cos) = libm::sincos(angle);
-            DVec2::new(cos, sin)
-        });
-        Self::new(normals, model.sigma_px, model.skew)
+        Self::new(model.normals(), model.sigma_px, model.skew)
     }
 
     /// The crossing of edges with these unit normals under these blurs, in px, with what their correlation is beyond an even blur's.

@@ -75,8 +75,7 @@ impl CornerSite {
             curvature: self.lines.map(|l| l.curvature),
             sigma_px: blur.sigma_px,
             shapes: blur.shapes,
-            // The motion holds how both blurs go together.
-            skew: if blur.is_moved() { 0.0 } else { self.skew },
+            skew: blur.skew(self.skew),
             half_way_px: blur.half_way_px,
             leans_px: self.leans_px,
             lean_rates: self.lean_rates,

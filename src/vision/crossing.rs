@@ -62,10 +62,7 @@ impl CrossingResponse {
 
 impl Motion {
     fn of(model: &Model) -> Self {
-        let normals = model.normal_rad.map(|angle| {
-            let (sin, cos) = libm::sincos(angle);
-            DVec2::new(cos, sin)
-        });
+        let normals = model.normals();
         let half_px = model.half_way_px;
         let narrowest = model.sigma_px[0].min(model.sigma_px[1]);
         let apart = NODE_SIGMAS * (narrowest * narrowest + PIXEL_VARIANCE).sqrt();

@@ -15,6 +15,7 @@
 //! [S(d+a+b+m) - S(d+a+b-m) - ..] / (8abm),   S(t) = ((t^3 + 3 t s^2) Phi(t/s) + (t^2 s + 2 s^3) phi(t/s)) / 6,   S' = R
 //! ```
 
+use super::blur_shape::moved_width_px;
 use crate::num::gauss::Gauss;
 use crate::num::simd::Lanes;
 use glam::DVec2;
@@ -65,7 +66,7 @@ impl EdgeShape {
     pub(super) fn moved(normal: DVec2, sigma_px: f64, half_way_px: DVec2) -> Self {
         let (shape, way) = (Self::new(normal, sigma_px), normal.dot(half_way_px).abs());
         if way < LEAST_WAY_PX {
-            return Self { sigma: (sigma_px * sigma_px + way * way / 3.0).sqrt(), ..shape };
+            return Self { sigma: moved_width_px(sigma_px, way), ..shape };
         }
         Self { way, ..shape }
     }

@@ -131,7 +131,7 @@ impl Grid {
         let half_px = [IVec2::X, IVec2::Y].map(|d| half * self.step(cell, d).map_or(0.0, DVec2::length));
         let left = fit.last_step_px * fit.last_step_px / STEP_RANGE_PX;
         let covariance_px2 = fit.covariance_px2 + DMat2::from_diagonal(DVec2::splat(left * left));
-        let (model, normals) = (fit.model.about_corner(), normals(&fit.model));
+        let (model, normals) = (fit.model.about_corner(), fit.model.normals());
         let across = [0, 1].map(|axis| {
             let normal = normals[axis];
             let variance = normal.dot(covariance_px2 * normal);
@@ -287,7 +287,7 @@ impl Grid {
     pub(super) fn doubt_px2(&self, cell: [i32; 2], model: &Model, half: f64) -> DMat2 {
         let cell = IVec2::from_array(cell);
         let doubts = self.bend_doubts(cell);
-        let normals = normals(model);
+        let normals = model.normals();
         let off = |axis: usize, direction: IVec2| {
             let half_px = half * self.step(cell, direction).map_or(0.0, DVec2::length);
             let shift = doubts[axis] * half_px * half_px / 6.0;
@@ -343,12 +343,4 @@ impl Grid {
             due_px,
         })
     }
-}
-
-/// The unit normals of a model's edges.
-fn normals(model: &Model) -> [DVec2; 2] {
-    model.normal_rad.map(|angle| {
-        let (sin, cos) = libm::sincos(angle);
-        DVec2::new(cos, sin)
-    })
 }

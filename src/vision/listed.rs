@@ -30,10 +30,7 @@ pub(super) struct Ready {
 
 impl Ready {
     pub(super) fn new(model: &Model, profiles: &[Profile; 2]) -> Self {
-        let normals = model.normal_rad.map(|angle| {
-            let (sin, cos) = libm::sincos(angle);
-            DVec2::new(cos, sin)
-        });
+        let normals = model.normals();
         // A mean over a spread of variance v of a pattern p in light that varies by the share g is p + v g p', to first
         // order p shifted by v g.
         let [_, _, _, a0, ax, ay] = model.light;

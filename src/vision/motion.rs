@@ -12,8 +12,9 @@ use super::crossing::CrossingResponse;
 use super::elongation::ellipse;
 use super::equations::equations;
 use super::listed::skew_equation;
-use super::pilot_fits::{EFFORT, PilotFit, fit_again, fit_pilots, leavings, squares};
+use super::pilot_fits::{EFFORT, FittedPixels, PilotFit, fit_again, fit_pilots, leavings, squares};
 use super::settings::Settings;
+use super::window::Window;
 use glam::DVec2;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -75,7 +76,7 @@ pub(super) fn find_motion(
     let few: Vec<CornerSite> = sites.iter().copied().step_by(stride).collect();
     let normals = few.get(few.len() / 2)?.normals();
     let model = fits.iter().flatten().next()?.1.model;
-    let skew = model.skew + skew_change(fits, fits.len().div_ceil(PILOTS).max(1));
+    let skew = model.skew + skew_change(fits, stride);
     let told = ellipse(normals, model.sigma_px, skew);
     let across_px = told.across_px.max(LEAST_SIGMA_PX);
     if told.along_px < (LEAST_RATIO * across_px).max(LEAST_ALONG_PX) {
@@ -90,14 +91,15 @@ pub(super) fn find_motion(
     let roomy_px = roomy.blur(normals).widest_px() * 3f64.sqrt();
     let skewed: Vec<CornerSite> = few.iter().map(|site| site.skewed(skew)).collect();
     let pilots = fit_pilots(candidates, &skewed, settings, &gaussian, [roomy_px + 4.5 * across_px; 2]);
-    let under = |moved: Moved, from: &[PilotFit]| fit_again(from, &moved.blur(normals), &FEW);
+    let (windows, still): (Vec<Option<&Window>>, Vec<Option<CornerFit>>) =
+        pilots.iter().map(|pilot| pilot.as_ref().map(|(window, fit)| (window, *fit)).unzip()).unzip();
+    let under = |moved: Moved, from: &[FittedPixels<'_>]| fit_again(from, &moved.blur(normals), &FEW);
     let left = |fits: &[Option<CornerFit>]| squares(fits.iter().flatten());
-    let plain = left(&pilots.iter().map(|p| p.as_ref().map(|(_, fit)| *fit)).collect::<Vec<_>>());
+    let plain = left(&still);
     let tells = |fits: &[Option<CornerFit>]| left(fits) < (LESS * plain).min(MOST * MOST * few.len() as f64);
-    let mut here = fit_again(&pilots, &best.blur(normals), &EFFORT);
+    let mut here = fit_again(&fitted(&windows, &still), &best.blur(normals), &EFFORT);
     for _ in 0..STEPS {
-        let from: Vec<PilotFit> =
-            pilots.iter().zip(&here).map(|(p, fit)| Some((p.as_ref()?.0.clone(), (*fit)?))).collect();
+        let from = fitted(&windows, &here);
         let Some(step) = step(&from, best, |moved| under(moved, &from)) else { break };
         let shorter = SHARES.into_iter().map(|share| {
             let next = best.plus(share * step);
@@ -116,22 +118,31 @@ pub(super) fn find_motion(
     (here.iter().all(Option::is_some) && tells(&here)).then(|| best.blur(normals))
 }
 
+/// Pixels with fits of them.
+fn fitted<'a>(windows: &[Option<&'a Window>], fits: &'a [Option<CornerFit>]) -> Vec<FittedPixels<'a>> {
+    windows.iter().zip(fits).map(|(window, fit)| window.zip(fit.as_ref())).collect()
+}
+
 /// The step of Gauss and Newton of variance and way, from what the fits leave there and beside it.
-fn step(from: &[PilotFit], best: Moved, under: impl Fn(Moved) -> Vec<Option<CornerFit>>) -> Option<Vector3<f64>> {
+fn step(
+    from: &[FittedPixels<'_>],
+    best: Moved,
+    under: impl Fn(Moved) -> Vec<Option<CornerFit>>,
+) -> Option<Vector3<f64>> {
     let probe = |k: usize| {
         let size = if k == 0 { best.variance } else { best.half_way.length() };
         (PROBE.0 * size).max(PROBE.1)
     };
     let leaves = |fits: &[Option<CornerFit>]| -> Option<Vec<f64>> {
-        let one = |(pilot, fit): (&PilotFit, &Option<CornerFit>)| {
-            let (window, fit) = (&pilot.as_ref()?.0, fit.as_ref()?);
+        let one = |(pixels, fit): (&FittedPixels<'_>, &Option<CornerFit>)| {
+            let ((window, _), fit) = ((*pixels)?, fit.as_ref()?);
             let scale = 1.0 / fit.model.light[3];
             Some(leavings(window, &fit.model).into_iter().map(|v| v * scale).collect::<Vec<_>>())
         };
         let all: Option<Vec<Vec<f64>>> = from.par_iter().zip(fits).map(one).collect();
         Some(all?.concat())
     };
-    let own: Vec<Option<CornerFit>> = from.iter().map(|pilot| pilot.as_ref().map(|(_, fit)| *fit)).collect();
+    let own: Vec<Option<CornerFit>> = from.iter().map(|pixels| pixels.map(|(_, fit)| *fit)).collect();
     let here = leaves(&own)?;
     let mut columns = Vec::new();
     for k in 0..3 {

@@ -38,15 +38,18 @@ pub(super) fn fit_pilots(
     sites.par_iter().map(one).collect()
 }
 
-/// Fits them again under another blur, from where they ended.
-pub(super) fn fit_again(fits: &[PilotFit], blur: &PictureBlur, effort: &Effort) -> Vec<Option<CornerFit>> {
-    let one = |before: &PilotFit| {
-        let (window, CornerFit { model, .. }) = before.as_ref()?;
+/// A pilot's pixels, and a fit of them.
+pub(super) type FittedPixels<'a> = Option<(&'a Window, &'a CornerFit)>;
+
+/// Fits pixels again under another blur, from where fits ended.
+pub(super) fn fit_again(from: &[FittedPixels<'_>], blur: &PictureBlur, effort: &Effort) -> Vec<Option<CornerFit>> {
+    let one = |before: &FittedPixels<'_>| {
+        let (window, CornerFit { model, .. }) = (*before)?;
         let PictureBlur { sigma_px, shapes, half_way_px } = *blur;
-        let skew = if blur.is_moved() { 0.0 } else { model.skew };
+        let skew = blur.skew(model.skew);
         fit(window, &Model { sigma_px, shapes, half_way_px, skew, ..*model }, effort)
     };
-    fits.par_iter().map(one).collect()
+    from.par_iter().map(one).collect()
 }
 
 /// The sum of the squares that fits leave, in units of their contrasts.
@@ -61,7 +64,7 @@ pub(super) fn leavings(window: &Window, model: &Model) -> Vec<f64> {
     let mut all = differences(window, model, &seen_as, &CrossingResponse::of(model));
     for (strip, edge) in window.strips.iter().zip(&edge_models(model, &seen_as, false)) {
         for pixels in strip.chunks() {
-            let left = left_of(pixels, model, edge);
+            let [_, _, left] = left_of(pixels, model, edge);
             all.extend(left.iter().zip(&pixels[3]).map(|(left, weight)| left * weight.sqrt()));
         }
     }

@@ -54,15 +54,10 @@ struct Seen {
 
 impl Seen {
     #[inline(always)]
-    fn new([x, y, value, weight, sign]: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) -> Self {
-        let [_, distance] = edge.along_and_distances([x, y, sign], model.corner);
-        let left = left_of(&[*x, *y, *value, *weight, *sign], model, edge);
-        let [_, _, _, a0, ax, ay] = model.light;
-        let (mut contrast, mut bright) = ([0.0; CHUNK], [0.0; CHUNK]);
-        for i in 0..CHUNK {
-            contrast[i] = (a0 + ax * x[i] + ay * y[i]) * sign[i];
-            bright[i] = sign[i] * a0.signum();
-        }
+    fn new(pixels: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) -> Self {
+        let [distance, contrast, left] = left_of(pixels, model, edge);
+        let [_, _, _, weight, sign] = pixels;
+        let bright = sign.map(|sign| sign * model.light[3].signum());
         Self { distance, contrast, weight: *weight, left, bright }
     }
 }
@@ -310,7 +305,8 @@ fn find_weights(
         if shaped == [false; 2] {
             return plain;
         }
-        let again = fit_again(&fits, &blur, &EFFORT);
+        let from: Vec<_> = fits.iter().map(|pilot| pilot.as_ref().map(|(window, fit)| (window, fit))).collect();
+        let again = fit_again(&from, &blur, &EFFORT);
         fits = fits.into_iter().zip(again).map(|(before, fit)| Some((before?.0, fit?))).collect();
     }
     if models(&fits) < before { blur } else { plain }

@@ -166,18 +166,19 @@ impl EdgeModel<'_> {
     }
 }
 
-/// What a model leaves of some pixels near one edge only: picture less model.
+/// Of some pixels near one edge only: their distances from it, A on their side of the other edge, and what a model leaves, picture less
+/// model.
 #[inline(always)]
-pub(super) fn left_of([x, y, value, _, sign]: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) -> Column {
+pub(super) fn left_of([x, y, value, _, sign]: &[Column; 5], model: &Model, edge: &EdgeModel<'_>) -> [Column; 3] {
     let [_, distance] = edge.along_and_distances([x, y, sign], model.corner);
     let [response, _, _] = edge.responses(&distance, sign);
     let [m0, mx, my, a0, ax, ay] = model.light;
-    let mut left = [0.0; CHUNK];
+    let (mut contrast, mut left) = ([0.0; CHUNK], [0.0; CHUNK]);
     for i in 0..CHUNK {
-        let contrast = (a0 + ax * x[i] + ay * y[i]) * sign[i];
-        left[i] = value[i] - (m0 + mx * x[i] + my * y[i]) - contrast * response[i];
+        contrast[i] = (a0 + ax * x[i] + ay * y[i]) * sign[i];
+        left[i] = value[i] - (m0 + mx * x[i] + my * y[i]) - contrast[i] * response[i];
     }
-    left
+    [distance, contrast, left]
 }
 
 /// Weighted sums over a strip: E with its sign; T = A sign E', T t, and A sign E'' / 2 for the square of the blur; g = 1,
