@@ -6,7 +6,7 @@
 
 use crate::num::stats::quantile;
 use crate::raster::Raster;
-use crate::raster::transfer::{Transfer, decoded};
+use crate::raster::transfer::{Transfer, by_value, decoded};
 use crate::vision::half::{Half, HalfImage};
 use crate::vision::{Corner, Settings, detect};
 use glam::DVec2;
@@ -44,7 +44,7 @@ impl Curve {
     fn light(self, stored: &Raster<f32>) -> Raster<f32> {
         match self {
             Self::Named(Transfer::Linear) => stored.clone(),
-            Self::Named(transfer) => stored.map(|value| transfer.decode(f64::from(value)) as f32),
+            Self::Named(transfer) => by_value(stored, |value| transfer.decode(f64::from(value)) as f32),
             Self::Power(exponent) => decoded(stored, exponent),
         }
     }

@@ -49,7 +49,24 @@ pub fn luminance(red: f64, green: f64, blue: f64) -> f64 {
 
 /// Linear light of a picture whose values were coded as light^(1 / gamma); what is negative, as noise may be, is 0.
 pub fn decoded(picture: &Raster<f32>, gamma: f64) -> Raster<f32> {
-    picture.map(|value| libm::pow(f64::from(value.max(0.0)), gamma) as f32)
+    by_value(picture, |value| libm::pow(f64::from(value.max(0.0)), gamma) as f32)
+}
+
+/// `of` each value of a picture. A file of 8 or 16 bits holds few values, over and over: what was worked out for one is kept until
+/// another takes its place.
+pub fn by_value(picture: &Raster<f32>, of: impl Fn(f32) -> f32) -> Raster<f32> {
+    const PLACES: usize = 1 << 16;
+    let mut known = vec![(0.0f32, of(0.0)); PLACES];
+    let one = |&value: &f32| {
+        // A cast cuts off what is below 0 and above the last place.
+        let place = ((value * (PLACES - 1) as f32 + 0.5) as usize).min(PLACES - 1);
+        let (own, result) = &mut known[place];
+        if own.to_bits() != value.to_bits() {
+            (*own, *result) = (value, of(value));
+        }
+        *result
+    };
+    Raster::from_data(picture.width(), picture.height(), picture.data().iter().map(one).collect())
 }
 
 #[cfg(test)]
@@ -72,6 +89,16 @@ mod tests {
             assert!((Transfer::Srgb.encode(light) - value).abs() <= tolerance, "{light}");
             assert!((Transfer::Srgb.decode(value) - light).abs() <= tolerance, "{value}");
         }
+    }
+
+    /// Values that share a place, are below 0, beyond 1 or no numbers, and 0 of either sign.
+    #[test]
+    fn what_is_kept_of_a_value_is_that_values() {
+        let values = [0.0, -0.0, 0.25, 0.250_000_03, 0.25, -3.0, 0.0, 7.5, f32::NAN, 1.0, f32::INFINITY, 2e-6, 0.0];
+        let of = |value: f32| 1.0 / value + 3.0 * value;
+        let found = by_value(&Raster::from_data(values.len(), 1, values.to_vec()), of);
+        let bits: Vec<u32> = found.data().iter().map(|v| v.to_bits()).collect();
+        assert_eq!(bits, values.map(|v| of(v).to_bits()));
     }
 
     #[test]

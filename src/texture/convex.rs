@@ -12,6 +12,20 @@ pub struct Convex {
     count: usize,
 }
 
+/// The area of a polygon, below zero where its vertices go round the other way.
+#[inline]
+pub(super) fn signed_area(outline: &[DVec2]) -> f64 {
+    let Some(from) = outline.first() else { return 0.0 };
+    0.5 * outline.windows(2).map(|pair| (pair[0] - *from).perp_dot(pair[1] - *from)).sum::<f64>()
+}
+
+/// The least and the largest coordinates of some points.
+#[inline]
+pub(super) fn bounds(points: &[DVec2]) -> [DVec2; 2] {
+    let start = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+    points.iter().fold(start, |[low, high], p| [low.min(*p), high.max(*p)])
+}
+
 impl Convex {
     /// The polygon of these vertices, turned so that its area is not below zero: with y down, clockwise as it is seen.
     ///
@@ -36,16 +50,13 @@ impl Convex {
     /// Its area.
     #[inline]
     pub fn area(&self) -> f64 {
-        let Some(from) = self.vertices().first() else { return 0.0 };
-        let pairs = self.vertices().windows(2);
-        0.5 * pairs.map(|pair| (pair[0] - *from).perp_dot(pair[1] - *from)).sum::<f64>()
+        signed_area(self.vertices())
     }
 
     /// The least and the largest coordinates.
     #[inline]
     pub fn bounds(&self) -> [DVec2; 2] {
-        let start = [DVec2::INFINITY, DVec2::NEG_INFINITY];
-        self.vertices().iter().fold(start, |[low, high], p| [low.min(*p), high.max(*p)])
+        bounds(self.vertices())
     }
 
     /// Each vertex moved by `f`, which keeps lines straight and does not turn the polygon over.

@@ -1,7 +1,7 @@
 //! A plate with a texture on it, before a background.
 
 use super::chart::{self, Chart};
-use super::convex::Convex;
+use super::convex::{Convex, bounds, signed_area};
 use super::texels::Texels;
 use glam::DVec2;
 use std::sync::Arc;
@@ -33,7 +33,7 @@ impl Texture {
 
     fn integral(&self, polygon: &Convex) -> f64 {
         match self {
-            Self::Picture(texels) => texels.integral(polygon),
+            Self::Picture(texels) => texels.integral(polygon.vertices()),
             Self::Chart(chart) => chart.integral(polygon),
         }
     }
@@ -104,8 +104,8 @@ impl Plate {
     /// its length or the rounding of its vertices.
     pub fn mean_over(&self, polygon_mm: &[DVec2]) -> Option<f64> {
         // Turn down an area of mere rounding.
-        let whole = Convex::new(polygon_mm);
-        let ([low, high], area) = (whole.bounds(), whole.area());
+        let ([low, high], signed_area) = (bounds(polygon_mm), signed_area(polygon_mm));
+        let area = signed_area.abs();
         let extent = high - low;
         let rounding = 64.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
         if extent.max_element() < 1e4 * rounding || area < 1e-9 * extent.length_squared() || !area.is_finite() {
@@ -117,7 +117,20 @@ impl Plate {
             return Some(self.background * area / area);
         }
 
-        // Integrate what lies on the texture.
+        // Integrate over a polygon that lies on a picture as a whole: the one of all pixels but a few.
+        if let Texture::Picture(texels) = &*self.texture
+            && (-self.texture_mm).cmple(low).all()
+            && high.cmple(self.texture_mm).all()
+        {
+            let mut places = [DVec2::ZERO; 8];
+            places.iter_mut().zip(polygon_mm).for_each(|(to, mm)| *to = (*mm + self.texture_mm) * self.per_mm);
+            let integral = signed_area.signum() * texels.integral(&places[..polygon_mm.len()]);
+            let light = integral / (self.per_mm.x * self.per_mm.y);
+            return Some((self.black * area + (self.white - self.black) * light) / area);
+        }
+
+        // Integrate what of it lies on the texture.
+        let whole = Convex::new(polygon_mm);
         let on_texture = whole.within(-self.texture_mm, self.texture_mm);
         let covered = on_texture.area();
         let light = if covered > 0.0 {

@@ -5,7 +5,6 @@
 //! a polynomial, of degree 1 along the edge where texels are of one value each, and 3 where values are interpolated, so that
 //! the midpoint rule and Simpson's are exact. No texel within the polygon is looked at, however many there are.
 
-use super::convex::Convex;
 use crate::raster::Raster;
 use glam::DVec2;
 
@@ -77,11 +76,14 @@ impl Texels {
         }
     }
 
-    /// The integral over a polygon that lies on the picture, in texels from its upper left corner.
+    /// The integral over a polygon that lies on the picture, in texels from its upper left corner: below zero where the outline is
+    /// that of a negative area.
     #[inline]
-    pub fn integral(&self, polygon: &Convex) -> f64 {
-        let vertices = polygon.vertices();
-        (0..vertices.len()).map(|k| self.edge(vertices[k], vertices[(k + 1) % vertices.len()])).sum()
+    pub fn integral(&self, outline: &[DVec2]) -> f64 {
+        let Some(&last) = outline.last() else { return 0.0 };
+        let mut from = last;
+        let edges = outline.iter().map(|&to| (std::mem::replace(&mut from, to), to));
+        edges.map(|(from, to)| self.edge(from, to)).sum()
     }
 
     /// The integral of F dv along an edge.
@@ -101,7 +103,7 @@ impl Texels {
         let mut along = Lines::new(from.y, step.y);
         let (mut sum, mut t, mut p) = (0.0, 0.0, from);
         while t < 1.0 {
-            t = across.t().min(along.t()).min(1.0).max(t);
+            t = across.t.min(along.t).min(1.0).max(t);
             let q = if t < 1.0 { from + step * t } else { to };
             let middle = 0.5 * (p + q);
             sum += match self.filter {
@@ -144,30 +146,34 @@ impl Texels {
     }
 }
 
-/// The lines at whole numbers that a path crosses along one axis, in order.
+/// The lines at whole numbers that a path along one axis crosses, in order; it starts at no less than 0 but for rounding.
 struct Lines {
     from: f64,
-    step: f64,
+    /// The length of the path, and one over it.
+    inverse: f64,
+    /// The next line, the way to the one after it, and where the path meets it, as a share of it.
     next: f64,
+    way: f64,
+    t: f64,
 }
 
 impl Lines {
     #[inline]
     fn new(from: f64, step: f64) -> Self {
-        Self { from, step, next: if step > 0.0 { from.floor() + 1.0 } else { from.ceil() - 1.0 } }
-    }
-
-    /// Where the path meets its next line, as a share of it.
-    #[inline(always)]
-    fn t(&self) -> f64 {
-        if self.step == 0.0 { f64::INFINITY } else { (self.next - self.from) / self.step }
+        // A cast cuts off what is behind the point.
+        let whole = f64::from(from as u32);
+        let next = if step > 0.0 || from <= whole { whole + step.signum() } else { whole };
+        let inverse = 1.0 / step;
+        let t = if step == 0.0 { f64::INFINITY } else { (next - from) * inverse };
+        Self { from, inverse, next, way: step.signum(), t }
     }
 
     /// Goes on to the line behind `t`.
     #[inline(always)]
     fn pass(&mut self, t: f64) {
-        if self.t() <= t {
-            self.next += self.step.signum();
+        if self.t <= t {
+            self.next += self.way;
+            self.t = (self.next - self.from) * self.inverse;
         }
     }
 }
@@ -175,6 +181,7 @@ impl Lines {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::texture::Convex;
 
     /// Values that look random, the same on every run.
     fn picture(width: usize, height: usize) -> Raster<f32> {
@@ -207,7 +214,7 @@ mod tests {
                 if (polygon.area() - right.perp_dot(down).abs()).abs() > 1e-9 || polygon.area() < 1e-3 * size * size {
                     continue;
                 }
-                let mean = texels.integral(&polygon) / polygon.area();
+                let mean = texels.integral(polygon.vertices()) / polygon.area();
                 let expected = by_places(&texels, from, right, down);
                 assert!((mean - expected).abs() < most, "{filter:?} {k}: {mean} {expected}");
             }
@@ -218,8 +225,7 @@ mod tests {
     #[test]
     fn whole_texels_have_their_own_mean() {
         let own = picture(16, 9);
-        let rect =
-            |low: DVec2, high: DVec2| Convex::new(&[low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]);
+        let rect = |low: DVec2, high: DVec2| [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)];
         let all: f64 = own.data().iter().map(|v| f64::from(*v)).sum();
         let texels = Texels::new(own.clone(), TexelFilter::Nearest);
         assert!((texels.integral(&rect(DVec2::ZERO, texels.size())) - all).abs() < 1e-12);
@@ -244,7 +250,7 @@ mod tests {
         let low = DVec2::new(16383.4, 1.5);
         let outline = [low, low + DVec2::new(0.01, 0.0), low + 0.01, low + DVec2::new(0.0, 0.01)];
         let polygon = Convex::new(&outline);
-        let mean = texels.integral(&polygon) / polygon.area();
+        let mean = texels.integral(polygon.vertices()) / polygon.area();
         assert!((mean - texels.at(low)).abs() < 1e-8, "{mean} {}", texels.at(low));
     }
 }

@@ -112,9 +112,9 @@ fn measure_upright(
             break;
         }
     }
-    if grid.lattice.len() < settings.min_corners || !is_broad(&grid.lattice) {
+    if grid.lattice().len() < settings.min_corners || !is_broad(grid.lattice()) {
         rejected.extend(
-            grid.lattice.values().map(|&k| Rejected { position_px: grid.positions[k], reason: Reason::NoGrid }),
+            grid.lattice().values().map(|&k| Rejected { position_px: grid.positions[k], reason: Reason::NoGrid }),
         );
         return Detection::none(rejected);
     }
@@ -184,7 +184,7 @@ fn again(candidates: &Candidates<'_>, grid: &Grid, settings: &Settings, known: O
 fn numbered(grid: &Grid, last: impl Iterator<Item = Outcome>) -> Vec<Corner> {
     // Add the doubt of the bends that were carried over from the lattice. Of a few corners the lattice does not tell errors from a
     // bend, but the directions along its lines do.
-    let few = grid.lattice.len() < FEW;
+    let few = grid.lattice().len() < FEW;
     let doubted = |cell: [i32; 2], half: f64, fit: CornerFit| {
         let doubt_px2 = grid.doubt_px2(cell, &fit.model, half);
         let scale = if few { grid.error_scale(cell) } else { 1.0 };
@@ -194,7 +194,7 @@ fn numbered(grid: &Grid, last: impl Iterator<Item = Outcome>) -> Vec<Corner> {
     // Number the corners from column and row 0.
     let fits: BTreeMap<usize, CornerFit> =
         last.filter_map(|(cell, k, half, fit)| Some((k, doubted(cell, half, fit.ok()?)))).collect();
-    let lattice = from_zero(&grid.lattice);
+    let lattice = from_zero(grid.lattice());
     lattice.iter().filter_map(|(&index, k)| Some(corner(index, grid.positions[*k], fits.get(k)?))).collect()
 }
 
@@ -315,7 +315,7 @@ fn fit_all(
     grid: &Grid,
     setup: impl Fn(&CornerSite) -> Option<(WindowFrame, Model, Effort)> + Sync,
 ) -> Vec<Outcome> {
-    let cells: Vec<([i32; 2], usize)> = grid.lattice.iter().map(|(&cell, &k)| (cell, k)).collect();
+    let cells: Vec<([i32; 2], usize)> = grid.lattice().iter().map(|(&cell, &k)| (cell, k)).collect();
     let one = |&(cell, k): &([i32; 2], usize)| {
         let Some(site) = grid.site(cell) else { return Some((cell, k, 0.0, Err(Reason::NoGrid))) };
         let (frame, model, effort) = setup(&site)?;
@@ -351,7 +351,7 @@ fn prune(
     let fits: BTreeMap<[i32; 2], &CornerFit> = earlier
         .values()
         .chain(outcomes)
-        .filter(|outcome| grid.lattice.contains_key(&outcome.0))
+        .filter(|outcome| grid.lattice().contains_key(&outcome.0))
         .filter_map(|(cell, _, _, fit)| Some((*cell, fit.as_ref().ok()?)))
         .collect();
     let around = Neighbourhood::new(fits.into_iter(), grid.contrasts());
@@ -364,7 +364,7 @@ fn prune(
             Ok(fit) => grid.take(*cell, *k, fit, *half),
             Err(reason) => {
                 rejected.push(Rejected { position_px: grid.positions[*k], reason });
-                grid.lattice.remove(cell);
+                grid.remove(*cell);
             }
         }
     }
@@ -372,8 +372,8 @@ fn prune(
 
 /// Drops corners that hang on the lattice by a single neighbour.
 fn prune_hanging(candidates: &Candidates<'_>, grid: &mut Grid, rejected: &mut Vec<Rejected>) {
-    for cell in hanging(&grid.lattice, |cell| grid.expected(cell).is_some_and(|(at, px)| candidates.shows(at, px))) {
-        if let Some(k) = grid.lattice.remove(&cell) {
+    for cell in hanging(grid.lattice(), |cell| grid.expected(cell).is_some_and(|(at, px)| candidates.shows(at, px))) {
+        if let Some(k) = grid.remove(cell) {
             rejected.push(Rejected { position_px: grid.positions[k], reason: Reason::OffLattice });
         }
     }
@@ -383,5 +383,5 @@ fn prune_hanging(candidates: &Candidates<'_>, grid: &mut Grid, rejected: &mut Ve
 pub(super) fn hanging_candidates(candidates: &Candidates<'_>, lattice: &Lattice) -> usize {
     let grid = Grid::new(lattice.clone(), candidates.list.iter().map(|c| c.position).collect());
     let shows = |cell| grid.expected(cell).is_some_and(|(at, px)| candidates.shows(at, px));
-    hanging(&grid.lattice, shows).len()
+    hanging(grid.lattice(), shows).len()
 }

@@ -16,14 +16,14 @@ const ROUNDS: usize = 8;
 /// other the worst goes first, since it makes kinks of its neighbours too.
 pub(super) fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
     for _ in 0..ROUNDS {
-        let cells = grid.lattice.keys().map(|&cell| (cell, kink(grid, IVec2::from_array(cell))));
+        let cells = grid.lattice().keys().map(|&cell| (cell, kink(grid, IVec2::from_array(cell))));
         let kinked: Vec<([i32; 2], f64)> = cells.filter(|(_, kink)| *kink > 1.0).collect();
         let near = |a: [i32; 2], b: [i32; 2]| (0..2).all(|k| (a[k] - b[k]).abs() <= AROUND);
         let is_worst =
             |&&(cell, own): &&([i32; 2], f64)| kinked.iter().all(|(other, kink)| !near(cell, *other) || *kink <= own);
         let worst: Vec<[i32; 2]> = kinked.iter().filter(is_worst).map(|(cell, _)| *cell).collect();
         for cell in &worst {
-            if let Some(k) = grid.lattice.remove(cell) {
+            if let Some(k) = grid.remove(*cell) {
                 rejected.push(Rejected { position_px: grid.positions[k], reason: Reason::OffLattice });
             }
         }
@@ -37,8 +37,7 @@ pub(super) fn prune_kinks(grid: &mut Grid, rejected: &mut Vec<Rejected>) {
 fn kink(grid: &Grid, cell: IVec2) -> f64 {
     // Take second differences along lines.
     let second = |cell: IVec2, direction: IVec2| {
-        let at = |c: IVec2| grid.lattice.get(&c.to_array()).map(|&k| grid.positions[k]);
-        Some(at(cell - direction)? + at(cell + direction)? - 2.0 * at(cell)?)
+        Some(grid.at(cell - direction)? + grid.at(cell + direction)? - 2.0 * grid.at(cell)?)
     };
 
     // Compare each with those of the parallel lines beside it.

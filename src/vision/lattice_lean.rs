@@ -66,7 +66,7 @@ impl Grid {
     /// The lean as it is known, in px and as a share of the squares.
     fn lean_forms(&self) -> [Lean; 2] {
         let spacings: Vec<f64> = self
-            .lattice
+            .lattice()
             .keys()
             .flat_map(|&cell| [0, 1].map(|axis| self.spacing_px(IVec2::from_array(cell), axis)))
             .flatten()
@@ -81,10 +81,10 @@ impl Grid {
     /// What each line says of the lean beyond what is known, in the form of that.
     fn leans_of_lines(&self) -> Vec<f64> {
         let mut leans = Vec::new();
-        for &cell in self.lattice.keys() {
+        for &cell in self.lattice().keys() {
             for direction in [IVec2::X, IVec2::Y] {
                 let cell = IVec2::from_array(cell);
-                if !self.lattice.contains_key(&(cell - direction).to_array()) {
+                if self.at(cell - direction).is_none() {
                     leans.extend(self.nodes(cell, direction).and_then(|(nodes, own)| lean(&nodes, own, self.lean)));
                 }
             }
@@ -94,7 +94,7 @@ impl Grid {
 
     /// By how many px edges lie towards dark, at the median over the corners.
     pub(super) fn lean_px(&self) -> f64 {
-        let leans: Vec<f64> = self.lattice.keys().flat_map(|&cell| self.leans_px(IVec2::from_array(cell))).collect();
+        let leans: Vec<f64> = self.lattice().keys().flat_map(|&cell| self.leans_px(IVec2::from_array(cell))).collect();
         quantile(&leans, 0.5).unwrap_or(0.0)
     }
 
@@ -121,7 +121,7 @@ impl Grid {
 
     /// How far the lines beside that along an axis through a cell are, in px, as the paces of the lattice there say.
     pub(super) fn spacing_px(&self, cell: IVec2, axis: usize) -> Option<f64> {
-        let at = |cell: IVec2| self.lattice.get(&cell.to_array()).map(|&k| self.positions[k]);
+        let at = |cell: IVec2| self.at(cell);
         let paces = [by_index(cell, AXES[0], at)?, by_index(cell, AXES[1], at)?];
         let spacing = paces[0].perp_dot(paces[1]).abs() / paces[axis].length();
         spacing.is_finite().then_some(spacing)

@@ -1,6 +1,7 @@
 //! The lattice about one corner: direction and curvature of its two lines, and the steps to its neighbours.
 
 use super::candidate::NEIGHBOURS;
+use super::cell_table::CellTable;
 use super::corner_fit::CornerFit;
 use super::corner_model::Model;
 use super::corner_site::CornerSite;
@@ -49,7 +50,7 @@ pub(super) struct FittedCorner {
 /// A lattice with the best known position of each of its corners.
 #[derive(Debug)]
 pub(super) struct Grid {
-    pub(super) lattice: Lattice,
+    cells: CellTable,
     pub(super) positions: Vec<DVec2>,
     /// The last fit of each, if any.
     fitted: Vec<Option<FittedCorner>>,
@@ -69,7 +70,24 @@ impl Grid {
     pub(super) fn new(lattice: Lattice, positions: Vec<DVec2>) -> Self {
         let powers = std::array::from_fn(|nodes| *powers_of(nodes).start());
         let fitted = vec![None; positions.len()];
-        Self { lattice, fitted, positions, powers, scales: [1.0; MOST + 1], lean: Lean::NONE, skew: 0.0, marked: false }
+        let cells = CellTable::new(lattice);
+        Self { cells, fitted, positions, powers, scales: [1.0; MOST + 1], lean: Lean::NONE, skew: 0.0, marked: false }
+    }
+
+    /// The corners that are left.
+    pub(super) fn lattice(&self) -> &Lattice {
+        self.cells.lattice()
+    }
+
+    /// Takes the corner at a cell out, and gives its number.
+    pub(super) fn remove(&mut self, cell: [i32; 2]) -> Option<usize> {
+        self.cells.remove(cell)
+    }
+
+    /// The position of the corner at a cell.
+    #[inline]
+    pub(super) fn at(&self, cell: IVec2) -> Option<DVec2> {
+        self.cells.number(cell).map(|k| self.positions[k])
     }
 
     /// Chooses the powers of the polynomials along lines, from what the lines through some corners leave: alike for all
@@ -78,8 +96,8 @@ impl Grid {
         let mut left: [Vec<[f64; 2]>; MOST + 1] = Default::default();
         // Corners of one line leave the same: the line counts once for each, and is asked once.
         let mut asked: BTreeMap<Line, Option<Vec<[f64; 2]>>> = BTreeMap::new();
-        let stride = self.lattice.len().div_ceil(VOTERS).max(1);
-        for &cell in self.lattice.keys().step_by(stride) {
+        let stride = self.lattice().len().div_ceil(VOTERS).max(1);
+        for &cell in self.lattice().keys().step_by(stride) {
             for direction in [IVec2::X, IVec2::Y] {
                 let Some((nodes, own)) = self.nodes(IVec2::from_array(cell), direction) else { continue };
                 let first = IVec2::from_array(cell) - direction * own as i32;
@@ -108,11 +126,11 @@ impl Grid {
 
     /// Some corners spread over the lattice, with neighbours on all sides.
     pub(super) fn pilots(&self) -> Vec<CornerSite> {
-        let beside = |cell: &[i32; 2]| NEIGHBOURS.map(|n| (IVec2::from_array(*cell) + n).to_array());
+        let beside = |cell: &[i32; 2]| NEIGHBOURS.map(|n| IVec2::from_array(*cell) + n);
         let inner: Vec<[i32; 2]> = self
-            .lattice
+            .lattice()
             .keys()
-            .filter(|cell| beside(cell).iter().all(|other| self.lattice.contains_key(other)))
+            .filter(|cell| beside(cell).into_iter().all(|other| self.cells.number(other).is_some()))
             .copied()
             .collect();
         let stride = inner.len().div_ceil(PILOTS).max(1);
@@ -121,7 +139,7 @@ impl Grid {
 
     /// All corners.
     pub(super) fn sites(&self) -> Vec<CornerSite> {
-        self.lattice.keys().filter_map(|&cell| self.site(cell)).collect()
+        self.lattice().keys().filter_map(|&cell| self.site(cell)).collect()
     }
 
     /// Takes over a fit in a window of `half` steps.
@@ -145,7 +163,9 @@ impl Grid {
 
     /// The contrasts of the corners that were fitted.
     pub(super) fn contrasts(&self) -> impl Iterator<Item = ([i32; 2], f64)> {
-        self.lattice.iter().filter_map(|(&cell, &k)| Some((cell, 2.0 * self.fitted[k].as_ref()?.model.light[3].abs())))
+        self.lattice()
+            .iter()
+            .filter_map(|(&cell, &k)| Some((cell, 2.0 * self.fitted[k].as_ref()?.model.light[3].abs())))
     }
 
     /// Where the corner of a cell beside a corner of the lattice should be, and how long the step to it is, in px.
@@ -153,7 +173,7 @@ impl Grid {
         let cell = IVec2::from_array(cell);
         NEIGHBOURS.into_iter().find_map(|back| {
             let from = cell + back;
-            let here = self.positions[*self.lattice.get(&from.to_array())?];
+            let here = self.at(from)?;
             let step = self.step(from, back.abs())? * f64::from(-back.x - back.y);
             Some((here + step, step.length()))
         })
@@ -192,7 +212,7 @@ impl Grid {
         // Describe one corner of the line.
         let axis = usize::from(direction == IVec2::Y);
         let node = |offset: i32| {
-            let &number = self.lattice.get(&(cell + direction * offset).to_array())?;
+            let number = self.cells.number(cell + direction * offset)?;
             let tangent = self.fitted[number].as_ref().map(|f| {
                 let (normal, [sigma_px, turn_per_px]) = (f.normals[axis], f.across[axis]);
                 let spacing_px = match self.lean {
@@ -302,10 +322,9 @@ impl Grid {
 
     /// Half the way from the corner before to the corner after.
     pub(super) fn step(&self, cell: IVec2, direction: IVec2) -> Option<DVec2> {
-        let at = |c: IVec2| self.lattice.get(&c.to_array()).map(|&k| self.positions[k]);
         let own = |cell: IVec2| {
-            let centre = at(cell)?;
-            match (at(cell - direction), at(cell + direction)) {
+            let centre = self.at(cell)?;
+            match (self.at(cell - direction), self.at(cell + direction)) {
                 (Some(before), Some(after)) => Some(0.5 * (after - before)),
                 (Some(before), None) => Some(centre - before),
                 (None, Some(after)) => Some(after - centre),
@@ -316,8 +335,8 @@ impl Grid {
     }
 
     pub(super) fn site(&self, cell: [i32; 2]) -> Option<CornerSite> {
-        let number = *self.lattice.get(&cell)?;
         let cell = IVec2::from_array(cell);
+        let number = self.cells.number(cell)?;
         let steps = DMat2::from_cols(self.step(cell, IVec2::X)?, self.step(cell, IVec2::Y)?);
         let lines = [self.line(cell, IVec2::X)?, self.line(cell, IVec2::Y)?];
         let leans_px = self.leans_px(cell);

@@ -75,6 +75,7 @@ mod corner_model;
 mod pixel_sums;
 mod scatter;
 mod candidate;
+mod cell_table;
 mod buckets;
 
 pub use detection::{Corner, Detection, ElongatedBlur, Polarity, Reason, Rejected};

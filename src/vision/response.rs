@@ -15,8 +15,8 @@ const TAPS: usize = 5;
 const SIGMA_PX: f64 = 1.5;
 /// A maximum is the largest of the (2 REACH + 1)^2 values around it.
 const REACH: usize = 3;
-/// Rows that are worked on together, so that they stay in the cache.
-const BAND: usize = 64;
+/// Rows that one thread works on; its neighbours work on some of them again.
+const BAND: usize = 128;
 /// Below this the response of a picture scaled to 0..1 is rounding.
 const FLOOR: f32 = 1e-12;
 
@@ -67,57 +67,59 @@ impl Kernel for BandPeaks<'_> {
     }
 }
 
+/// Finds the peaks row by row: what is needed of the rows before is kept in rings, small enough for the cache.
 #[inline(always)]
 fn band_peaks(
     image: &Raster<f32>,
     kernel: &[f32; TAPS + 1],
     Range { start: first, end: last }: Range<usize>,
 ) -> Vec<Peak> {
-    // Find the rows that the band needs.
+    // Find the rows that the band needs: the response REACH rows further than the band, the smoothed picture one row further still.
     let (width, height) = (image.width(), image.height());
-    // The response is wanted REACH rows further than the band, the smoothed picture one row further still.
-    let response_first = first.saturating_sub(REACH).max(1);
-    let response_last = (last + REACH).min(height - 1);
-    let smooth_first = response_first - 1;
-    let smooth = smoothed(image, kernel, smooth_first..response_last + 1);
-    let line = |row: usize| &smooth[(row - smooth_first) * width..(row - smooth_first + 1) * width];
+    let from = first.saturating_sub(REACH).max(1);
+    let to = (last + REACH).min(height - 1);
+    let mut smooth = Smoothing::new(image, kernel);
+    (from - 1..=from).for_each(|row| smooth.add(row));
 
-    // Compute the response, with zeros to both sides for what lies outside: no peak is beaten by them. Take
-    // the largest of seven along each row, and of these the largest of four rows.
-    let stride = width + 2 * REACH;
-    let mut response = vec![0.0f32; (response_last - response_first) * stride];
-    let mut along = response.clone();
-    let mut pairs = vec![0.0f32; 2 * stride];
-    for (k, row) in (response_first..response_last).enumerate() {
-        let out = &mut response[k * stride..(k + 1) * stride];
-        saddle(line(row - 1), line(row), line(row + 1), &mut out[REACH + 1..REACH + width - 1]);
-        largest_of_seven(out, &mut pairs, &mut along[k * stride..][..width]);
-    }
-    largest_of_four_rows(&mut along, stride);
-
-    // Find the local maxima.
+    // Keep rows of the response with zeros to both sides for what lies outside: no peak is beaten by them.
+    let (mut response, mut along) = (RowRing::new(width + 2 * REACH), RowRing::new(width));
+    let (mut twos, mut fours) = (RowRing::new(width), RowRing::new(width));
+    let mut pairs = vec![0.0f32; 2 * (width + 2 * REACH)];
     let mut peaks = Vec::new();
-    let mut largest = vec![0.0f32; width];
-    for row in first.max(1)..last.min(height - 1) {
-        // Take the largest of seven rows: of the first four and of the last.
-        let near = row.saturating_sub(REACH).max(response_first)..(row + REACH + 1).min(response_last);
-        largest.fill(FLOOR);
-        for four in [near.start, near.end.saturating_sub(REACH + 1).max(near.start)] {
-            larger_of(&mut largest, &along[(four - response_first) * stride..][..width]);
+    for row in from..last + REACH {
+        // Compute the response of a row, and the largest of seven along it; beyond the picture there is none.
+        if row < to {
+            smooth.add(row + 1);
+            let [above, here, below] = smooth.around(row);
+            saddle(above, here, below, &mut response.row_mut(row)[REACH + 1..REACH + width - 1]);
+            largest_of_seven(response.row(row), &mut pairs, along.row_mut(row));
+        } else {
+            response.row_mut(row).fill(0.0);
+            along.row_mut(row).fill(0.0);
         }
 
-        // Keep what reaches it, and refine its position.
-        let response_of = |row: usize| &response[(row - response_first) * stride..(row - response_first + 1) * stride];
-        let here = &response_of(row)[REACH..REACH + width];
-        for column in maxima(&here[1..width - 1], &largest[1..width - 1]).map(|x| x + 1) {
+        // Take the largest of it and the row before, and of these and the two before.
+        larger_of(twos.row_mut(row), along.row(row), along.before(row, 1));
+        larger_of(fours.row_mut(row), twos.row(row), twos.before(row, 2));
+
+        // Find the maxima of the row in the middle of the last seven, and refine their positions.
+        let Some(middle) =
+            row.checked_sub(REACH).filter(|middle| (first.max(1)..last.min(height - 1)).contains(middle))
+        else {
+            continue;
+        };
+        let here = &response.row(middle)[REACH..REACH + width];
+        let limits = [fours.row(middle), fours.row(row)].map(|limits| &limits[1..width - 1]);
+        for column in maxima(&here[1..width - 1], limits).map(|x| x + 1) {
             let value = here[column];
             // Of equal values the first in reading order is the maximum.
             let span = column..column + 2 * REACH + 1;
             let tied = here[column.saturating_sub(REACH)..column].contains(&value)
-                || (near.start..row).any(|r| response_of(r)[span.clone()].contains(&value));
+                || (1..=REACH).any(|up| response.before(middle, up)[span.clone()].contains(&value));
             if !tied {
-                let position = stationary(line(row - 1), line(row), line(row + 1), column)
-                    + DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
+                let [above, here, below] = smooth.around(middle);
+                let position =
+                    stationary(above, here, below, column) + DVec2::new(column as f64 + 0.5, middle as f64 + 0.5);
                 peaks.push(Peak { position, strength: value });
             }
         }
@@ -125,15 +127,50 @@ fn band_peaks(
     peaks
 }
 
-/// Where a value is not below its limit. Whole runs are compared first, in lanes: a branch at each value would be
+/// Rows that a [`RowRing`] holds: seven about a row, and one that is being made.
+const RING: usize = 2 * REACH + 2;
+
+/// The last rows of a picture that is made row by row, zeros before the first.
+struct RowRing {
+    width: usize,
+    rows: Vec<f32>,
+}
+
+impl RowRing {
+    fn new(width: usize) -> Self {
+        Self { width, rows: vec![0.0; RING * width] }
+    }
+
+    #[inline(always)]
+    fn row(&self, row: usize) -> &[f32] {
+        &self.rows[row % RING * self.width..][..self.width]
+    }
+
+    /// The row so many rows above another; there may be none.
+    #[inline(always)]
+    fn before(&self, row: usize, up: usize) -> &[f32] {
+        self.row(row + RING - up)
+    }
+
+    #[inline(always)]
+    fn row_mut(&mut self, row: usize) -> &mut [f32] {
+        &mut self.rows[row % RING * self.width..][..self.width]
+    }
+}
+
+/// Where a value is not below its limits, nor rounding. Whole runs are compared first, in lanes: a branch at each value would be
 /// guessed wrong at every other pixel of a noisy picture.
 #[inline(always)]
-fn maxima<'a>(values: &'a [f32], limits: &'a [f32]) -> impl Iterator<Item = usize> + 'a {
+fn maxima<'a>(values: &'a [f32], [a, b]: [&'a [f32]; 2]) -> impl Iterator<Item = usize> + 'a {
     const RUN: usize = 8;
-    let reaches = |v: &f32, limit: &f32| v >= limit;
-    let runs = values.chunks(RUN).zip(limits.chunks(RUN)).enumerate();
-    let some = runs.filter(move |(_, (v, l))| v.iter().zip(*l).map(|(v, l)| u32::from(reaches(v, l))).sum::<u32>() > 0);
-    some.flat_map(move |(k, (v, l))| (0..v.len()).filter(move |&i| reaches(&v[i], &l[i])).map(move |i| k * RUN + i))
+    let reaches = |v: f32, a: f32, b: f32| (v >= a) & (v >= b) & (v >= FLOOR);
+    let runs = values.chunks(RUN).zip(a.chunks(RUN).zip(b.chunks(RUN))).enumerate();
+    let some = runs.filter(move |(_, (v, (a, b)))| {
+        v.iter().zip(a.iter().zip(*b)).map(|(v, (a, b))| u32::from(reaches(*v, *a, *b))).sum::<u32>() > 0
+    });
+    some.flat_map(move |(k, (v, (a, b)))| {
+        (0..v.len()).filter(move |&i| reaches(v[i], a[i], b[i])).map(move |i| k * RUN + i)
+    })
 }
 
 /// `out[x]` = the largest of the seven values from x on, by pairs of pairs.
@@ -150,77 +187,66 @@ fn largest_of_seven(values: &[f32], scratch: &mut [f32], out: &mut [f32]) {
     pair(out, fours, 3);
 }
 
-/// Each value of `out`, or the one of `values`, which are as many, where that is larger.
+/// The larger of each two values, of as many in each.
 #[inline(always)]
-fn larger_of(out: &mut [f32], values: &[f32]) {
-    const RUN: usize = 8;
-    let larger = |out: f32, v: f32| if v > out { v } else { out };
-    let ((runs, rest), (more, last)) = (out.as_chunks_mut::<RUN>(), values.as_chunks::<RUN>());
-    for (out, v) in runs.iter_mut().zip(more) {
-        *out = std::array::from_fn(|i| larger(out[i], v[i]));
-    }
-    for (out, &v) in rest.iter_mut().zip(last) {
-        *out = larger(*out, v);
+fn larger_of(out: &mut [f32], a: &[f32], b: &[f32]) {
+    for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
+        *out = if a > b { a } else { b };
     }
 }
 
-/// In the place of each row, so many values long, the largest of it and the three after it, as far as there are, by pairs of pairs.
-#[inline(always)]
-fn largest_of_four_rows(values: &mut [f32], stride: usize) {
-    let count = values.len() / stride;
-    for apart in [1, 2] {
-        for k in 0..count.saturating_sub(apart) {
-            let (own, later) = values.split_at_mut((k + apart) * stride);
-            larger_of(&mut own[k * stride..][..stride], &later[..stride]);
-        }
-    }
+/// The picture smoothed by a separable Gaussian, its border repeated outside, row by row.
+struct Smoothing<'a> {
+    image: &'a Raster<f32>,
+    kernel: &'a [f32; TAPS + 1],
+    /// A row smoothed across the rows, with its border pixels repeated [`TAPS`] times at either end.
+    padded: Vec<f32>,
+    smooth: RowRing,
 }
 
-/// Some rows of the picture smoothed by a separable Gaussian, its border repeated outside.
-#[inline(always)]
-fn smoothed(image: &Raster<f32>, kernel: &[f32; TAPS + 1], rows: Range<usize>) -> Vec<f32> {
-    let width = image.width();
-    let mut smooth = vec![0.0f32; rows.len() * width];
-    let mut padded = vec![0.0f32; width + 2 * TAPS];
-    for (row, out) in rows.zip(smooth.chunks_exact_mut(width)) {
-        smooth_rows(image, kernel, row, &mut padded[TAPS..TAPS + width]);
+impl<'a> Smoothing<'a> {
+    fn new(image: &'a Raster<f32>, kernel: &'a [f32; TAPS + 1]) -> Self {
+        let width = image.width();
+        Self { image, kernel, padded: vec![0.0; width + 2 * TAPS], smooth: RowRing::new(width) }
+    }
+
+    /// Smooths one row.
+    #[inline(always)]
+    fn add(&mut self, row: usize) {
+        // Smooth it across the rows, the border row repeated outside.
+        let (width, last) = (self.image.width(), self.image.height() - 1);
+        let image = self.image;
+        let beside = |tap: usize| [image.row(row.saturating_sub(tap)), image.row((row + tap).min(last))];
+        let pairs = std::array::from_fn(|k| beside(k + 1));
+        weighted(self.kernel, image.row(row), pairs, &mut self.padded[TAPS..TAPS + width]);
+
+        // Smooth it along itself.
+        let padded = &mut self.padded;
         let (left, right) = (padded[TAPS], padded[TAPS + width - 1]);
         padded[..TAPS].fill(left);
         padded[TAPS + width..].fill(right);
-        smooth_columns(&padded, kernel, out);
+        let pairs = std::array::from_fn(|k| [&padded[TAPS - k - 1..], &padded[TAPS + k + 1..]]);
+        weighted(self.kernel, &padded[TAPS..], pairs, self.smooth.row_mut(row));
     }
-    smooth
-}
 
-/// One row smoothed across the rows, the border row repeated outside.
-#[inline(always)]
-fn smooth_rows(image: &Raster<f32>, kernel: &[f32; TAPS + 1], row: usize, out: &mut [f32]) {
-    let last = image.height() - 1;
-    for (sum, centre) in out.iter_mut().zip(image.row(row)) {
-        *sum = kernel[0] * centre;
-    }
-    for (tap, &weight) in kernel.iter().enumerate().skip(1) {
-        let (above, below) = (image.row(row.saturating_sub(tap)), image.row((row + tap).min(last)));
-        add_pair(out, weight, above, below);
+    /// The row above one, the row and the one below it.
+    #[inline(always)]
+    fn around(&self, row: usize) -> [&[f32]; 3] {
+        [row - 1, row, row + 1].map(|row| self.smooth.row(row))
     }
 }
 
-/// One row, with its border pixels repeated [`TAPS`] times at either end, smoothed along itself.
+/// `out` = the values of `centre` and the sums of each pair by the weights of a kernel.
 #[inline(always)]
-fn smooth_columns(padded: &[f32], kernel: &[f32; TAPS + 1], out: &mut [f32]) {
-    for (sum, centre) in out.iter_mut().zip(&padded[TAPS..]) {
-        *sum = kernel[0] * centre;
-    }
-    for (tap, &weight) in kernel.iter().enumerate().skip(1) {
-        add_pair(out, weight, &padded[TAPS - tap..], &padded[TAPS + tap..]);
-    }
-}
-
-/// out += weight (a + b), a form that the processor's lanes take.
-#[inline(always)]
-fn add_pair(out: &mut [f32], weight: f32, a: &[f32], b: &[f32]) {
-    for ((sum, a), b) in out.iter_mut().zip(a).zip(b) {
-        *sum += weight * (a + b);
+fn weighted(kernel: &[f32; TAPS + 1], centre: &[f32], pairs: [[&[f32]; 2]; TAPS], out: &mut [f32]) {
+    let count = out.len();
+    let (centre, pairs) = (&centre[..count], pairs.map(|pair| pair.map(|row| &row[..count])));
+    for x in 0..count {
+        let mut sum = kernel[0] * centre[x];
+        for (weight, [a, b]) in kernel[1..].iter().zip(&pairs) {
+            sum += weight * (a[x] + b[x]);
+        }
+        out[x] = sum;
     }
 }
 
@@ -264,10 +290,9 @@ mod tests {
         let image = Raster::from_data(40, 30, (0..1200).map(|i| ((i * 7919) % 101) as f32 / 101.0).collect());
         let kernel = half_kernel();
         let row = 13;
-        let mut padded = vec![0.0; 40 + 2 * TAPS];
-        let mut out = vec![0.0; 40];
-        smooth_rows(&image, &kernel, row, &mut padded[TAPS..TAPS + 40]);
-        smooth_columns(&padded, &kernel, &mut out);
+        let mut smoothing = Smoothing::new(&image, &kernel);
+        smoothing.add(row);
+        let out = smoothing.smooth.row(row);
         let theirs = imageproc::filter::gaussian_blur_f32(
             &image::ImageBuffer::<image::Luma<f32>, _>::from_raw(40, 30, image.data().to_vec()).unwrap(),
             SIGMA_PX as f32,

@@ -141,6 +141,20 @@ fn to_light(
     width: usize,
     data: &mut Vec<f32>,
 ) -> Result<(), Error> {
+    // Grey without opacity, as most pictures of one channel are.
+    match (color, depth) {
+        (ColorType::Grayscale, BitDepth::Eight) => {
+            data.extend(samples.iter().map(|&sample| light[usize::from(sample)] as f32));
+            return Ok(());
+        }
+        (ColorType::Grayscale, BitDepth::Sixteen) => {
+            let samples = samples.as_chunks::<2>().0.iter();
+            data.extend(samples.map(|&sample| light[usize::from(u16::from_be_bytes(sample))] as f32));
+            return Ok(());
+        }
+        _ => {}
+    }
+
     let wide = depth == BitDepth::Sixteen;
     let step = if wide { 2 } else { 1 };
     let sample = |pixel: &[u8], k: usize| {
