@@ -207,7 +207,7 @@ impl Window {
             outer.end,
         ]
         .map(|i| i.clamp(outer.start, outer.end));
-        cuts.sort_unstable();
+        sort_inner(&mut cuts);
 
         // Add the parts: whole ones at once, cut or masked ones pixel by pixel.
         for part in cuts.windows(2).map(|w| w[0]..w[1]).filter(|r| !r.is_empty()) {
@@ -265,8 +265,35 @@ impl Window {
     }
 }
 
+/// Sorts the six between the first and the last, which are so already and come in sorted pairs: by a network, since a branch at each
+/// would be guessed wrong.
+#[inline(always)]
+fn sort_inner(cuts: &mut [usize; 8]) {
+    const NETWORK: [[usize; 2]; 9] = [[1, 3], [2, 4], [3, 5], [4, 6], [1, 3], [2, 4], [2, 3], [4, 5], [3, 4]];
+    for [a, b] in NETWORK {
+        (cuts[a], cuts[b]) = (cuts[a].min(cuts[b]), cuts[a].max(cuts[b]));
+    }
+}
+
 fn sign(positive: bool) -> f64 {
     if positive { 1.0 } else { -1.0 }
+}
+
+/// Lanes of the sums along a row.
+const LANES: usize = 4;
+
+/// Lane by lane.
+#[inline(always)]
+fn plus(mut a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+    a
+}
+
+/// Lane by lane.
+#[inline(always)]
+fn times(mut a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a *= b);
+    a
 }
 
 /// Adds a row of pixels of weight 1, the first at `x`.
@@ -274,18 +301,15 @@ fn sign(positive: bool) -> f64 {
 fn add_row(sums: &mut PixelSums, row: &[f32], x: f64, y: f64) {
     // Sum up value, first moment and square in four lanes and in a fixed order: a plain sum could not use the
     // processor's lanes.
-    let (mut light, mut first, mut square) = ([0.0f64; 4], [0.0f64; 4], [0.0f64; 4]);
-    let chunks = row.chunks_exact(4);
-    let rest = chunks.remainder();
-    let mut place = [0.0, 1.0, 2.0, 3.0];
+    let (mut light, mut first, mut square, mut place) =
+        ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0, 1.0, 2.0, 3.0]);
+    let (chunks, rest) = row.as_chunks::<LANES>();
     for chunk in chunks {
-        for lane in 0..4 {
-            let value = f64::from(chunk[lane]);
-            light[lane] += value;
-            first[lane] += value * place[lane];
-            square[lane] += value * value;
-            place[lane] += 4.0;
-        }
+        let values = chunk.map(f64::from);
+        light = plus(light, values);
+        first = plus(first, times(values, place));
+        square = plus(square, times(values, values));
+        place = plus(place, [LANES as f64; LANES]);
     }
     for (lane, &value) in rest.iter().enumerate() {
         let value = f64::from(value);
