@@ -753,4 +753,7 @@ ROWS = [
     Row("src/vision/window.rs",
         "[2, 3], [4, 5], [3, 4]]", "[2, 3], [4, 5], [3, 3]]",
         ("lib::vision::window::runs_gather_what_single_pixels_do",), together="tables of the detector"),
+    Row("src/texture/plate.rs",
+        "signed_area.signum() * texels", "1.0 * texels",
+        ("lib::texture::plate::means_are_weighted_by_area",), together="tables of the detector"),
 ]

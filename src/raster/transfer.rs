@@ -58,7 +58,7 @@ pub fn by_value(picture: &Raster<f32>, of: impl Fn(f32) -> f32) -> Raster<f32> {
     const PLACES: usize = 1 << 16;
     let mut known = vec![(0.0f32, of(0.0)); PLACES];
     let one = |&value: &f32| {
-        // A cast cuts off what is below 0 and above the last place.
+        // A cast makes 0 of what is below it, and of no number.
         let place = ((value * (PLACES - 1) as f32 + 0.5) as usize).min(PLACES - 1);
         let (own, result) = &mut known[place];
         if own.to_bits() != value.to_bits() {

@@ -169,8 +169,8 @@ mod tests {
         assert_eq!(plate.half_mm(), DVec2::new(25.0, 15.0));
     }
 
-    /// A square over the corner of the texture: a quarter on its last texel, the rest on the margin; one over the corner of the
-    /// plate; and one that is larger than all, of either orientation.
+    /// A square over four texels; one over the corner of the texture: a quarter on its last texel, the rest on the margin; one over the
+    /// corner of the plate; and one that is larger than all. The first and the last of either orientation.
     #[test]
     fn means_are_weighted_by_area() {
         let plate = plate();
@@ -181,6 +181,9 @@ mod tests {
             let mean = plate.mean_over(outline).expect("it has an area");
             assert!((mean - value).abs() < 1e-14, "{mean} {value}");
         };
+        let amid = square(DVec2::ZERO, 2.0);
+        near(&amid, 0.1 + 0.8 * 0.25 * (1.0 + 0.5 + 0.0 + 0.75));
+        near(&[amid[3], amid[2], amid[1], amid[0]], 0.55);
         near(&square(DVec2::new(20.0, 10.0), 2.0), 0.25 * 0.5 + 0.75 * 0.9);
         near(&square(DVec2::new(25.0, 15.0), 2.0), 0.25 * 0.9 + 0.75 * 0.3);
         let all = square(DVec2::ZERO, 50.0);

@@ -76,8 +76,8 @@ impl Texels {
         }
     }
 
-    /// The integral over a polygon that lies on the picture, in texels from its upper left corner: below zero where the outline is
-    /// that of a negative area.
+    /// The integral over a polygon that lies on the picture, in texels from its upper left corner: of the other sign where the outline
+    /// goes round the other way.
     #[inline]
     pub fn integral(&self, outline: &[DVec2]) -> f64 {
         let Some(&last) = outline.last() else { return 0.0 };
@@ -149,7 +149,7 @@ impl Texels {
 /// The lines at whole numbers that a path along one axis crosses, in order; it starts at no less than 0 but for rounding.
 struct Lines {
     from: f64,
-    /// The length of the path, and one over it.
+    /// One over the length of the path.
     inverse: f64,
     /// The next line, the way to the one after it, and where the path meets it, as a share of it.
     next: f64,

@@ -18,6 +18,9 @@ pub(super) struct WindowFrame {
     pub(super) half: f64,
 }
 
+/// Lanes of the sums along a row.
+const LANES: usize = 4;
+
 /// Weighted sums over pixels of one constant pattern value (1 or -1), with x, y from the window's centre.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct PixelSums {
@@ -51,4 +54,49 @@ impl PixelSums {
         }
         self.square += square;
     }
+
+    /// Adds a row of pixels of weight 1, the first at `x`.
+    #[inline(always)]
+    pub(super) fn add_row(&mut self, row: &[f32], x: f64, y: f64) {
+        // Sum up value, first moment and square in four lanes and in a fixed order: a plain sum could not use the
+        // processor's lanes.
+        let (mut light, mut first, mut square, mut place) =
+            ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0, 1.0, 2.0, 3.0]);
+        let (chunks, rest) = row.as_chunks::<LANES>();
+        for chunk in chunks {
+            let values = chunk.map(f64::from);
+            light = plus(light, values);
+            first = plus(first, times(values, place));
+            square = plus(square, times(values, values));
+            place = plus(place, [LANES as f64; LANES]);
+        }
+        for (lane, &value) in rest.iter().enumerate() {
+            let value = f64::from(value);
+            light[lane] += value;
+            first[lane] += value * place[lane];
+            square[lane] += value * value;
+        }
+
+        // Move the first moment from the run's start to the window's centre.
+        let sum = |v: [f64; 4]| (v[0] + v[1]) + (v[2] + v[3]);
+        let (light, first) = (sum(light), sum(first));
+        let n = row.len() as f64;
+        let middle = x + 0.5 * (n - 1.0);
+        let moments = [n, n * middle, n * (middle * middle + (n * n - 1.0) / 12.0)];
+        self.add_run(moments, [light, first + x * light], sum(square), y);
+    }
+}
+
+/// Lane by lane.
+#[inline(always)]
+fn plus(mut a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+    a
+}
+
+/// Lane by lane.
+#[inline(always)]
+fn times(mut a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a *= b);
+    a
 }

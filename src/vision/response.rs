@@ -127,7 +127,7 @@ fn band_peaks(
     peaks
 }
 
-/// Rows that a [`RowRing`] holds: seven about a row, and one that is being made.
+/// Rows that a [`RowRing`] holds: seven about a row, and one more, so that their number is a power of two.
 const RING: usize = 2 * REACH + 2;
 
 /// The last rows of a picture that is made row by row, zeros before the first.

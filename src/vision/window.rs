@@ -260,7 +260,7 @@ impl Window {
             }
             [true, false] => self.strips[0].push_run(row, x, y, sign(side[1])),
             [false, true] => self.strips[1].push_run(row, x, y, sign(side[0])),
-            [false, false] => add_row(&mut self.flat[usize::from(side[0] != side[1])], row, x, y),
+            [false, false] => self.flat[usize::from(side[0] != side[1])].add_row(row, x, y),
         }
     }
 }
@@ -277,54 +277,6 @@ fn sort_inner(cuts: &mut [usize; 8]) {
 
 fn sign(positive: bool) -> f64 {
     if positive { 1.0 } else { -1.0 }
-}
-
-/// Lanes of the sums along a row.
-const LANES: usize = 4;
-
-/// Lane by lane.
-#[inline(always)]
-fn plus(mut a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
-    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-    a
-}
-
-/// Lane by lane.
-#[inline(always)]
-fn times(mut a: [f64; LANES], b: [f64; LANES]) -> [f64; LANES] {
-    a.iter_mut().zip(b).for_each(|(a, b)| *a *= b);
-    a
-}
-
-/// Adds a row of pixels of weight 1, the first at `x`.
-#[inline(always)]
-fn add_row(sums: &mut PixelSums, row: &[f32], x: f64, y: f64) {
-    // Sum up value, first moment and square in four lanes and in a fixed order: a plain sum could not use the
-    // processor's lanes.
-    let (mut light, mut first, mut square, mut place) =
-        ([0.0; LANES], [0.0; LANES], [0.0; LANES], [0.0, 1.0, 2.0, 3.0]);
-    let (chunks, rest) = row.as_chunks::<LANES>();
-    for chunk in chunks {
-        let values = chunk.map(f64::from);
-        light = plus(light, values);
-        first = plus(first, times(values, place));
-        square = plus(square, times(values, values));
-        place = plus(place, [LANES as f64; LANES]);
-    }
-    for (lane, &value) in rest.iter().enumerate() {
-        let value = f64::from(value);
-        light[lane] += value;
-        first[lane] += value * place[lane];
-        square[lane] += value * value;
-    }
-
-    // Move the first moment from the run's start to the window's centre.
-    let sum = |v: [f64; 4]| (v[0] + v[1]) + (v[2] + v[3]);
-    let (light, first) = (sum(light), sum(first));
-    let n = row.len() as f64;
-    let middle = x + 0.5 * (n - 1.0);
-    let moments = [n, n * middle, n * (middle * middle + (n * n - 1.0) / 12.0)];
-    sums.add_run(moments, [light, first + x * light], sum(square), y);
 }
 
 #[cfg(test)]
