@@ -78,7 +78,7 @@ impl PixelSums {
         }
 
         // Move the first moment from the run's start to the window's centre.
-        let sum = |v: [f64; 4]| (v[0] + v[1]) + (v[2] + v[3]);
+        let sum = |v: [f64; LANES]| (v[0] + v[1]) + (v[2] + v[3]);
         let (light, first) = (sum(light), sum(first));
         let n = row.len() as f64;
         let middle = x + 0.5 * (n - 1.0);

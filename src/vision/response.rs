@@ -177,17 +177,12 @@ fn maxima<'a>(values: &'a [f32], [a, b]: [&'a [f32]; 2]) -> impl Iterator<Item =
 #[inline(always)]
 fn largest_of_seven(values: &[f32], scratch: &mut [f32], out: &mut [f32]) {
     let (twos, fours) = scratch.split_at_mut(values.len());
-    let pair = |out: &mut [f32], values: &[f32], apart: usize| {
-        for ((out, &a), &b) in out.iter_mut().zip(values).zip(&values[apart..]) {
-            *out = if a > b { a } else { b };
-        }
-    };
-    pair(twos, values, 1);
-    pair(fours, twos, 2);
-    pair(out, fours, 3);
+    larger_of(twos, values, &values[1..]);
+    larger_of(fours, twos, &twos[2..]);
+    larger_of(out, fours, &fours[3..]);
 }
 
-/// The larger of each two values, of as many in each.
+/// The larger of each two values, as far as both go.
 #[inline(always)]
 fn larger_of(out: &mut [f32], a: &[f32], b: &[f32]) {
     for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
